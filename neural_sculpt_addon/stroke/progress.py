@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long work reports how far it is, and learns that it is no longer wanted."""
+
+from collections.abc import Callable
+
+Progress = Callable[[float, str], None]
+"""Called with a fraction in [0, 1] and a short text; raises Cancelled when the work must stop."""
+
+
+def silent(fraction: float, message: str) -> None:
+    """Progress that nobody watches and nobody cancels."""
