@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluation of a field at many points: NumPy in, NumPy out, no autograd.
+
+The network is so small that overhead decides. On the CPU, chunks that fit the cache go to a pool
+of threads with one torch thread each: contended OpenMP regions stall for seconds when Blender is
+busy, single-threaded chunks do not. Points are in model space.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike, NDArray
+from torch import Tensor
+
+from .network import Siren
+
+CHUNK = 4096
+DEVICE_CHUNK = 1 << 18
+
+
+def values(network: Siren, points: ArrayLike) -> NDArray[np.float32]:
+    """f at `points` (N, 3) -> (N,) float32."""
+    plan = _Plan(network)
+    out = np.empty(len(x := _points(points)), np.float32)
+
+    def evaluate(part: slice) -> None:
+        h, _ = plan.forward(torch.from_numpy(x[part]).to(plan.device))
+        out[part] = torch.addmv(plan.last_bias, h, plan.last_weight[0]).cpu().numpy()
+
+    _in_chunks(evaluate, len(x), plan.device)
+    return out
+
+
+def values_and_gradients(
+    network: Siren, points: ArrayLike
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """f (N,) and grad f (N, 3), both float32, at `points` (N, 3)."""
+    plan = _Plan(network)
+    x = _points(points)
+    value = np.empty(len(x), np.float32)
+    gradient = np.empty((len(x), 3), np.float32)
+
+    def evaluate(part: slice) -> None:
+        h, slopes = plan.forward(torch.from_numpy(x[part]).to(plan.device), slopes=True)
+        value[part] = torch.addmv(plan.last_bias, h, plan.last_weight[0]).cpu().numpy()
+        back = plan.last_weight
+        for weight, slope in zip(reversed(plan.weights), reversed(slopes), strict=True):
+            back = (slope * back) @ weight  # (n, width below)
+        gradient[part] = back.cpu().numpy()
+
+    _in_chunks(evaluate, len(x), plan.device)
+    return value, gradient
+
+
+class _Plan:
+    """A network with omega folded into its weights."""
+
+    def __init__(self, network: Siren) -> None:
+        layers = list(zip(network.weights, network.biases, network.omegas, strict=False))
+        self.device = network.device
+        self.weights = [omega * weight for weight, _, omega in layers]
+        self.biases = [omega * bias for _, bias, omega in layers]
+        self.last_weight, self.last_bias = network.weights[-1], network.biases[-1]
+
+    def forward(self, h: Tensor, slopes: bool = False) -> tuple[Tensor, list[Tensor]]:
+        """The last hidden layer (n, width) and, if wanted, the cosines of every layer."""
+        cosines = []
+        for weight, bias in zip(self.weights, self.biases, strict=True):
+            h = torch.addmm(bias, h, weight.T)
+            if slopes:
+                cosines.append(torch.cos(h))
+            h.sin_()
+        return h, cosines
+
+
+def _points(points: ArrayLike) -> NDArray[np.float32]:
+    return np.ascontiguousarray(points, np.float32).reshape(-1, 3)
+
+
+def _in_chunks(evaluate: Callable[[slice], None], count: int, device: torch.device) -> None:
+    chunk = CHUNK if device.type == "cpu" else DEVICE_CHUNK
+    parts = [slice(start, min(start + chunk, count)) for start in range(0, count, chunk)]
+
+    def task(part: slice) -> None:
+        with torch.inference_mode():
+            evaluate(part)
+
+    if len(parts) <= 1 or device.type != "cpu":
+        for part in parts:
+            task(part)
+    else:
+        list(_pool().map(task, parts))  # list: raise what a chunk raised
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(
+        min(8, os.cpu_count() or 1), "evaluate", initializer=torch.set_num_threads, initargs=(1,)
+    )

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The network: a SIREN whose zero level set is the shape.
+
+    h_0 = x,  h_k = sin(omega_k (W_k h_{k-1} + b_k)),  f(x) = w . h_L + b
+
+f is negative inside, in model space. Sitzmann et al., "Implicit Neural Representations with
+Periodic Activation Functions", 2020; the paper's networks are 3-128-128-1 with omega = 30.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True)
+class Siren:
+    """A sine network of any depth and width, as plain tensors.
+
+    weights: one (out, in) tensor per layer, the first (., 3), the last (1, .)
+    biases:  one (out,) tensor per layer
+    omegas:  one frequency factor per hidden layer, dimensionless
+    """
+
+    weights: tuple[Tensor, ...]
+    biases: tuple[Tensor, ...]
+    omegas: tuple[float, ...]
+
+    @staticmethod
+    def random(
+        widths: Sequence[int] = (128, 128),
+        omega: float | Sequence[float] = 30.0,
+        generator: torch.Generator | None = None,
+    ) -> "Siren":
+        """A network with the initialisation of the SIREN paper (section 3.2)."""
+        omegas = tuple(omega) if isinstance(omega, Sequence) else (omega,) * len(widths)
+        sizes = (3, *widths, 1)
+        weights, biases = [], []
+        for layer, (fan_in, fan_out) in enumerate(pairwise(sizes)):
+            scale = omegas[min(layer, len(omegas) - 1)]
+            bound = 1 / fan_in if layer == 0 else (6 / fan_in) ** 0.5 / scale
+            uniform = torch.rand(fan_out, fan_in, generator=generator)  # (out, in)
+            weights.append((2 * uniform - 1) * bound)
+            uniform = torch.rand(fan_out, generator=generator)  # (out,)
+            biases.append((2 * uniform - 1) / fan_in**0.5)
+        return Siren(tuple(weights), tuple(biases), omegas)
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Units of each hidden layer."""
+        return tuple(len(bias) for bias in self.biases[:-1])
+
+    @property
+    def device(self) -> torch.device:
+        """Where the tensors live."""
+        return self.weights[0].device
+
+    @property
+    def parameters(self) -> tuple[Tensor, ...]:
+        """All tensors, layer by layer: W_1, b_1, W_2, b_2, ..."""
+        pairs = zip(self.weights, self.biases, strict=True)
+        return tuple(tensor for pair in pairs for tensor in pair)
+
+    def with_parameters(self, parameters: Sequence[Tensor]) -> "Siren":
+        """The same architecture with other tensors, in the order of `parameters`."""
+        return Siren(tuple(parameters[0::2]), tuple(parameters[1::2]), self.omegas)
+
+    def to(self, device: torch.device | str) -> "Siren":
+        """The same network on another device."""
+        return self.with_parameters([tensor.to(device) for tensor in self.parameters])
+
+    def value(self, x: Tensor) -> Tensor:
+        """f at points x (N, 3) -> (N,)."""
+        h = x
+        for weight, bias, omega in zip(self.weights, self.biases, self.omegas, strict=False):
+            h = torch.sin(torch.addmm(omega * bias, h, (omega * weight).T))  # (N, width)
+        return torch.addmv(self.biases[-1], h, self.weights[-1][0])  # (N,)
+
+    def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """f (N,) and its gradient (N, 3) at points x (N, 3), in closed form.
+
+        One pass forward, one back; differentiable once more by autograd, so a loss on the gradient
+        needs no double backward.
+        """
+        h, slopes = x, []
+        for weight, bias, omega in zip(self.weights, self.biases, self.omegas, strict=False):
+            z = torch.addmm(omega * bias, h, (omega * weight).T)  # (N, width)
+            h = torch.sin(z)
+            slopes.append(torch.cos(z))
+        value = torch.addmv(self.biases[-1], h, self.weights[-1][0])  # (N,)
+        back = self.weights[-1]  # (1, width), broadcast over the points
+        for weight, omega, slope in zip(
+            reversed(self.weights[:-1]), reversed(self.omegas), reversed(slopes), strict=True
+        ):
+            back = (back * slope) @ (omega * weight)  # (N, width below)
+        return value, back

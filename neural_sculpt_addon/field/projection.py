@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Projection of points onto the zero level set of a field, by Newton steps along the gradient.
+
+    x <- x - f g / |g|^2,  the step no longer than `reach`
+
+Fields are no exact distances (|grad f| reaches 2.2 on pretrained networks and falls below 0.1 near
+medial axes), so the step is capped and repeated. Model space.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .evaluate import values_and_gradients
+from .network import Siren
+
+SMALLEST_GRADIENT = 0.2  # below this a Newton step is no longer to be trusted
+
+
+class Projection(NamedTuple):
+    """Points brought to the surface."""
+
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]  # (N, 3), unit, outward
+    distance: NDArray[np.float32]  # (N,), |f| / |grad f| that was left before the last step
+
+
+def project(
+    network: Siren, points: ArrayLike, steps: int = 5, reach: float = 0.1, tolerance: float = 1e-6
+) -> Projection:
+    """Bring `points` (N, 3) to f = 0 by at most `steps` Newton steps of at most `reach` each.
+
+    Points that were within `tolerance` before a step are not moved again, nor evaluated again.
+    """
+    x = np.array(points, np.float32).reshape(-1, 3)
+    normals = np.zeros_like(x)
+    distance = np.full(len(x), np.inf, np.float32)
+    moving = np.arange(len(x))
+    for _ in range(steps):
+        f, gradient = values_and_gradients(network, x[moving])
+        slope = np.linalg.norm(gradient, axis=1)  # (n,)
+        normals[moving] = gradient / np.maximum(slope, 1e-12)[:, None]
+        step = f / np.maximum(slope, SMALLEST_GRADIENT)  # signed length along the normal
+        distance[moving] = np.abs(step)
+        x[moving] -= np.clip(step, -reach, reach)[:, None] * normals[moving]
+        moving = moving[np.abs(step) > tolerance]
+        if not len(moving):
+            break
+    return Projection(x, normals, distance)
