@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The brush: how wide, how strong and of which shape a stroke displaces the surface."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .errors import SculptError
+from .modulation import Modulation
+from .profile import Profile
+from .shape import Array
+
+LARGEST_RADIUS = 1.0
+LARGEST_INTENSITY = 1.0
+
+
+@dataclass(frozen=True)
+class Brush:
+    """Brush settings, frozen at the time a stroke was drawn.
+
+    radius:    half width of the tube, model space, in (0, 1]
+    intensity: signed height of the displacement, model space, in [-1, 1]; negative carves
+    """
+
+    radius: float
+    intensity: float
+    profile: Profile = field(default_factory=lambda: Profile("quintic"))
+    modulation: Modulation = field(default_factory=lambda: Modulation("identity"))
+
+    def __post_init__(self) -> None:
+        """Refuse sizes that fit no field. SculptError."""
+        if not 0 < self.radius <= LARGEST_RADIUS:
+            raise SculptError(f"The radius is {self.radius}; it must be above 0 and at most 1.")
+        if not abs(self.intensity) <= LARGEST_INTENSITY:
+            raise SculptError(f"The intensity is {self.intensity}; it must lie between -1 and 1.")
+
+    def displacement(self, u: ArrayLike, v: ArrayLike) -> Array:
+        """d = m(u) s b(v / r) for u in [0, 1] and v in model space, broadcast together."""
+        return (
+            self.intensity * self.modulation(u) * self.profile(np.asarray(v, float) / self.radius)
+        )

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Control points to a smooth curve, sampled uniformly by arc length.
+
+A C2 cubic spline by chord length: not-a-knot at open ends, periodic when closed (de Boor, "A
+Practical Guide to Splines", chapter IV). One distinct point is a curve of length zero. NumPy
+float64, any frame.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+STEPS_PER_SPAN = 24  # chords that measure the length of one span; relative error below 1e-3
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cubic spline through `points`, with `slopes` dp/dt at the knots t.
+
+    A closed curve repeats its first knot at the end. `sources` holds, for each knot, the index of
+    the control point that it came from, so values per control point can be carried along.
+    """
+
+    knots: Array  # (K,), chord length
+    points: Array  # (K, 3)
+    slopes: Array  # (K, 3)
+    sources: NDArray[np.intp]  # (K,)
+    closed: bool
+
+    def evaluate(self, t: ArrayLike) -> Array:
+        """Positions (N, 3) at parameters t (N,) in [0, knots[-1]]."""
+        t = np.asarray(t, float)
+        if len(self.knots) == 1:
+            return np.repeat(self.points, len(t), axis=0)
+        span = np.clip(np.searchsorted(self.knots, t, "right") - 1, 0, len(self.knots) - 2)  # (N,)
+        width = (self.knots[span + 1] - self.knots[span])[:, None]  # (N, 1)
+        x = (t - self.knots[span])[:, None] / width  # (N, 1), in [0, 1]
+        p0, p1 = self.points[span], self.points[span + 1]  # (N, 3)
+        d0, d1 = self.slopes[span] * width, self.slopes[span + 1] * width  # (N, 3)
+        return (
+            p0 * (1 + 2 * x) * (1 - x) ** 2
+            + d0 * x * (1 - x) ** 2
+            + p1 * x**2 * (3 - 2 * x)
+            - d1 * x**2 * (1 - x)
+        )
+
+    def resample(self, count: int) -> tuple[Array, Array]:
+        """`count` points (N, 3), equally spaced by arc length, and their parameters t (N,).
+
+        A closed curve ends where it starts; the last point repeats the first.
+        """
+        fine = np.interp(
+            np.arange((len(self.knots) - 1) * STEPS_PER_SPAN + 1) / STEPS_PER_SPAN,
+            np.arange(len(self.knots)),
+            self.knots,
+        )
+        length = arc_length(self.evaluate(fine))
+        t = np.interp(np.linspace(0, length[-1], count), length, fine)
+        return self.evaluate(t), t
+
+
+def fit_curve(points: ArrayLike, closed: bool = False) -> Curve:
+    """The spline through control points (K, 3); points repeated one after another count once.
+
+    A closed curve needs three distinct points; with fewer it is open.
+    """
+    points = np.asarray(points, float).reshape(-1, 3)
+    sources = np.flatnonzero(
+        np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
+    )
+    if closed and len(sources) > 1 and np.allclose(points[sources[-1]], points[0], atol=1e-9):
+        sources = sources[:-1]
+    closed = closed and len(sources) >= 3
+    if closed:
+        sources = np.append(sources, sources[0])
+    p = points[sources]
+    knots = arc_length(p)
+    if len(p) == 1:
+        slopes = np.zeros_like(p)
+    elif closed:
+        slopes = _periodic_slopes(knots, p)
+    elif len(p) <= 3:
+        slopes = _polynomial_slopes(knots, p)
+    else:
+        slopes = _not_a_knot_slopes(knots, p)
+    return Curve(knots, p, slopes, sources, closed)
+
+
+def arc_length(points: Array) -> Array:
+    """Length of the polyline up to each of its points (N, 3) -> (N,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def _polynomial_slopes(t: Array, p: Array) -> Array:
+    """Slopes of the line or parabola through two or three points."""
+    chords = np.diff(p, axis=0) / np.diff(t)[:, None]  # (K - 1, 3)
+    if len(p) == 2:
+        return np.repeat(chords, 2, axis=0)
+    bend = (chords[1] - chords[0]) / (t[2] - t[0])
+    return chords[0] + bend * (2 * t[:, None] - t[0] - t[1])
+
+
+def _interior_rows(t: Array, p: Array) -> tuple[Array, Array]:
+    """The equations of equal curvature at the inner knots: (K - 2, K) and (K - 2, 3)."""
+    h = np.diff(t)  # (K - 1,)
+    chords = np.diff(p, axis=0) / h[:, None]
+    inner = np.arange(1, len(t) - 1)
+    rows = np.zeros((len(inner), len(t)))
+    rows[inner - 1, inner - 1] = h[1:]
+    rows[inner - 1, inner] = 2 * (h[:-1] + h[1:])
+    rows[inner - 1, inner + 1] = h[:-1]
+    return rows, 3 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
+
+
+def _not_a_knot_slopes(t: Array, p: Array) -> Array:
+    """Third derivative continuous across the second and the last but one knot."""
+    rows, right = _interior_rows(t, p)
+    ends, values = np.zeros((2, len(t))), np.zeros((2, 3))
+    for row, (a, b, c) in enumerate([(0, 1, 2), (-1, -2, -3)]):
+        h, next_h = abs(t[b] - t[a]), abs(t[c] - t[b])
+        chord, next_chord = (p[b] - p[a]) / (t[b] - t[a]), (p[c] - p[b]) / (t[c] - t[b])
+        ends[row, a], ends[row, b] = next_h, h + next_h
+        values[row] = ((h + 2 * (h + next_h)) * next_h * chord + h**2 * next_chord) / (h + next_h)
+    return np.linalg.solve(np.vstack([ends, rows]), np.vstack([values, right]))
+
+
+def _periodic_slopes(t: Array, p: Array) -> Array:
+    """Slope and curvature continuous where the curve closes."""
+    rows, right = _interior_rows(t, p)
+    h = np.diff(t)
+    chords = np.diff(p, axis=0) / h[:, None]
+    ends, values = np.zeros((2, len(t))), np.zeros((2, 3))
+    ends[0, [0, -1]] = 1, -1
+    ends[1, [0, 1]] = 2 * h[-1], h[-1]
+    ends[1, [-2, -1]] = h[0], 2 * h[0]
+    values[1] = 3 * (h[-1] * chords[0] + h[0] * chords[-1])
+    return np.linalg.solve(np.vstack([ends, rows]), np.vstack([values, right]))

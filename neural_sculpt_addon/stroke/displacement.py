@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3).
+
+v is the signed distance from the path. Around a round end the profile of both sides is blended by
+the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
+other sheet of a thin part, whose normal turns away from n(u), is not displaced. Model space.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .curve import Array, fit_curve
+from .path import Path, locate
+from .stroke import Direction, Ends, Stroke
+
+
+class Displacement(NamedTuple):
+    """What a stroke does to surface points (M, 3)."""
+
+    amount: Array  # (M,), signed length
+    direction: Array  # (M, 3), unit
+    nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
+    beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
+
+
+def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:
+    """The displacement of surface `points` (M, 3) with unit outward `normals` (M, 3).
+
+    `path` is the stroke laid on the same surface; mirror images are strokes of their own.
+    """
+    normals = np.asarray(normals, float)
+    place = locate(path, points)
+    brush = stroke.brush
+    facing = np.einsum("ij,ij->i", normals, place.normals) > 0
+    radius = brush.radius * _factors(stroke, stroke.radius_factors, place.u)
+    intensity = brush.intensity * _factors(stroke, stroke.intensity_factors, place.u)
+    nearness = np.where(facing, place.distance / np.maximum(radius, 1e-9), np.inf)
+    inside = np.minimum(nearness, 2.0)  # the profile is zero from 1 on
+    left, right = (1 + place.sine) / 2, (1 - place.sine) / 2
+    height = left * brush.profile(inside) + right * brush.profile(-inside)
+    amount = intensity * brush.modulation(place.u) * height
+    if stroke.ends is Ends.FLAT and len(path.points) > 1:
+        amount = np.where(place.beyond, 0.0, amount)
+    direction = place.normals if stroke.direction is Direction.STROKE else normals
+    return Displacement(amount, direction, nearness, place.beyond)
+
+
+def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:
+    """Factors of the control points at u: linear between them, by their place along the spline."""
+    if factors is None:
+        return np.ones_like(u)
+    curve = fit_curve(stroke.points, stroke.closed)
+    if len(curve.knots) == 1:
+        return np.full_like(u, factors[curve.sources[0]])
+    return np.interp(u, curve.knots / curve.knots[-1], factors[curve.sources])

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A function of one variable that an artist shapes: by name, control points or table.
+
+Base of the profile and of the modulation. Control points are joined by a Catmull-Rom spline whose
+slopes are limited so that the curve stays C1 and inside its range; a table is what a curve widget
+shows, sampled uniformly over the domain and joined by lines.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import SculptError
+
+Array = NDArray[np.float64]
+Formula = Callable[[Array], Array]
+
+MOST_NUMBERS = 4096  # in one list of control points or one table
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Exactly one of `name`, `points` ((x, y) pairs, x increasing) and `table` is given."""
+
+    name: str = ""
+    points: tuple[tuple[float, float], ...] = ()
+    table: tuple[float, ...] = ()
+
+    WORD: ClassVar[str]
+    DOMAIN: ClassVar[tuple[float, float]]
+    RANGE: ClassVar[tuple[float, float]]
+    FORMULAS: ClassVar[Mapping[str, Formula]]
+
+    def __post_init__(self) -> None:
+        """Refuse what is no function on the domain. SculptError."""
+        if sum(map(bool, (self.name, self.points, self.table))) != 1:
+            raise SculptError(f"A {self.WORD} needs one of: a name, control points, a table.")
+        if self.name and self.name not in self.FORMULAS:
+            names = ", ".join(self.FORMULAS)
+            raise SculptError(
+                f"There is no {self.WORD} named {self.name!r}; choose one of {names}."
+            )
+        if len(self.points) == 1 or len(self.table) == 1:
+            raise SculptError(f"A {self.WORD} needs at least two points.")
+        numbers = np.array([*np.ravel(self.points), *self.table], float)
+        if len(numbers) > MOST_NUMBERS or not np.isfinite(numbers).all():
+            raise SculptError(f"A {self.WORD} needs finite numbers, at most {MOST_NUMBERS}.")
+        if self.points and (np.diff([x for x, _ in self.points]) < 1e-6).any():
+            raise SculptError(f"The control points of a {self.WORD} must go from left to right.")
+
+    def __call__(self, x: ArrayLike) -> Array:
+        """Values at x, an array of any shape; x outside the domain counts as its nearest end."""
+        x = np.clip(np.asarray(x, float), *self.DOMAIN)
+        if self.name:
+            return self.FORMULAS[self.name](x)
+        if self.table:
+            knots = np.linspace(*self.DOMAIN, len(self.table))
+            return np.clip(np.interp(x, knots, self.table), *self.RANGE)
+        return _catmull_rom(x, np.array(self.points), self.RANGE)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for a stroke file."""
+        if self.name:
+            return {"name": self.name}
+        return (
+            {"points": [list(p) for p in self.points]} if self.points else {"table": [*self.table]}
+        )
+
+    @classmethod
+    def from_json(cls, data: object) -> Self:
+        """Read what `to_json` wrote. SculptError when it is something else."""
+        if not isinstance(data, Mapping) or len(data) != 1:
+            raise SculptError(f'A {cls.WORD} is one of {{"name"}}, {{"points"}}, {{"table"}}.')
+        try:
+            if "points" in data:
+                return cls(points=tuple((float(x), float(y)) for x, y in data["points"]))
+            if "table" in data:
+                return cls(table=tuple(float(y) for y in data["table"]))
+            return cls(name=str(data["name"]))
+        except (KeyError, TypeError, ValueError) as error:
+            raise SculptError(f"A {cls.WORD} cannot be read ({error}).") from error
+
+
+def _catmull_rom(x: Array, points: Array, bounds: tuple[float, float]) -> Array:
+    """Cubic Hermite spline through points (K, 2) with Catmull-Rom slopes, held constant outside.
+
+    A slope is limited so that the Bezier points y +- slope h / 3 of both neighbouring spans lie
+    inside `bounds`; by the convex hull property the curve then does, too, and remains C1.
+    """
+    low, high = bounds
+    px, py = points[:, 0], np.clip(points[:, 1], low, high)  # (K,)
+    slopes = np.gradient(py, edge_order=1) / np.gradient(px, edge_order=1)
+    span = np.diff(px)  # (K - 1,)
+    after, before = np.append(span, span[-1]), np.append(span[0], span)  # (K,)
+    steepest = np.minimum((high - py) / after, (py - low) / before) * 3
+    lowest = np.maximum((low - py) / after, (py - high) / before) * 3
+    slopes = np.clip(slopes, lowest, steepest)
+
+    x = np.clip(x, px[0], px[-1])
+    k = np.clip(np.searchsorted(px, x, "right") - 1, 0, len(px) - 2)
+    t = (x - px[k]) / span[k]
+    return (
+        py[k] * (1 + 2 * t) * (1 - t) ** 2
+        + slopes[k] * span[k] * t * (1 - t) ** 2
+        + py[k + 1] * t**2 * (3 - 2 * t)
+        - slopes[k + 1] * span[k] * t**2 * (1 - t)
+    )

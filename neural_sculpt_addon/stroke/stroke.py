@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stroke: control points on the surface and the brush with which they were drawn.
+
+Plain data in model space that round-trips through JSON. Defined cases: one point (or one repeated)
+is a dab, a round displacement about it; a closed stroke joins its ends; where a stroke crosses
+itself, the nearest pass decides.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import combinations
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .brush import Brush
+from .errors import SculptError
+from .modulation import Modulation
+from .profile import Profile
+
+MOST_POINTS = 2048
+BOX = 1.0  # strokes lie in [-1, 1]^3
+AXES = "XYZ"
+
+T = TypeVar("T")
+
+
+class Ends(str, Enum):
+    """What an open stroke does beyond its first and last point."""
+
+    ROUND = "round"
+    FLAT = "flat"
+
+
+class Direction(str, Enum):
+    """Along which normal the surface is displaced.
+
+    SURFACE: each surface point along its own normal, so a wide stroke follows the shape.
+    STROKE:  all points of a cross-section along the normal n(u) of the stroke (paper, section 3).
+    """
+
+    SURFACE = "surface"
+    STROKE = "stroke"
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One stroke.
+
+    points:  (K, 3) control points in model space, on the surface
+    radius_factors, intensity_factors: (K,) or None, pen pressure at each control point, >= 0
+    mirror:  the axes across whose planes (x = 0, ...) the stroke is repeated
+    seed:    of all random numbers that its edit draws
+    """
+
+    points: NDArray[np.float64]
+    brush: Brush
+    closed: bool = False
+    radius_factors: NDArray[np.float64] | None = None
+    intensity_factors: NDArray[np.float64] | None = None
+    ends: Ends = Ends.ROUND
+    direction: Direction = Direction.SURFACE
+    mirror: frozenset[str] = frozenset()
+    name: str = ""
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Bring arrays to float64 and refuse what is no stroke. SculptError."""
+        points = _numbers(self.points, "points")
+        if points.ndim != 2 or points.shape[1] != 3 or not 1 <= len(points) <= MOST_POINTS:
+            raise SculptError(f"A stroke needs 1 to {MOST_POINTS} points of three coordinates.")
+        if np.abs(points).max() > BOX:
+            raise SculptError(
+                "The stroke leaves the box [-1, 1]^3 of the field; draw on the surface."
+            )
+        object.__setattr__(self, "points", points)
+        for word in ("radius_factors", "intensity_factors"):
+            if (factors := getattr(self, word)) is None:
+                continue
+            factors = _numbers(factors, word)
+            if factors.shape != (len(points),) or factors.min() < 0 or factors.max() > 10:
+                raise SculptError(f"A stroke's {word} are one number from 0 to 10 for each point.")
+            object.__setattr__(self, word, factors)
+        if not 0 <= self.seed < 2**63:
+            raise SculptError(f"The stroke's seed is {self.seed}; it must be from 0 to 2^63 - 1.")
+        if not self.mirror <= set(AXES):
+            raise SculptError(f"A stroke is mirrored across X, Y or Z, not {sorted(self.mirror)}.")
+
+    def __eq__(self, other: object) -> bool:
+        """Equal when all data are equal."""
+        return isinstance(other, Stroke) and self.to_json() == other.to_json()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def copies(self) -> tuple["Stroke", ...]:
+        """The stroke itself and its mirror images, each without a mirror of its own.
+
+        A reflection swaps the sides of n x u, so the profile is mirrored with it.
+        """
+        axes = sorted(self.mirror)
+        copies = []
+        for chosen in (c for size in range(len(axes) + 1) for c in combinations(axes, size)):
+            signs = np.array([-1.0 if axis in chosen else 1.0 for axis in AXES])  # (3,)
+            profile = self.brush.profile
+            brush = replace(self.brush, profile=profile.mirrored() if len(chosen) % 2 else profile)
+            copies.append(
+                replace(self, points=self.points * signs, brush=brush, mirror=frozenset())
+            )
+        return tuple(copies)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for a stroke file; what has its default value is left out."""
+        data: dict[str, Any] = {
+            "points": self.points.tolist(),
+            "radius": self.brush.radius,
+            "intensity": self.brush.intensity,
+            "profile": self.brush.profile.to_json(),
+            "modulation": self.brush.modulation.to_json(),
+        }
+        for word in ("radius_factors", "intensity_factors"):
+            if (factors := getattr(self, word)) is not None:
+                data[word] = factors.tolist()
+        if self.ends is not Ends.ROUND:
+            data["ends"] = self.ends.value
+        if self.direction is not Direction.SURFACE:
+            data["direction"] = self.direction.value
+        if self.mirror:
+            data["mirror"] = "".join(sorted(self.mirror))
+        for word in ("closed", "name", "seed"):
+            if value := getattr(self, word):
+                data[word] = value
+        return data
+
+    @staticmethod
+    def from_json(data: object) -> "Stroke":
+        """Read what `to_json` wrote. SculptError when it is something else."""
+        if not isinstance(data, Mapping):
+            raise SculptError("A stroke is a JSON object with points, radius and intensity.")
+        if unknown := set(data) - _WORDS:
+            raise SculptError(f"A stroke has no field {', '.join(sorted(map(str, unknown)))}.")
+        if missing := {"points", "radius", "intensity"} - set(data):
+            raise SculptError(f"The stroke lacks {', '.join(sorted(missing))}.")
+        brush = Brush(
+            radius=_read(float, data, "radius", 0.0),
+            intensity=_read(float, data, "intensity", 0.0),
+            profile=Profile.from_json(data.get("profile", {"name": "quintic"})),
+            modulation=Modulation.from_json(data.get("modulation", {"name": "identity"})),
+        )
+        return Stroke(
+            points=data["points"],
+            brush=brush,
+            closed=_read(_flag, data, "closed", False),
+            radius_factors=data.get("radius_factors"),
+            intensity_factors=data.get("intensity_factors"),
+            ends=_read(Ends, data, "ends", Ends.ROUND),
+            direction=_read(Direction, data, "direction", Direction.SURFACE),
+            mirror=_read(frozenset, data, "mirror", frozenset()),
+            name=_read(str, data, "name", ""),
+            seed=_read(int, data, "seed", 0),
+        )
+
+
+_WORDS = {
+    *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
+    *("intensity_factors", "ends", "direction", "mirror", "name", "seed"),
+}
+
+
+def _read(kind: Callable[[Any], T], data: Mapping[str, Any], word: str, default: T) -> T:
+    try:
+        return kind(data[word]) if word in data else default
+    except (TypeError, ValueError) as error:
+        raise SculptError(f"The stroke's {word} cannot be {data[word]!r:.60}.") from error
+
+
+def _flag(value: object) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError
+    return value
+
+
+def _numbers(data: object, word: str) -> NDArray[np.float64]:
+    """An array of finite numbers."""
+    try:
+        array = np.array(data, float)
+    except (TypeError, ValueError) as error:
+        raise SculptError(f"The stroke's {word} are no numbers.") from error
+    if not np.isfinite(array).all():
+        raise SculptError(f"The stroke's {word} hold NaN or infinite numbers.")
+    return array
