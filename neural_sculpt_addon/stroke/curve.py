@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+REPEATED = 1e-9  # points closer than this are one
 STEPS_PER_SPAN = 24  # chords that measure the length of one span; relative error below 1e-3
 
 
@@ -20,14 +21,12 @@ STEPS_PER_SPAN = 24  # chords that measure the length of one span; relative erro
 class Curve:
     """A cubic spline through `points`, with `slopes` dp/dt at the knots t.
 
-    A closed curve repeats its first knot at the end. `sources` holds, for each knot, the index of
-    the control point that it came from, so values per control point can be carried along.
+    A closed curve repeats its first knot at the end.
     """
 
     knots: Array  # (K,), chord length
     points: Array  # (K, 3)
     slopes: Array  # (K, 3)
-    sources: NDArray[np.intp]  # (K,)
     closed: bool
 
     def evaluate(self, t: ArrayLike) -> Array:
@@ -68,15 +67,13 @@ def fit_curve(points: ArrayLike, closed: bool = False) -> Curve:
     A closed curve needs three distinct points; with fewer it is open.
     """
     points = np.asarray(points, float).reshape(-1, 3)
-    sources = np.flatnonzero(
-        np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
-    )
-    if closed and len(sources) > 1 and np.allclose(points[sources[-1]], points[0], atol=1e-9):
-        sources = sources[:-1]
-    closed = closed and len(sources) >= 3
+    moves = np.linalg.norm(np.diff(points, axis=0), axis=1) > REPEATED  # (K - 1,)
+    p = points[np.append(True, moves)]
+    if closed and len(p) > 1 and np.linalg.norm(p[-1] - p[0]) <= REPEATED:
+        p = p[:-1]
+    closed = closed and len(p) >= 3
     if closed:
-        sources = np.append(sources, sources[0])
-    p = points[sources]
+        p = np.vstack([p, p[0]])
     knots = arc_length(p)
     if len(p) == 1:
         slopes = np.zeros_like(p)
@@ -86,7 +83,7 @@ def fit_curve(points: ArrayLike, closed: bool = False) -> Curve:
         slopes = _polynomial_slopes(knots, p)
     else:
         slopes = _not_a_knot_slopes(knots, p)
-    return Curve(knots, p, slopes, sources, closed)
+    return Curve(knots, p, slopes, closed)
 
 
 def arc_length(points: Array) -> Array:

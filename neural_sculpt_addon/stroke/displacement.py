@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .curve import Array, fit_curve
+from .curve import Array, arc_length
 from .path import Path, locate
 from .stroke import Direction, Ends, Stroke
 
@@ -34,7 +34,7 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     place = locate(path, points)
     brush = stroke.brush
     facing = np.einsum("ij,ij->i", normals, place.normals) > 0
-    radius = brush.radius * _factors(stroke, stroke.radius_factors, place.u)
+    radius = local_radius(stroke, place.u)
     intensity = brush.intensity * _factors(stroke, stroke.intensity_factors, place.u)
     nearness = np.where(facing, place.distance / np.maximum(radius, 1e-9), np.inf)
     inside = np.minimum(nearness, 2.0)  # the profile is zero from 1 on
@@ -47,11 +47,17 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     return Displacement(amount, direction, nearness, place.beyond)
 
 
+def local_radius(stroke: Stroke, u: Array) -> Array:
+    """The radius (M,) at u (M,), with the factors of the control points."""
+    return stroke.brush.radius * _factors(stroke, stroke.radius_factors, u)
+
+
 def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:
-    """Factors of the control points at u: linear between them, by their place along the spline."""
+    """Factors of the control points at u, linear by chord length between them."""
     if factors is None:
         return np.ones_like(u)
-    curve = fit_curve(stroke.points, stroke.closed)
-    if len(curve.knots) == 1:
-        return np.full_like(u, factors[curve.sources[0]])
-    return np.interp(u, curve.knots / curve.knots[-1], factors[curve.sources])
+    points = stroke.points
+    if stroke.closed:
+        points, factors = np.vstack([points, points[0]]), np.append(factors, factors[0])
+    along = arc_length(points)
+    return np.interp(u * along[-1], along, factors)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The profile b(v): cross-section of a stroke on v in [-1, 1], values in [-1, 1] (paper, section 3).
+"""The profile b(v): cross-section of a stroke, v and b in [-1, 1] (paper, section 3).
 
 Negative values carve where positive ones extrude; the profile need not be symmetric. v grows
 towards n x u, the left of an artist who draws along u and sees n pointing at them.

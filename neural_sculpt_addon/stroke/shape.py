@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import SculptError
 
 Array = NDArray[np.float64]
-Formula = Callable[[Array], Array]
+Formula = Callable[[Array], NDArray[Any]]
 
 MOST_NUMBERS = 4096  # in one list of control points or one table
 
@@ -55,7 +55,7 @@ class Shape:
         """Values at x, an array of any shape; x outside the domain counts as its nearest end."""
         x = np.clip(np.asarray(x, float), *self.DOMAIN)
         if self.name:
-            return self.FORMULAS[self.name](x)
+            return np.asarray(self.FORMULAS[self.name](x), float)
         if self.table:
             knots = np.linspace(*self.DOMAIN, len(self.table))
             return np.clip(np.interp(x, knots, self.table), *self.RANGE)

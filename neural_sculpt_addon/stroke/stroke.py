@@ -8,7 +8,7 @@ itself, the nearest pass decides.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
+from enum import StrEnum
 from itertools import combinations
 from typing import Any, TypeVar
 
@@ -27,14 +27,14 @@ AXES = "XYZ"
 T = TypeVar("T")
 
 
-class Ends(str, Enum):
+class Ends(StrEnum):
     """What an open stroke does beyond its first and last point."""
 
     ROUND = "round"
     FLAT = "flat"
 
 
-class Direction(str, Enum):
+class Direction(StrEnum):
     """Along which normal the surface is displaced.
 
     SURFACE: each surface point along its own normal, so a wide stroke follows the shape.
