@@ -24,6 +24,12 @@ class Displacement(NamedTuple):
     nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
 
+    def where(self, chosen: NDArray[np.bool_]) -> "Displacement":
+        """The chosen points' part."""
+        return Displacement(
+            self.amount[chosen], self.direction[chosen], self.nearness[chosen], self.beyond[chosen]
+        )
+
 
 def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:
     """The displacement of surface `points` (M, 3) with unit outward `normals` (M, 3).

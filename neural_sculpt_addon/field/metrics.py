@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well an edit did what the stroke asked, and what else it changed.
+
+All lengths are in model space, absolute, and refer to these regions of the unedited surface, by
+distance from the path in radii (the nearest copy of a mirrored stroke counts):
+
+core   <= 1 and beside the path; what lies around an end is the cap, reported apart
+rim    1 to 1.4
+far    > 1.4, and the other sheet of thin parts
+
+Definitions
+tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
+         samples are fresh: a jittered grid, not the one that was trained on
+cap      the same around round ends and dabs
+reverse  distance of the edited proxy near the stroke from the displaced surface (a triangle mesh
+         of a fine tube), exact point to triangle
+rim      distance of unedited samples of the rim from the edited zero set
+drift    the same for far samples
+normal   angle between grad f at the tube samples, brought to the edited zero set, and the normal
+         of the displaced surface, degrees
+gradient mean | |grad f| - 1 | over the tube samples, after the edit
+components  connected pieces of the proxy before and after
+chamfer  mean distance of 100,000 samples of either surface to the nearest sample of the other, both
+         directions added (paper, table 2), and the same between two samplings of the target: the
+         noise floor, below which nothing can be told
+
+The distance of a point from the zero set is the way that projection moves it; where projection has
+not arrived, it is at least the first-order estimate |f| / |grad f|.
+"""
+
+from typing import Any
+
+import igl
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from ..stroke.displacement import displace
+from .evaluate import values_and_gradients
+from .network import Siren
+from .prepare import CELLS, Preparation
+from .problem import Laid, nearness, sample_tubes
+from .projection import SMALLEST_GRADIENT, project
+from .proxy import Proxy, extract
+from .surface import sample_surface
+from .tube import Tube, sample_tube
+
+FAR = 1.4
+CHAMFER_SAMPLES = 100_000
+FINE = 161  # rows and columns of the mesh that the reverse distance is measured to
+
+Array = NDArray[np.floating[Any]]
+
+
+def measure(
+    preparation: Preparation, edited: Siren, laid: tuple[Laid, ...], seed: int
+) -> dict[str, Any]:
+    """All measures of one edit but the Chamfer distance, ready for JSON.
+
+    `preparation` is of the unedited network and `laid` the stroke on it. A measure over an empty
+    region (a dab has no core) is None.
+    """
+    random = np.random.default_rng(seed)
+    tubes = sample_tubes(preparation.network, laid, jitter=random)
+    proxy = extract(edited, CELLS)
+    beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
+    target = np.concatenate([tube.target.points for tube in tubes])
+    target_normals = np.concatenate([tube.target.normals for tube in tubes])
+    core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
+    error = distance_to_surface(edited, target)
+
+    near = nearness(laid, preparation.surface)
+    moved = distance_to_surface(edited, preparation.surface.points)
+    surface = project(edited, target[core])
+    cosine = np.einsum("ij,ij->i", surface.normals, target_normals[core])
+    _, gradient = values_and_gradients(edited, target[core])
+    return {
+        **_summary("tube", error[core], mean="mean", p95=95, max="max"),
+        **_summary("cap", error[beyond], mean="mean", p95=95, max="max"),
+        **_summary("reverse", _reverse(preparation, proxy, laid), mean="mean", p95=95, max="max"),
+        **_summary("rim", moved[(near > 1) & (near <= FAR)], mean="mean"),
+        **_summary("drift", moved[near > FAR], mean="mean", p99=99, max="max"),
+        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "gradient": float(np.abs(np.linalg.norm(gradient, axis=1) - 1).mean()),
+        "components_before": components(preparation.proxy),
+        "components_after": components(proxy),
+    }
+
+
+def distance_to_surface(network: Siren, points: ArrayLike) -> Array:
+    """Distance (N,) of points (N, 3) from the zero set."""
+    points = np.asarray(points, np.float32)
+    value, gradient = values_and_gradients(network, points)
+    estimate = np.abs(value) / np.maximum(np.linalg.norm(gradient, axis=1), SMALLEST_GRADIENT)
+    surface = project(network, points, steps=8)
+    way = np.linalg.norm(surface.points - points, axis=1)
+    return np.where(surface.distance < 1e-4, way, np.maximum(way, estimate))
+
+
+def components(proxy: Proxy) -> int:
+    """Connected pieces of a proxy."""
+    a, b, c = proxy.triangles.T
+    edges = np.concatenate([a, b]), np.concatenate([b, c])
+    count = len(proxy.vertices)
+    graph = coo_array((np.ones(len(edges[0]), bool), edges), shape=(count, count))
+    return int(connected_components(graph, directed=False)[0])
+
+
+def chamfer(
+    preparation: Preparation, edited: Siren, laid: tuple[Laid, ...], seed: int
+) -> dict[str, float]:
+    """The paper's Chamfer distance of edited and displaced surface, and its noise floor."""
+    vertices, normals = preparation.proxy.vertices, preparation.proxy.normals
+    moved = vertices.astype(float)
+    largest = np.zeros(len(vertices))
+    for stroke, path in laid:
+        displacement = displace(stroke, path, vertices, normals)
+        wins = np.abs(displacement.amount) > largest
+        largest = np.where(wins, np.abs(displacement.amount), largest)
+        goal = vertices + displacement.amount[:, None] * displacement.direction
+        moved = np.where(wins[:, None], goal, moved)
+    mesh = trimesh.Trimesh(moved, preparation.proxy.triangles, process=False)
+    first = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed)[0]
+    second = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed + 1)[0]
+    surface = sample_surface(edited, extract(edited, CELLS), CHAMFER_SAMPLES, seed)
+    return {
+        "chamfer": _both_ways(first, surface.points),
+        "chamfer_floor": _both_ways(first, second),
+    }
+
+
+def _both_ways(a: Array, b: Array) -> float:
+    return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
+
+
+def _reverse(preparation: Preparation, proxy: Proxy, laid: tuple[Laid, ...]) -> Array:
+    """Distance of the edited proxy's vertices near the stroke from the displaced surface.
+
+    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube.
+    """
+    distances = []
+    rest = preparation.surface.points[nearness(laid, preparation.surface) > 1]
+    for one in laid:
+        tube = sample_tube(preparation.network, one.stroke, one.path, FINE, FINE)
+        triangles = _triangles(tube)
+        tree = KDTree(np.concatenate([tube.target.points, rest]))
+        radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
+        close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
+        vertices = proxy.vertices[np.isfinite(close)].astype(float)
+        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
+        if len(vertices) and len(triangles):
+            points = tube.target.points.astype(float)
+            squared = igl.point_mesh_squared_distance(vertices, points, triangles)[0]
+            distances.append(np.sqrt(squared))
+    return np.concatenate([*distances, np.empty(0)])
+
+
+def _triangles(tube: Tube) -> NDArray[np.int64]:
+    """Triangles (T, 3) between neighbours of the tube's grid."""
+    a, b = tube.grid[:-1, :-1].ravel(), tube.grid[:-1, 1:].ravel()
+    c, d = tube.grid[1:, :-1].ravel(), tube.grid[1:, 1:].ravel()
+    both = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    return both[(both >= 0).all(axis=1)].astype(np.int64)
+
+
+def _summary(word: str, values: Array, **measures: str | int) -> dict[str, float | None]:
+    """Mean, maximum and percentiles of `values`, named `word_measure`; None of nothing."""
+    compute = {"mean": np.mean, "max": np.max}
+    return {
+        f"{word}_{name}": None
+        if not len(values)
+        else float(
+            compute[measure](values) if isinstance(measure, str) else np.percentile(values, measure)
+        )
+        for name, measure in measures.items()
+    }

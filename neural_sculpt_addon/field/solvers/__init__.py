@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edit solvers: a problem in, a network out.
+
+A solver is a function `solve(problem, progress) -> Siren`. It draws random numbers only from the
+problem's seed, leaves the given network as it is and may raise Cancelled through `progress`.
+"""
+
+from collections.abc import Callable
+
+from ...stroke.progress import Progress
+from ..network import Siren
+from ..problem import Problem
+
+Solve = Callable[[Problem, Progress], Siren]

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples of the surface, uniform by area: drawn on a proxy, then projected onto f = 0."""
+
+from typing import NamedTuple
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from .network import Siren
+from .projection import project
+from .proxy import Proxy
+
+
+class Samples(NamedTuple):
+    """Points of a surface and its unit outward normals there."""
+
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]  # (N, 3)
+
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Samples":
+        """The chosen samples."""
+        return Samples(self.points[chosen], self.normals[chosen])
+
+
+def sample_surface(network: Siren, proxy: Proxy, count: int, seed: int) -> Samples:
+    """`count` points, uniform by area, on the zero set of which `proxy` is the proxy."""
+    mesh = trimesh.Trimesh(proxy.vertices, proxy.triangles, process=False)
+    surface = project(network, trimesh.sample.sample_surface(mesh, count, seed=seed)[0])
+    return Samples(surface.points, surface.normals)

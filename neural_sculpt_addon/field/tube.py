@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tubular sampling: a grid of surface samples around a stroke and where the stroke moves them.
+
+Rows are spaced along the path, columns across it, in [-r, r]; each grid point is offset along v and
+projected onto the surface (paper, section 4: 99 x 101). Around round ends and dabs the rows go on
+past the end, and what lies within one radius is kept. Model space.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..stroke.curve import Array
+from ..stroke.displacement import Displacement, displace, local_radius
+from ..stroke.path import Path
+from ..stroke.stroke import Ends, Stroke
+from .evaluate import values_and_gradients
+from .network import Siren
+from .projection import project
+from .surface import Samples
+
+ROWS, COLUMNS = 99, 101
+MOST_CAP_ROWS = 99
+
+
+@dataclass(frozen=True)
+class Tube:
+    """Surface samples around a stroke and their targets.
+
+    surface:      (N,) samples of the unedited surface
+    target:       where they go, p' = p + d n, and the unit normals of the displaced surface
+    displacement: (N,) what moves them
+    grid:         (rows, columns) index of each sample's place in the grid, -1 where there is none
+    """
+
+    surface: Samples
+    target: Samples
+    displacement: Displacement
+    grid: NDArray[np.intp]
+
+    def where(self, chosen: NDArray[np.bool_]) -> "Tube":
+        """The chosen samples."""
+        places = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
+        return Tube(
+            self.surface.where(chosen),
+            self.target.where(chosen),
+            self.displacement.where(chosen),
+            places[self.grid],
+        )
+
+
+def sample_tube(
+    network: Siren,
+    stroke: Stroke,
+    path: Path,
+    rows: int = ROWS,
+    columns: int = COLUMNS,
+    jitter: np.random.Generator | None = None,
+) -> Tube:
+    """The tube of a stroke laid on the surface as `path`; `jitter` moves samples in their cells."""
+    along, across = _grid(stroke, path, rows, columns, jitter)
+    surface = project(network, _offset(stroke, path, along, across))
+    samples = Samples(surface.points, surface.normals)
+    displacement = displace(stroke, path, samples.points, samples.normals)
+    kept = (displacement.nearness <= 1) & (surface.distance < 1e-3)
+    if stroke.ends is Ends.FLAT and len(path.points) > 1:
+        kept &= ~displacement.beyond
+    grid = np.full(along.shape, -1)
+    grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
+    samples = samples.where(kept)
+    displacement = displacement.where(kept)
+    target = displaced(network, stroke, path, samples, displacement)
+    return Tube(samples, target, displacement, grid)
+
+
+def displaced(
+    network: Siren, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
+) -> Samples:
+    """Where a stroke moves surface samples (N,), and the normals of the moved surface there.
+
+    The normal is the cross product of two tangents of the displaced surface, by central differences
+    of p + d n over the tangent plane: it holds for every profile, end and direction alike.
+    """
+    moved = samples.points + displacement.amount[:, None] * displacement.direction
+    step = stroke.brush.radius / 64
+    first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(samples.normals, first)
+    tangents = []
+    for axis in (first, second):
+        sides = []
+        for sign in (1.0, -1.0):
+            points = samples.points + sign * step * axis
+            _, gradient = values_and_gradients(network, points)
+            normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+            there = displace(stroke, path, points, normals)
+            sides.append(points + there.amount[:, None] * there.direction)
+        tangents.append(sides[0] - sides[1])
+    normals = np.cross(*tangents)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+    return Samples(moved.astype(np.float32), normals.astype(np.float32))
+
+
+def _grid(
+    stroke: Stroke, path: Path, rows: int, columns: int, jitter: np.random.Generator | None
+) -> tuple[Array, Array]:
+    """Places along the path in model space and across it in radii: two (rows', columns) arrays."""
+    radius = float(local_radius(stroke, np.linspace(0, 1, 65)).max())
+    if len(path.points) == 1:
+        along = np.linspace(-radius, radius, rows)
+    else:
+        along = np.linspace(0, path.length, rows)
+        if not path.closed and stroke.ends is Ends.ROUND:
+            more = min(int(np.ceil(radius / along[1])), MOST_CAP_ROWS)
+            reach = np.linspace(0, radius, more + 1)[1:]
+            along = np.concatenate([-reach[::-1], along, path.length + reach])
+    across = np.linspace(-1, 1, columns)
+    along, across = np.meshgrid(along, across, indexing="ij")
+    if jitter is not None:
+        spacing = np.array([along[rows // 2 + 1, 0] - along[rows // 2, 0], 2 / (columns - 1)])
+        shift = jitter.uniform(-0.5, 0.5, (2, *along.shape)) * spacing[:, None, None]
+        along, across = along + shift[0], np.clip(across + shift[1], -1, 1)
+    return along, across
+
+
+def _offset(stroke: Stroke, path: Path, along: Array, across: Array) -> Array:
+    """Grid points (N, 3) in the tangent planes of the path, before they are projected."""
+    u = along.ravel() / path.length if path.length else np.zeros(along.size)
+    inside = np.clip(u, 0, 1)
+
+    def at(values: Array) -> Array:
+        if len(path.points) == 1:
+            return np.repeat(values, len(u), axis=0)
+        return np.stack([np.interp(inside, path.u, axis) for axis in values.T], axis=1)
+
+    ahead = along.ravel() - inside * path.length
+    sideways = across.ravel() * local_radius(stroke, inside)
+    return (
+        at(path.points) + ahead[:, None] * at(path.tangents) + sideways[:, None] * at(path.laterals)
+    )
