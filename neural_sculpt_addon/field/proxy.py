@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The proxy: the triangle mesh that stands for a field in the scene.
+
+    active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0
+
+Marching cubes (Lewiner et al. 2003, scikit-image) runs on the active cells only. It leaves some 6 %
+slivers, triangles below 5 degrees: moving each vertex in its tangent plane towards the mean of its
+neighbours removes them. One Newton step then brings the vertices to within 1e-5 of the surface, and
+its gradients are the normals.
+
+Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
+is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import marching_cubes
+
+from ..stroke.errors import SculptError
+from ..stroke.progress import Progress, silent
+from .cells import Lattice, find_active
+from .evaluate import values_and_gradients
+from .network import Siren
+
+RELAXATION = 0.7  # share of the way to the mean of the neighbours
+REACH = 0.5  # longest Newton step, in cells
+SETTLED = 0.02  # a vertex that moved less, in cells, needs no further step
+STEPS = 3
+FLAT = 1e-6  # a gradient below this has no direction
+BATCH = 1 << 15  # vertices between two looks at `progress`
+
+
+@dataclass(frozen=True)
+class Proxy:
+    """A closed triangle mesh in model space."""
+
+    vertices: NDArray[np.float32]  # (V, 3)
+    normals: NDArray[np.float32]  # (V, 3), unit, outward: the direction of grad f
+    triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
+
+
+def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Proxy:
+    """The surface f = 0 within [-1, 1]^3, on a lattice of `cells` cells per axis.
+
+    SculptError when there is no surface, or the field's values are not finite.
+    """
+    lattice = find_active(network, cells, lambda part, text: progress(0.6 * part, text))
+    if not lattice.active.any():
+        raise SculptError(
+            "The field has no surface in its box. Undo the last stroke or choose another model."
+        )
+    progress(0.6, "Meshing")
+    mesh = _march(lattice)
+    progress(0.7, "Meshing")
+    _relax(mesh, lattice.spacing)
+    _snap(mesh, network, lattice.spacing, lambda part, text: progress(0.75 + 0.25 * part, text))
+    return Proxy(mesh.vertices, mesh.normals, mesh.triangles)
+
+
+@dataclass
+class _Mesh:
+    """A proxy in the making: `held` coordinates stay on their box face, `cap` vertices close it."""
+
+    vertices: NDArray[np.float32]  # (V, 3)
+    normals: NDArray[np.float32]  # (V, 3), rough until the vertices are snapped
+    triangles: NDArray[np.int32]  # (F, 3)
+    held: NDArray[np.bool_]  # (V, 3)
+    cap: NDArray[np.bool_]  # (V,)
+
+
+def _march(lattice: Lattice) -> _Mesh:
+    """Marching cubes on the active cells; what lies in the ring is drawn onto the box faces."""
+    index, triangles, inward, _ = marching_cubes(lattice.values, 0.0, mask=lattice.active)
+    cap = ((index < 1) | (index > lattice.cells + 1)).any(axis=1)  # (V,)
+    index = np.clip(index, 1, lattice.cells + 1)
+    held = (index == 1) | (index == lattice.cells + 1)  # (V, 3)
+    vertices = ((index - 1) * lattice.spacing - 1).astype(np.float32)
+    normals = np.where(cap[:, None], held * vertices, -inward)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    mesh = _Mesh(vertices, normals, np.ascontiguousarray(triangles), held, cap)
+    return _weld_caps(mesh) if cap.any() else mesh
+
+
+def _weld_caps(mesh: _Mesh) -> _Mesh:
+    """Merge the cap vertices that meet at an edge or corner of the box."""
+    name = np.arange(len(mesh.vertices))  # (V,)
+    cap = np.flatnonzero(mesh.cap)
+    _, first, group = np.unique(mesh.vertices[cap], axis=0, return_index=True, return_inverse=True)
+    name[cap] = cap[first][group.reshape(-1)]
+    triangles = name[mesh.triangles]
+    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    used, triangles = np.unique(triangles[proper], return_inverse=True)
+    return _Mesh(
+        mesh.vertices[used],
+        mesh.normals[used],
+        triangles.reshape(-1, 3).astype(np.int32),
+        mesh.held[used],
+        mesh.cap[used],
+    )
+
+
+def _relax(mesh: _Mesh, spacing: float) -> None:
+    """Move each vertex within its tangent plane towards the mean of its neighbours.
+
+    In a closed mesh of one winding every edge is walked once in each direction, so the sum over
+    triangle corners of the next corner counts each neighbour exactly once.
+    """
+    count = len(mesh.vertices)
+    corner, following = mesh.triangles.ravel(), np.roll(mesh.triangles, -1, axis=1).ravel()
+    degree = np.bincount(corner, minlength=count)  # (V,)
+    mean = np.stack(
+        [
+            np.bincount(corner, weights=mesh.vertices[following, axis], minlength=count) / degree
+            for axis in range(3)
+        ],
+        axis=1,
+    )  # (V, 3)
+    move = RELAXATION * (mean - mesh.vertices)
+    move -= np.sum(move * mesh.normals, axis=1, keepdims=True) * mesh.normals
+    move *= np.minimum(1, REACH * spacing / np.maximum(_length(move), 1e-12))
+    move[mesh.held] = 0
+    np.clip(mesh.vertices + move, -1, 1, out=mesh.vertices)
+
+
+def _snap(mesh: _Mesh, network: Siren, spacing: float, progress: Progress) -> None:
+    """Newton steps onto f = 0, within the face for vertices held on one; normals from grad f."""
+    moving = np.flatnonzero(~mesh.cap)
+    for step in range(STEPS):
+        unsettled = []
+        for start in range(0, len(moving), BATCH):
+            progress((step + start / len(moving)) / STEPS, "Snapping to the surface")
+            part = moving[start : start + BATCH]
+            value, gradient = values_and_gradients(network, mesh.vertices[part])
+            slope = _length(gradient)  # (P, 1)
+            steep = slope[:, 0] > FLAT
+            mesh.normals[part[steep]] = (gradient / slope)[steep]
+            gradient[mesh.held[part]] = 0
+            slope = np.maximum(_length(gradient), FLAT)
+            distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (P, 1)
+            mesh.vertices[part] -= distance * gradient / slope
+            unsettled.append(part[np.abs(distance[:, 0]) > SETTLED * spacing])
+        moving = np.concatenate(unsettled) if unsettled else moving
+    np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
+
+
+def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.linalg.norm(vectors, axis=1, keepdims=True)  # (N, 1)
