@@ -28,6 +28,7 @@ from .network import Siren
 
 FORMAT = "neural-sculpt-field"
 VERSION = 1
+SUFFIXES = (".safetensors", ".pth")
 LARGEST_FILE = 256 << 20  # bytes
 WIDEST, DEEPEST = 4096, 16
 

@@ -10,7 +10,7 @@ from typing import Any
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from ..stroke.stroke import Stroke
-from .metrics import measure
+from . import metrics
 from .network import Siren
 from .prepare import Preparation, prepare
 from .problem import lay_copies, pose
@@ -34,12 +34,14 @@ def edit(
     solver: str = "paper",
     epochs: int | None = None,
     preparation: Preparation | None = None,
+    chamfer: bool = False,
     progress: Progress = silent,
 ) -> Edit:
     """Apply `strokes` one after another.
 
     preparation: of `network`, when it was made before
     epochs:      of the paper's solver; its own default when None
+    chamfer:     report the paper's Chamfer distance, too (seconds)
 
     SculptError when a stroke does not lie on the surface or cannot be solved; Cancelled as soon as
     `progress` raises it. `network` itself is never changed.
@@ -62,7 +64,9 @@ def edit(
         network = solve(problem, lambda fraction, message: share(0.95 * fraction, message))
         seconds = time.perf_counter() - started
         share(0.95, "Measuring")
-        measures = measure(preparation, network, laid, stroke.seed)
+        measures = metrics.measure(preparation, network, laid, stroke.seed)
+        if chamfer:
+            measures |= metrics.chamfer(preparation, network, laid, stroke.seed)
         reports.append({"stroke": stroke.name, "solver": solver, "seconds": seconds, **measures})
         preparation = None
     return Edit(network, tuple(reports))

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`python -m neural_sculpt_addon`: see cli."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Triangle meshes as files, read and written by trimesh.
+
+Files come from outside: whatever trimesh makes of a damaged one becomes one sentence.
+"""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from ..stroke.errors import SculptError
+from .checkpoint import write_whole
+from .proxy import Proxy
+
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
+LARGEST_FILE = 2 << 30  # bytes
+
+
+def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (V, 3) and triangles (F, 3) of a mesh file. SculptError when it holds none."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise SculptError(f"{path.name}: meshes are read from {', '.join(SUFFIXES)} files.")
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise SculptError(f"{path.name} is larger than 2 GiB; decimate the mesh first.")
+        mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+    except OSError as error:
+        raise SculptError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        raise SculptError(f"{path.name} is no readable mesh ({error}).") from error
+    vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
+    triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
+    if not len(triangles):
+        raise SculptError(f"{path.name} holds no triangles; choose a mesh with a surface.")
+    return vertices, triangles
+
+
+def write(path: Path, proxy: Proxy) -> None:
+    """Write a proxy; the suffix chooses the format. SculptError when it cannot be written."""
+    mesh = trimesh.Trimesh(
+        proxy.vertices, proxy.triangles, vertex_normals=proxy.normals, process=False
+    )
+    buffer = io.BytesIO()
+    mesh.export(buffer, file_type=path.suffix.lower().removeprefix("."))
+    write_whole(path, buffer.getvalue())
