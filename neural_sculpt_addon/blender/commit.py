@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one way in which a result of the worker reaches the scene, and becomes one undo step.
+
+Weights, revision, strokes, report and proxy change together. The result's mesh is in model space,
+which is the object's local space.
+"""
+
+# pyright: reportOptionalMemberAccess=false
+
+import json
+import uuid
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+from bpy.types import Mesh, Object
+from mathutils import Matrix
+
+from ..stroke.errors import SculptError
+from ..stroke.file import dump_strokes, parse_strokes
+from ..stroke.stroke import Stroke
+from ..worker.client import Message
+from . import proxy_mesh
+from .properties import field_of
+
+
+def new_revision() -> str:
+    """A name for a state of the weights. A counter would collide after undo and a new stroke."""
+    return uuid.uuid4().hex
+
+
+@dataclass(frozen=True)
+class NewField:
+    """What a new object is called and where it is placed."""
+
+    name: str
+    source: str
+    matrix: Matrix
+    resolution: int
+
+
+def create_field(
+    new: NewField, result: Message, report: Mapping[str, Any], replaced: Object | None = None
+) -> Object:
+    """Add an object for a field that has no strokes yet, and select it.
+
+    `replaced`, the mesh whose place it takes, is hidden in the viewport.
+    """
+    mesh = bpy.data.meshes.new(new.name)
+    ob = bpy.data.objects.new(new.name, mesh)
+    ob.matrix_world = new.matrix
+    with _window():
+        bpy.context.collection.objects.link(ob)
+        for other in bpy.context.selected_objects:
+            other.select_set(False)
+        ob.select_set(True)
+        bpy.context.view_layer.objects.active = ob
+        if replaced is not None and replaced.name in bpy.context.view_layer.objects:
+            replaced.hide_set(True)
+    group = field_of(ob)
+    group.base_weights = result.arrays["field"].tobytes()
+    group.strokes = dump_strokes(())
+    group.source = new.source
+    group.resolution = new.resolution
+    _write(ob, result, new_revision(), report)
+    _push_undo(f"Add {new.name}")
+    return ob
+
+
+def add_strokes(
+    ob: Object, strokes: Iterable[Stroke], result: Message, revision: str, label: str
+) -> None:
+    """Append strokes whose edit is `result`. SculptError when the object is locked."""
+    _refuse_locked(ob)
+    group = field_of(ob)
+    group.strokes = dump_strokes([*parse_strokes(group.strokes), *strokes])
+    _write(ob, result, revision, result.fields["reports"][-1])
+    _push_undo(label)
+
+
+def set_proxy(ob: Object, resolution: int, result: Message) -> None:
+    """Replace the proxy by one of another resolution. SculptError when the object is locked."""
+    _refuse_locked(ob)
+    field_of(ob).resolution = resolution
+    _fill(ob, result)
+    _push_undo("Remesh Proxy")
+
+
+def _write(ob: Object, result: Message, revision: str, report: Mapping[str, Any]) -> None:
+    group = field_of(ob)
+    group.weights = result.arrays["field"].tobytes()
+    group.revision = revision
+    group.report = json.dumps(report)
+    _fill(ob, result)
+
+
+def _fill(ob: Object, result: Message) -> None:
+    """Write the proxy; a mesh shared with other objects is left to them."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    if mesh.users > 1:
+        mesh = mesh.copy()
+        ob.data = mesh
+    arrays = result.arrays
+    proxy_mesh.fill(mesh, arrays["vertices"], arrays["normals"], arrays["triangles"])
+
+
+def _refuse_locked(ob: Object) -> None:
+    if reason := proxy_mesh.why_locked(ob):
+        raise SculptError(reason)
+
+
+def _push_undo(label: str) -> None:
+    with _window():
+        bpy.ops.ed.undo_push(message=label)
+
+
+def _window() -> Any:
+    """A context with a window, which a timer lacks just after a file was loaded."""
+    return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The two curve widgets of the brush, and what they show as tables.
+
+Blender has no curve property: the curves live in float curve nodes of a hidden node tree that the
+scene's brush points to. So they are saved, follow undo, and can be drawn in a panel.
+Profile: [-1, 1] x [-1, 1]. Modulation: [0, 1] x [0, 1].
+"""
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from bpy.types import CurveMapping, NodeTree
+
+TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
+PROFILE = "profile"
+MODULATION = "modulation"
+SAMPLES = 257  # Blender's own table has 256 cells: a finer one gains nothing
+
+BOUNDS = {PROFILE: (-1.0, 1.0), MODULATION: (0.0, 1.0)}
+"""Of both axes of a widget."""
+
+_FIRST_SHAPES = {
+    PROFILE: ((-1.0, 0.0), (-0.5, 0.5), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0)),
+    MODULATION: ((0.0, 1.0), (1.0, 1.0)),
+}
+
+
+def make_curves() -> NodeTree:
+    """A new hidden node tree with both curves in their first shape."""
+    tree = bpy.data.node_groups.new(TREE, "ShaderNodeTree")
+    for name, points in _FIRST_SHAPES.items():
+        node = tree.nodes.new("ShaderNodeFloatCurve")
+        node.name = name
+        set_curve(tree, name, points)
+    return tree
+
+
+def mapping(tree: NodeTree, name: str) -> CurveMapping:
+    """The curve that a widget shows; `name` is PROFILE or MODULATION."""
+    node = tree.nodes[name]
+    assert isinstance(node, bpy.types.ShaderNodeFloatCurve) and node.mapping is not None
+    return node.mapping
+
+
+def set_curve(tree: NodeTree, name: str, points: Sequence[tuple[float, float]]) -> None:
+    """Replace a widget's points, at least two (x, y) with increasing x."""
+    curves = mapping(tree, name)
+    low, high = BOUNDS[name]
+    curves.use_clip = False
+    curves.clip_min_x = curves.clip_min_y = low
+    curves.clip_max_x = curves.clip_max_y = high
+    curves.extend = "HORIZONTAL"
+    line = curves.curves[0].points
+    while len(line) > max(2, len(points)):
+        line.remove(line[-1])
+    while len(line) < len(points):
+        line.new(0.0, 0.0)
+    for knot, location in zip(line, points, strict=True):
+        knot.location = location
+        knot.handle_type = "AUTO_CLAMPED"
+        knot.select = False
+    curves.use_clip = True
+    curves.update()
+    curves.reset_view()
+
+
+def table(tree: NodeTree, name: str) -> tuple[float, ...]:
+    """What a widget shows, sampled uniformly over its domain and clipped to its range."""
+    curves = mapping(tree, name)
+    curves.initialize()
+    line = curves.curves[0]
+    low, high = BOUNDS[name]
+    values = [curves.evaluate(line, float(x)) for x in np.linspace(low, high, SAMPLES)]
+    return tuple(np.round(np.clip(values, low, high), 6).tolist())

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Entries in Blender's own menus."""
+
+# pyright: reportOptionalMemberAccess=false
+
+import bpy
+from bpy.types import Context, Menu
+
+
+def draw_add(menu: Menu, context: Context) -> None:
+    """Shift A, Neural Field."""
+    menu.layout.operator_menu_enum(
+        "neural_sculpt.add", "kind", text="Neural Field", icon="SHADING_RENDERED"
+    )
+
+
+def draw_convert(menu: Menu, context: Context) -> None:
+    """Object, Convert, Neural Field from Mesh."""
+    menu.layout.operator("neural_sculpt.from_mesh", icon="SHADING_RENDERED")
+
+
+_ENTRIES = (("VIEW3D_MT_add", draw_add), ("VIEW3D_MT_object_convert", draw_convert))
+
+
+def register() -> None:
+    """Add the entries."""
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).append(draw)
+
+
+def unregister() -> None:
+    """Remove them."""
+    for menu, draw in _ENTRIES:
+        getattr(bpy.types, menu).remove(draw)

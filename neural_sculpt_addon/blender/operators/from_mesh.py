@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fit a neural field to the active mesh, as its modifiers show it.
+
+The fit works in coordinates that differ from the world only by the object's place and rotation, so
+the new object is never sheared or unevenly scaled and a round brush is round in the scene.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+import numpy as np
+from bpy.props import EnumProperty, IntProperty
+from bpy.types import Context, Object, Operator
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ...stroke.errors import SculptError
+from ...worker.client import JobKind, Message
+from .. import preferences, proxy_mesh
+from ..commit import NewField, create_field
+from ..worker_session import Job, find
+from .launch import REGISTER, Outcome, fail, launch
+
+
+class NEURAL_SCULPT_OT_from_mesh(Operator):
+    """Fit a neural field to the active mesh"""
+
+    bl_idname = "neural_sculpt.from_mesh"
+    bl_label = "Neural Field from Mesh"
+    bl_options = REGISTER
+
+    preset: EnumProperty(
+        name="Quality",
+        items=[
+            ("DRAFT", "Draft", "Quick and rough"),
+            ("NORMAL", "Normal", "Good enough to sculpt on"),
+            ("FINE", "Fine", "Slow and close to the mesh"),
+        ],
+        default="NORMAL",
+    )
+    seed: IntProperty(name="Seed", description="Of all random numbers", min=0)
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A mesh outside of Edit Mode."""
+        ob = context.active_object
+        if ob is None or ob.type != "MESH":
+            cls.poll_message_set("Select a mesh object first")
+            return False
+        if ob.mode == "EDIT":
+            cls.poll_message_set("Leave Edit Mode first")
+            return False
+        return True
+
+    def execute(self, context: Context) -> Outcome:
+        """Fit in the worker; the object appears when it is there."""
+        source = context.active_object
+        assert source is not None
+        try:
+            vertices, triangles, frame = read_source(source, context)
+        except SculptError as error:
+            return fail(self, error)
+        resolution = preferences.resolution()
+        name, uid = source.name, source.session_uid
+        fields = {"preset": self.preset.lower(), "seed": self.seed, "resolution": resolution}
+        arrays = {"vertices": vertices, "triangles": triangles}
+
+        def add(result: Message) -> None:
+            place = Matrix.Translation(result.fields["center"])
+            matrix = frame @ place @ Matrix.Scale(result.fields["scale"], 4)
+            new = NewField(f"{name} Field", f"{name} (mesh)", matrix, resolution)
+            create_field(new, result, result.fields["report"], replaced=find(uid))
+
+        return launch(self, Job(JobKind.FIT, f"Fit {name}", lambda: (fields, arrays), add))
+
+
+def read_source(
+    source: Object, context: Context
+) -> tuple[NDArray[np.float32], NDArray[np.int32], Matrix]:
+    """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh, and their frame in the world."""
+    frame = Matrix.LocRotScale(*source.matrix_world.decompose()[:2], None)
+    shape = frame.inverted() @ source.matrix_world
+    evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
+    try:
+        vertices, triangles = proxy_mesh.read(evaluated.to_mesh())
+    finally:
+        evaluated.to_mesh_clear()
+    if not len(triangles):
+        raise SculptError(f"{source.name} has no faces. Choose a mesh with a closed surface.")
+    linear, offset = np.array(shape.to_3x3()), np.array(shape.translation)  # (3, 3), (3,)
+    if np.linalg.det(linear) < 0:
+        triangles = triangles[:, ::-1]
+    vertices = (vertices @ linear.T + offset).astype(np.float32)  # (V, 3)
+    return vertices, np.ascontiguousarray(triangles), frame

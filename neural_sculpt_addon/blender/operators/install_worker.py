@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Install the worker, with the artist's consent and Blender's permission to go online."""
+
+# pyright: reportOptionalMemberAccess=false
+
+import bpy
+from bpy.types import Context, Event, Operator
+
+from .. import preferences, redraw
+from ..installer import installer
+from .launch import FINISHED, INTERNAL, Outcome, fail
+
+REDRAW = 0.25  # seconds between two pictures of the progress
+
+
+class NEURAL_SCULPT_OT_install_worker(Operator):
+    """Download PyTorch into a folder of its own; nothing of Blender's is changed"""
+
+    bl_idname = "neural_sculpt.install_worker"
+    bl_label = "Install Worker"
+    bl_options = INTERNAL
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """Online access is allowed and no installation is under way."""
+        if installer.running:
+            cls.poll_message_set("The worker is being installed")
+            return False
+        if not bpy.app.online_access:
+            cls.poll_message_set("Turn on Allow Online Access in Preferences, System first")
+            return False
+        return True
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Say what will happen and ask."""
+        return context.window_manager.invoke_props_dialog(self, width=500, confirm_text="Install")
+
+    def draw(self, context: Context) -> None:
+        """What will happen."""
+        for line in (
+            "Neural Sculpt computes in a separate process with PyTorch.",
+            "Its packages are downloaded from the Python Package Index: about 300 MB,",
+            "1.5 GB on disk, in a folder of their own:",
+            str(preferences.environment_folder()),
+        ):
+            self.layout.label(text=line)
+
+    def execute(self, context: Context) -> Outcome:
+        """Begin."""
+        if not bpy.app.online_access:
+            return fail(self, "Turn on Allow Online Access in Preferences, System first.")
+        installer.start(preferences.environment_folder())
+        bpy.app.timers.register(_show_progress, persistent=True)
+        return FINISHED
+
+
+class NEURAL_SCULPT_OT_cancel_installation(Operator):
+    """Stop the installation of the worker"""
+
+    bl_idname = "neural_sculpt.cancel_installation"
+    bl_label = "Cancel Installation"
+    bl_options = INTERNAL
+
+    def execute(self, context: Context) -> Outcome:
+        """Ask it to stop."""
+        installer.stop()
+        return FINISHED
+
+
+def stop() -> None:
+    """Leave no timer and no growing environment behind."""
+    installer.stop()
+    if bpy.app.timers.is_registered(_show_progress):
+        bpy.app.timers.unregister(_show_progress)
+
+
+def _show_progress() -> float | None:
+    redraw.tag_panels()
+    return REDRAW if installer.running else None

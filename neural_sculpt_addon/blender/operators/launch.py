@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all operators that need the worker share: when they may run, and how they start a job."""
+
+# pyright: reportOptionalMemberAccess=false
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from bpy.types import Context, Object, Operator
+
+from ...stroke.errors import SculptError
+from .. import proxy_mesh
+from ..properties import is_field
+from ..worker_session import Job, session
+
+if TYPE_CHECKING:
+    from bpy.stub_internal.rna_enums import OperatorReturnItems, OperatorTypeFlagItems
+
+Outcome: TypeAlias = "set[OperatorReturnItems]"
+FINISHED: Outcome = {"FINISHED"}
+CANCELLED: Outcome = {"CANCELLED"}
+
+REGISTER: "set[OperatorTypeFlagItems]" = {"REGISTER"}
+"""Of what the artist does. Never with UNDO: the commit of a result pushes the undo step."""
+INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
+"""Of what only buttons do."""
+
+
+def launch(operator: Operator, job: Job) -> Outcome:
+    """Start a job. In a window the operator is done at once; in the background it waits."""
+    try:
+        session.submit(job)
+        if session.waits:
+            session.wait(job)
+    except SculptError as error:
+        return fail(operator, error)
+    return FINISHED
+
+
+def fail(operator: Operator, error: SculptError | str) -> Outcome:
+    """Tell the artist what happened and what to do."""
+    operator.report({"ERROR"}, str(error))
+    return CANCELLED
+
+
+def field_poll(cls: type[Operator], context: Context) -> bool:
+    """Whether the active object is a neural field; a grey button says that it is not."""
+    if is_field(context.active_object):
+        return True
+    cls.poll_message_set("Select a neural field first")
+    return False
+
+
+def editable_poll(cls: type[Operator], context: Context) -> bool:
+    """Whether the active object is a neural field whose proxy can be replaced now."""
+    if not field_poll(cls, context):
+        return False
+    if reason := proxy_mesh.why_locked(active_field(context)):
+        cls.poll_message_set(reason)
+        return False
+    return True
+
+
+def active_field(context: Context) -> Object:
+    """The active object, which `field_poll` has seen to be a field."""
+    ob = context.active_object
+    assert ob is not None
+    return ob

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mesh the proxy of the active field again, finer or coarser. The field itself stays."""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+import numpy as np
+from bpy.types import Context, Event, Operator
+
+from ...worker.client import JobKind, Message
+from ..commit import set_proxy
+from ..properties import field_of, resolution_property
+from ..worker_session import Job, Request, found
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch
+
+
+class NEURAL_SCULPT_OT_remesh(Operator):
+    """Mesh the proxy of the active neural field again"""
+
+    bl_idname = "neural_sculpt.remesh"
+    bl_label = "Remesh Proxy"
+    bl_options = REGISTER
+
+    resolution: resolution_property("Cells along an edge of the field's box")
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field whose proxy can be replaced."""
+        return editable_poll(cls, context)
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for the resolution."""
+        self.resolution = field_of(active_field(context)).resolution
+        return context.window_manager.invoke_props_popup(self, event)
+
+    def execute(self, context: Context) -> Outcome:
+        """Have the worker mesh the field."""
+        target, resolution = active_field(context).session_uid, self.resolution
+
+        def request() -> Request:
+            group = field_of(found(target))
+            fields = {"resolution": resolution, "revision": group.revision}
+            return fields, {"field": np.frombuffer(group.weights, np.uint8)}
+
+        def apply(result: Message) -> None:
+            set_proxy(found(target), resolution, result)
+
+        return launch(self, Job(JobKind.MESH, "Remesh Proxy", request, apply, target=target))

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Preferences: which Python is the worker, and how fine a new proxy is."""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+import tempfile
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+from bpy.types import AddonPreferences, Context
+
+from ..worker import environment
+from . import ADDON
+from .installer import installer
+from .properties import DEFAULT_RESOLUTION, resolution_property
+
+
+class NEURAL_SCULPT_AP_preferences(AddonPreferences):
+    """Settings that hold for all files."""
+
+    bl_idname = ADDON
+
+    worker_python: StringProperty(
+        name="Worker Python",
+        description="A Python with PyTorch that runs the worker; empty for the installed one",
+        subtype="FILE_PATH",
+    )
+    resolution: resolution_property(
+        "Cells along an edge of the box in which the proxy of a new field is meshed"
+    )
+
+    def draw(self, context: Context) -> None:
+        """Draw the settings and the installation of the worker."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "resolution")
+        layout.prop(self, "worker_python")
+        draw_installation(layout)
+
+
+def draw_installation(layout: bpy.types.UILayout) -> None:
+    """The button that installs the worker, and how far that is."""
+    if installer.running:
+        layout.progress(factor=installer.fraction, text=installer.message)
+        layout.operator("neural_sculpt.cancel_installation", icon="CANCEL")
+    else:
+        layout.operator("neural_sculpt.install_worker", icon="IMPORT")
+    if installer.error:
+        layout.label(text=installer.error, icon="ERROR")
+
+
+def user_folder() -> Path:
+    """Where the worker's environment and log lie; it outlives updates of the extension."""
+    try:
+        return Path(bpy.utils.extension_path_user(ADDON, create=True))
+    except ValueError:  # registered from a source tree, by a script or a test
+        return Path(tempfile.gettempdir()) / "neural_sculpt"
+
+
+def environment_folder() -> Path:
+    """The folder of the environment that Install makes."""
+    return user_folder() / "environment"
+
+
+def worker_python() -> Path:
+    """The worker's interpreter: preferences, environment variable, installed environment.
+
+    SculptError when there is none.
+    """
+    preferences = _preferences()
+    named = preferences and bpy.path.abspath(preferences.worker_python)
+    return environment.configured_python(named, environment_folder())
+
+
+def resolution() -> int:
+    """Resolution of a new proxy."""
+    preferences = _preferences()
+    return DEFAULT_RESOLUTION if preferences is None else preferences.resolution
+
+
+def _preferences() -> NEURAL_SCULPT_AP_preferences | None:
+    """None when the add-on was registered without being enabled."""
+    addon = bpy.context.preferences.addons.get(ADDON)
+    return None if addon is None else addon.preferences  # pyright: ignore[reportReturnType]

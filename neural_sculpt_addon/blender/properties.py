@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the .blend stores: a neural field on the object, the brush on the scene.
+
+The groups are reached through `field_of(object)` and `brush_of(context)`. The field lives in model
+space, which is the object's local space: world = object.matrix_world @ model.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+from typing import Any
+
+import bpy
+from bpy.props import (
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+from bpy.types import Context, Object, PropertyGroup
+
+from ..stroke.modulation import Modulation
+from ..stroke.profile import Profile
+from . import curve_store
+
+GROUP = "neural_sculpt"
+"""Name of both groups: Object.neural_sculpt and Scene.neural_sculpt."""
+
+DEFAULT_RESOLUTION = 128
+CURVE = "CURVE"
+"""The choice of the curve widget instead of a named profile or modulation."""
+
+
+def resolution_property(description: str) -> Any:
+    """A property that says how fine a proxy is."""
+    return IntProperty(
+        name="Resolution",
+        description=description,
+        default=DEFAULT_RESOLUTION,
+        min=16,
+        soft_max=256,
+        max=512,
+    )
+
+
+class NEURAL_SCULPT_PG_field(PropertyGroup):
+    """A neural field. An object without weights is an ordinary object.
+
+    weights and base_weights are safetensors files: the field as it is, and as it was before its
+    first stroke. BYTE_STRING properties keep every byte through overwriting, undo, save and
+    append; raw bytes as ID properties do not.
+    """
+
+    weights: StringProperty(name="Weights", subtype="BYTE_STRING", options={"HIDDEN"})
+    base_weights: StringProperty(name="Base Weights", subtype="BYTE_STRING", options={"HIDDEN"})
+    strokes: StringProperty(
+        name="Strokes",
+        description="All strokes since the base weights, as a stroke file",
+        options={"HIDDEN"},
+    )
+    revision: StringProperty(
+        name="Revision", description="Names this state of the weights", options={"HIDDEN"}
+    )
+    source: StringProperty(name="Source", description="What the field was made from")
+    report: StringProperty(
+        name="Report",
+        description="Quality of the last fit or stroke, as JSON",
+        options={"HIDDEN"},
+    )
+    resolution: resolution_property(
+        "Cells along an edge of the field's box in which the proxy is meshed"
+    )
+
+
+def _choices(shape: type[Profile] | type[Modulation], word: str) -> list[tuple[str, str, str]]:
+    named = [
+        (name.upper(), name.replace("_", " ").title(), f"The {name.replace('_', ' ')} {word}")
+        for name in shape.FORMULAS
+    ]
+    return [*named, (CURVE, "Curve", f"The {word} drawn in the curve below")]
+
+
+def _make_curves(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
+    """Data-blocks may be made in an update, never while drawing a panel."""
+    if CURVE in (brush.profile, brush.modulation) and brush.curves is None:
+        brush.curves = curve_store.make_curves()
+
+
+def _scene_units(length: str) -> dict[str, Any]:
+    """Getter and setter of a model-space length, measured in the active object's scene units."""
+
+    def scale() -> float:
+        ob = bpy.context.active_object
+        return world_scale(ob) if ob is not None and is_field(ob) else 1.0
+
+    def get(brush: "NEURAL_SCULPT_PG_brush") -> float:
+        return getattr(brush, length) * scale()
+
+    def put(brush: "NEURAL_SCULPT_PG_brush", value: float) -> None:
+        setattr(brush, length, value / scale())
+
+    return {"get": get, "set": put, "subtype": "DISTANCE", "precision": 3}
+
+
+class NEURAL_SCULPT_PG_brush(PropertyGroup):
+    """The brush of the next stroke; lengths are stored in model space."""
+
+    radius: FloatProperty(
+        name="Radius",
+        description="Half width of the stroke, in model space",
+        default=0.1,
+        min=0.001,
+        soft_max=0.5,
+        max=1.0,
+    )
+    intensity: FloatProperty(
+        name="Intensity",
+        description="Height of the stroke, in model space; negative carves",
+        default=0.05,
+        min=-1.0,
+        soft_min=-0.2,
+        soft_max=0.2,
+        max=1.0,
+    )
+    scene_radius: FloatProperty(
+        name="Radius",
+        description="Half width of the stroke, on the active field",
+        **_scene_units("radius"),
+    )
+    scene_intensity: FloatProperty(
+        name="Intensity",
+        description="Height of the stroke, on the active field; negative carves",
+        **_scene_units("intensity"),
+    )
+    profile: EnumProperty(
+        name="Profile",
+        description="Cross-section of the stroke",
+        items=_choices(Profile, "profile"),
+        default="QUINTIC",
+        update=_make_curves,
+    )
+    modulation: EnumProperty(
+        name="Modulation",
+        description="Strength along the stroke",
+        items=_choices(Modulation, "modulation"),
+        default="IDENTITY",
+        update=_make_curves,
+    )
+    curves: PointerProperty(type=bpy.types.NodeTree, options={"HIDDEN"})
+
+
+class NEURAL_SCULPT_PG_point(PropertyGroup):
+    """A control point of a stroke, as a property of the stroke operator."""
+
+    location: FloatVectorProperty(
+        name="Location", description="Point in model space, the object's local space", size=3
+    )
+    radius_factor: FloatProperty(name="Radius Factor", default=1.0, min=0.0, max=10.0)
+    intensity_factor: FloatProperty(name="Intensity Factor", default=1.0, min=0.0, max=10.0)
+
+
+def field_of(ob: Object) -> NEURAL_SCULPT_PG_field:
+    """The object's neural field, empty when it has none."""
+    return getattr(ob, GROUP)
+
+
+def brush_of(context: Context) -> NEURAL_SCULPT_PG_brush:
+    """The brush of the current scene."""
+    return getattr(context.scene, GROUP)
+
+
+def is_field(ob: Object | None) -> bool:
+    """Whether the object is a neural field."""
+    return ob is not None and ob.type == "MESH" and bool(field_of(ob).revision)
+
+
+def world_scale(ob: Object) -> float:
+    """Length in the scene of one unit of model space, the mean of the three axes."""
+    return sum(abs(axis) for axis in ob.matrix_world.to_scale()) / 3 or 1.0

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ask Blender to draw our panels again: it does not know when the worker has news."""
+
+# pyright: reportOptionalMemberAccess=false
+
+import bpy
+
+
+def tag_panels() -> None:
+    """Redraw the sidebars of all 3D viewports and the preferences."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "PREFERENCES":
+                area.tag_redraw()
+            elif area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that Blender is told about, in order, and taken back in reverse."""
+
+import bpy
+from bpy.props import PointerProperty
+from bpy.types import Object, Scene
+
+from . import history, menus
+from .operators import install_worker
+from .operators.add import NEURAL_SCULPT_OT_add
+from .operators.cancel import NEURAL_SCULPT_OT_cancel
+from .operators.export import NEURAL_SCULPT_OT_export
+from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
+from .operators.install_worker import (
+    NEURAL_SCULPT_OT_cancel_installation,
+    NEURAL_SCULPT_OT_install_worker,
+)
+from .operators.remesh import NEURAL_SCULPT_OT_remesh
+from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
+from .operators.stroke import NEURAL_SCULPT_OT_stroke
+from .panels import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_model, NEURAL_SCULPT_PT_status
+from .preferences import NEURAL_SCULPT_AP_preferences
+from .properties import (
+    GROUP,
+    NEURAL_SCULPT_PG_brush,
+    NEURAL_SCULPT_PG_field,
+    NEURAL_SCULPT_PG_point,
+)
+from .worker_session import session
+
+CLASSES = (
+    NEURAL_SCULPT_AP_preferences,
+    NEURAL_SCULPT_PG_field,
+    NEURAL_SCULPT_PG_brush,
+    NEURAL_SCULPT_PG_point,
+    NEURAL_SCULPT_OT_add,
+    NEURAL_SCULPT_OT_from_mesh,
+    NEURAL_SCULPT_OT_stroke,
+    NEURAL_SCULPT_OT_remesh,
+    NEURAL_SCULPT_OT_export,
+    NEURAL_SCULPT_OT_cancel,
+    NEURAL_SCULPT_OT_restart_worker,
+    NEURAL_SCULPT_OT_install_worker,
+    NEURAL_SCULPT_OT_cancel_installation,
+    NEURAL_SCULPT_PT_model,
+    NEURAL_SCULPT_PT_brush,
+    NEURAL_SCULPT_PT_status,
+)
+
+
+def register() -> None:
+    """Tell Blender."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
+    setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
+    history.register()
+    menus.register()
+
+
+def unregister() -> None:
+    """Stop the worker and take everything back."""
+    session.stop()
+    install_worker.stop()
+    menus.unregister()
+    history.unregister()
+    delattr(Scene, GROUP)
+    delattr(Object, GROUP)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tests in Blender share: the installed extension, an empty scene, ways to ask for things.
+
+Standard library, NumPy and bpy only. All tests go through operators and look at the scene.
+"""
+
+import importlib
+import time
+import unittest
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+
+import bpy
+import numpy as np
+from bpy.types import Mesh, Object
+
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+RESOLUTION = 48  # cells; coarse, to be quick
+WORKER_SECONDS = 300
+
+
+def module(name: str) -> ModuleType:
+    """A module of the installed extension, "blender.commit" for example."""
+    return importlib.import_module(f"{EXTENSION}.{name}")
+
+
+class SculptCase(unittest.TestCase):
+    """Starts each test in an empty scene with one undo step, and a folder for files."""
+
+    def setUp(self) -> None:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        bpy.context.preferences.addons[EXTENSION].preferences.resolution = RESOLUTION
+        temporary = TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+        self.session = module("blender.worker_session").session
+        self.addCleanup(self.session.cancel)
+        push_undo("Start")
+
+    def assert_fails(
+        self, sentence: str, operator: Callable[..., set[str]], **given: object
+    ) -> None:
+        """The operator reports an error that holds `sentence`, and is one or two sentences."""
+        with self.assertRaises(RuntimeError) as caught:
+            operator(**given)
+        message = str(caught.exception).removeprefix("Error: ").strip()
+        self.assertIn(sentence, message)
+        self.assertNotIn("Traceback", message)
+        self.assertTrue(message.endswith("."), message)
+
+    @contextmanager
+    def as_in_a_window(self) -> Iterator[None]:
+        """Operators return at once, and `finish` does what the timer does."""
+        self.session.waits = False
+        try:
+            yield
+        finally:
+            self.session.waits = True
+
+    def pump(self, until: Callable[[], bool]) -> None:
+        """Poll the worker until something is so."""
+        end = time.monotonic() + WORKER_SECONDS
+        while not until():
+            self.assertLess(time.monotonic(), end, "the worker did not answer in time")
+            self.session.poll_once()
+            time.sleep(0.005)
+
+    def finish(self) -> None:
+        """Poll the worker until it is idle."""
+        self.pump(lambda: not self.session.jobs)
+
+
+def add(kind: str = "SPHERE") -> Object:
+    """A new field, active and selected."""
+    assert bpy.ops.neural_sculpt.add(kind=kind) == {"FINISHED"}
+    return bpy.context.active_object
+
+
+def arc(ob: Object, spread: float = 0.6, tilt: float = 0.0) -> np.ndarray:
+    """Points (9, 3) of an arc over the top of a sphere field, turned about X by `tilt`."""
+    size = np.linalg.norm(vertices(ob), axis=1).mean()
+    angles = np.linspace(-spread, spread, 9)
+    points = size * np.stack([np.sin(angles), 0 * angles, np.cos(angles)], 1)  # (9, 3)
+    c, s = np.cos(tilt), np.sin(tilt)
+    return points @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+
+
+def stroke(points: np.ndarray, **given: object) -> set[str]:
+    """Sculpt through the operator, as a script does."""
+    return bpy.ops.neural_sculpt.stroke(points=collection(points), **given)
+
+
+def collection(points: np.ndarray) -> list[dict[str, object]]:
+    """Points (K, 3) as the operator's property."""
+    return [
+        {"name": "", "location": tuple(p), "radius_factor": 1.0, "intensity_factor": 1.0}
+        for p in points.tolist()
+    ]
+
+
+def vertices(ob: Object) -> np.ndarray:
+    """(V, 3) in model space."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def to_path(points: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """Distances (N,) of points (N, 3) from a polyline (K, 3)."""
+    start, along = path[:-1], np.diff(path, axis=0)  # (K - 1, 3)
+    offset = points[:, None] - start  # (N, K - 1, 3)
+    t = np.clip((offset * along).sum(-1) / (along**2).sum(-1), 0, 1)  # (N, K - 1)
+    return np.linalg.norm(offset - t[..., None] * along, axis=-1).min(1)
+
+
+def push_undo(message: str) -> None:
+    """As Blender does after an operator of the artist."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.undo_push(message=message)
+
+
+def undo() -> None:
+    """Ctrl Z."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.undo()
+
+
+def redo() -> None:
+    """Shift Ctrl Z."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.redo()
+
+
+def state(ob: Object) -> tuple[object, ...]:
+    """Everything that makes the field, to compare exactly."""
+    group = ob.neural_sculpt
+    properties = group.weights, group.base_weights, group.strokes, group.revision, group.report
+    return *properties, vertices(ob).tobytes(), tuple(map(tuple, ob.matrix_world))
+
+
+def field(name: str) -> Object:
+    """The object again, after undo or a load made all references stale."""
+    return bpy.data.objects[name]

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrays written into a mesh: geometry, normals, bounds, materials, and when that is refused."""
+
+import bpy
+import numpy as np
+from harness import SculptCase, module, vertices
+
+
+def octahedron(size: float = 1.0, dtype: type = np.float32) -> tuple[np.ndarray, ...]:
+    """Vertices, unit normals and triangles of an octahedron, seen from outside."""
+    points = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype)
+    faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    return size * points, points, np.array(faces, np.int32)
+
+
+class ProxyMesh(SculptCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.proxy = module("blender.proxy_mesh")
+        self.mesh = bpy.data.meshes.new("Proxy")
+        self.ob = bpy.data.objects.new("Proxy", self.mesh)
+        bpy.context.collection.objects.link(self.ob)
+
+    def test_geometry(self) -> None:
+        points, normals, triangles = octahedron(2.0)
+        self.proxy.fill(self.mesh, points, normals, triangles)
+        np.testing.assert_array_equal(vertices(self.ob), points)
+        faces = [tuple(face.vertices) for face in self.mesh.polygons]
+        self.assertEqual(faces, [tuple(face) for face in triangles.tolist()])
+        self.assertEqual(len(self.mesh.edges), 12)
+        self.assertFalse(self.mesh.validate(verbose=True), "the mesh was valid")
+        self.assertTrue(all(face.use_smooth for face in self.mesh.polygons))
+        for face in self.mesh.polygons:
+            self.assertGreater(face.normal.dot(face.center), 0)
+
+    def test_normals_are_those_of_the_field(self) -> None:
+        points, normals, triangles = octahedron()
+        tilted = normals + np.float32([0.3, 0.1, 0.2])
+        tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+        self.proxy.fill(self.mesh, points, tilted, triangles)
+        if bpy.app.version < (4, 5, 0):
+            self.assertFalse(self.mesh.has_custom_normals)
+            return
+        flat = np.empty(3 * len(self.mesh.loops), np.float32)
+        self.mesh.corner_normals.foreach_get("vector", flat)
+        np.testing.assert_allclose(flat.reshape(-1, 3), tilted[triangles.ravel()], atol=1e-6)
+
+    def test_bounds_follow_every_time(self) -> None:
+        for size in (1.0, 3.0, 0.5):
+            self.proxy.fill(self.mesh, *octahedron(size))
+            bpy.context.view_layer.update()
+            np.testing.assert_allclose(self.ob.dimensions, [2 * size] * 3, rtol=1e-6)
+
+    def test_materials_stay(self) -> None:
+        self.proxy.fill(self.mesh, *octahedron())
+        self.mesh.materials.append(bpy.data.materials.new("Clay"))
+        self.proxy.fill(self.mesh, *octahedron(2.0))
+        self.assertEqual([material.name for material in self.mesh.materials], ["Clay"])
+
+    def test_other_dtypes_and_layouts(self) -> None:
+        points, normals, triangles = octahedron(1.5, np.float64)
+        self.proxy.fill(
+            self.mesh, np.asfortranarray(points), normals, triangles.astype(np.int64)[:, ::1]
+        )
+        np.testing.assert_array_equal(vertices(self.ob), points)
+
+    def test_read_is_the_inverse(self) -> None:
+        points, normals, triangles = octahedron()
+        self.proxy.fill(self.mesh, points, normals, triangles)
+        read_points, read_triangles = self.proxy.read(self.mesh)
+        np.testing.assert_array_equal(read_points, points)
+        np.testing.assert_array_equal(read_triangles, triangles)
+
+    def test_refused_in_edit_mode_and_with_shape_keys(self) -> None:
+        self.proxy.fill(self.mesh, *octahedron())
+        self.assertEqual(self.proxy.why_locked(self.ob), "")
+        bpy.context.view_layer.objects.active = self.ob
+        bpy.ops.object.mode_set(mode="EDIT")
+        self.assertIn("Edit Mode", self.proxy.why_locked(self.ob))
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.ob.shape_key_add(name="Basis")
+        self.assertIn("shape keys", self.proxy.why_locked(self.ob))

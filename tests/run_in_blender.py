@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run tests/blender in a Blender, against the extension as an artist installs it.
+
+    blender --background --python tests/run_in_blender.py -- [EXTENSION.zip] [-k PATTERN ...]
+    python tests/run_in_blender.py -- [EXTENSION.zip] [-k PATTERN ...]         (a Python with bpy)
+
+Without a zip, scripts/build_extension.py makes one. It is installed into a user folder of its own
+that is gone afterwards. The worker is the Python that NEURAL_SCULPT_PYTHON names. The last line
+reads `Blender 5.2.2: 23 passed, 0 failed, 0 skipped`, and the exit code says whether none failed.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import traceback
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+USER_FOLDER = "BLENDER_USER_RESOURCES"
+
+
+def main() -> int:
+    """Install, test, remove; the exit code."""
+    extension, patterns = _arguments()
+    if "bpy" in sys.modules and USER_FOLDER not in os.environ:
+        return _again_with_own_folder()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        os.environ.setdefault(USER_FOLDER, folder)  # before bpy is imported
+        return _test(extension or _build(), patterns)
+
+
+def _arguments() -> tuple[Path | None, list[str]]:
+    given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    if "bpy" in sys.modules and "--" not in sys.argv:
+        given = []  # they are Blender's
+    patterns = [given[i + 1] for i, word in enumerate(given[:-1]) if word == "-k"]
+    zips = [Path(word).resolve() for word in given if word.endswith(".zip")]
+    return (zips[0] if zips else None), [p if "*" in p else f"*{p}*" for p in patterns]
+
+
+def _again_with_own_folder() -> int:
+    """A Blender that is running already has read the artist's settings: start another one."""
+    import bpy
+
+    given = sys.argv[sys.argv.index("--") :] if "--" in sys.argv else []
+    command = [bpy.app.binary_path, "--background", "--factory-startup", "--python", __file__]
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        environment = {**os.environ, USER_FOLDER: folder}
+        return subprocess.run([*command, *given], env=environment, check=False).returncode
+
+
+def _build() -> Path:
+    python = os.environ.get("NEURAL_SCULPT_PYTHON", sys.executable)
+    subprocess.run([python, str(ROOT / "scripts" / "build_extension.py")], check=True)
+    return max((ROOT / "dist").glob("*.zip"), key=lambda path: path.stat().st_mtime)
+
+
+def _test(extension: Path, patterns: list[str]) -> int:
+    import bpy
+
+    bpy.ops.extensions.package_install_files(
+        filepath=str(extension), repo="user_default", enable_on_install=True
+    )
+    if EXTENSION not in sys.modules:
+        print(f"{extension.name} was not enabled.")
+        return 1
+    loader = unittest.TestLoader()
+    loader.testNamePatterns = patterns or None
+    suite = loader.discover(str(ROOT / "tests" / "blender"))
+    result = unittest.TextTestRunner(sys.stdout, verbosity=2).run(suite)
+    bpy.ops.preferences.addon_disable(module=EXTENSION)
+
+    failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)
+    skipped = len(result.skipped)
+    passed = result.testsRun - failed - skipped
+    version = ".".join(map(str, bpy.app.version))
+    print(f"Blender {version}: {passed} passed, {failed} failed, {skipped} skipped")
+    return 0 if passed and not failed else 1
+
+
+if __name__ == "__main__":
+    try:
+        code = main()
+    except BaseException:  # whatever happened, Blender must end with a code that tells
+        traceback.print_exc()
+        code = 1
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)  # some Blenders crash or hang in a regular exit of their Python module
