@@ -18,7 +18,8 @@ import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, BinaryIO, NoReturn
+from io import BufferedIOBase
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -112,13 +113,13 @@ def encode(message: Message) -> list[bytes]:
     return [_PREFIX.pack(_MAGIC, len(text), size), text, *(a.tobytes() for a in arrays.values())]
 
 
-def write(stream: BinaryIO, message: Message) -> None:
+def write(stream: BufferedIOBase, message: Message) -> None:
     """Write one frame and flush it. OSError when nobody reads any more."""
     stream.writelines(encode(message))
     stream.flush()
 
 
-def read(stream: BinaryIO) -> Message | None:
+def read(stream: BufferedIOBase) -> Message | None:
     """The next frame; None where the stream ends between two frames. ProtocolError otherwise."""
     prefix = bytearray(_PREFIX.size)
     got = _fill(stream, memoryview(prefix))
@@ -208,11 +209,11 @@ def _check_sizes(header: int, payload: int) -> None:
         raise ProtocolError(f"A frame of {header} + {payload} bytes is too large.")
 
 
-def _fill(stream: BinaryIO, into: memoryview) -> int:
+def _fill(stream: BufferedIOBase, into: memoryview) -> int:
     """Read until `into` is full or the stream ends; how many bytes came."""
     got = 0
     while got < len(into):
-        read_now = stream.readinto(into[got:])  # type: ignore[attr-defined]  (buffered or raw)
+        read_now = stream.readinto(into[got:])
         if not read_now:
             break
         got += read_now

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's side of the worker: submit jobs, poll for what became of them.
+
+NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
+ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
+whatever happens to the worker: when it dies the client answers in its place.
+"""
+
+import queue
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..stroke.errors import Cancelled, SculptError
+from ..stroke.progress import Progress, silent
+from .process import Exit, WorkerProcess
+from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind
+
+__all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerState"]
+
+_TICK = 0.02  # seconds between two looks at the clock while waiting
+
+
+class WorkerState(StrEnum):
+    """What the client knows of its worker, as of the last poll."""
+
+    STOPPED = "stopped"
+    STARTING = "starting"  # the process runs, torch is being imported; jobs may be submitted
+    READY = "ready"
+    DEAD = "dead"  # it ended by itself; `problem` says why, `start` begins anew
+
+
+class Client:
+    """Owns one worker process at a time."""
+
+    def __init__(self, command: Sequence[str], log: Path) -> None:
+        """`command` starts a worker (see environment.worker_command); `log` gets its stderr."""
+        self.command = tuple(command)
+        self.log = log
+        self.state = WorkerState.STOPPED
+        self.hello: dict[str, Any] | None = None
+        """What the worker said of itself: protocol, torch, device, python; None before it did."""
+        self.problem = ""
+        """Why the worker died, for the artist; empty while it did not."""
+        self._process: WorkerProcess | None = None
+        self._inbox: deque[Message] = deque()
+        self._open: set[int] = set()
+        self._last_job = 0
+
+    @property
+    def alive(self) -> bool:
+        """Whether there is a worker to submit jobs to."""
+        return self._process is not None and self._process.running
+
+    @property
+    def pid(self) -> int | None:
+        """The system's number of the worker process."""
+        return None if self._process is None else self._process.pid
+
+    def start(self) -> None:
+        """Start the worker, again if it died; one that runs is left alone. Returns at once.
+
+        On Linux the worker dies with the thread that calls this, so call it from one that stays.
+        SculptError when the process cannot be started.
+        """
+        if self.alive:
+            return
+        if self._process is not None:  # it died since the last poll
+            self._process.stop()
+            self._take_all()
+        self._process = WorkerProcess(self.command, self.log)
+        self.state = WorkerState.STARTING
+        self.problem = ""
+
+    def stop(self) -> None:
+        """End the worker, in mid-job if need be; open jobs end as cancelled. About 2 s at most."""
+        self._take_all()
+        if self._process is not None:
+            self._process.stop()
+            self._process = None
+        for job in sorted(self._open):
+            self._inbox.append(Message(MessageKind.CANCELLED, job))
+        self._open.clear()
+        self.state = WorkerState.STOPPED
+        self.hello = None
+
+    def submit(
+        self,
+        kind: JobKind,
+        fields: Mapping[str, Any],
+        arrays: Mapping[str, np.ndarray] | None = None,
+    ) -> int:
+        """Queue a job and return its number. The arrays are copied.
+
+        SculptError without a worker; ProtocolError when fields or arrays cannot be sent.
+        """
+        if self._process is None or not self.alive:
+            raise SculptError("The worker is not running; start it again.")
+        job = self._last_job + 1
+        self._process.send(Message(kind, job, dict(fields), dict(arrays or {})))
+        self._last_job = job
+        self._open.add(job)
+        return job
+
+    def cancel(self, job: int) -> None:
+        """Ask for the end of a job; cancelled follows, or its result if that was faster."""
+        if job in self._open and self._process is not None:
+            self._process.send(Message(ControlKind.CANCEL, job))
+
+    def poll_once(self) -> list[Message]:
+        """All news of jobs since the last call, oldest first; never blocks."""
+        self._take_all()
+        news = list(self._inbox)
+        self._inbox.clear()
+        return news
+
+    def wait(
+        self, job: int, on_progress: Progress = silent, timeout: float | None = None
+    ) -> Message:
+        """Block until `job` has ended and return its final message.
+
+        A Cancelled raised by `on_progress` cancels the job. News of other jobs is kept for
+        `poll_once`. TimeoutError after `timeout` seconds, ValueError for a job that is not open.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            self._take_all()
+            for message in [message for message in self._inbox if message.job == job]:
+                self._inbox.remove(message)
+                if message.kind in FINAL:
+                    return message
+                try:
+                    on_progress(message.fields["fraction"], message.fields["message"])
+                except Cancelled:
+                    self.cancel(job)
+            if job not in self._open:
+                raise ValueError(f"Job {job} is not open.")
+            if deadline is not None and time.monotonic() > deadline:
+                raise TimeoutError(f"Job {job} has not ended within {timeout} s.")
+            self._take(timeout=_TICK)
+
+    def _take_all(self) -> None:
+        while self._take():
+            pass
+
+    def _take(self, timeout: float = 0.0) -> bool:
+        """Move one item of news to the inbox; whether there was one."""
+        if self._process is None:
+            return False
+        try:
+            item = self._process.incoming.get(block=timeout > 0, timeout=timeout or None)
+        except queue.Empty:
+            return False
+        if isinstance(item, Exit):
+            self._bury(item.reason, item.log_tail)
+        elif item.kind is MessageKind.HELLO:
+            self._greet(item)
+        elif item.job in self._open and isinstance(item.kind, MessageKind):
+            if item.kind in FINAL:
+                self._open.discard(item.job)
+            self._inbox.append(item)
+        return True
+
+    def _greet(self, hello: Message) -> None:
+        if hello.fields.get("protocol") == PROTOCOL:
+            self.hello = hello.fields
+            self.state = WorkerState.READY
+        elif self._process is not None:
+            self._process.stop()
+            self._bury("it belongs to another version of Neural Sculpt", "")
+
+    def _bury(self, reason: str, log_tail: str) -> None:
+        """The worker ended by itself: say so, and end its jobs in its place."""
+        self._process = None
+        self.state = WorkerState.DEAD
+        self.hello = None
+        last = log_tail.rpartition("\n")[2].strip()
+        self.problem = (
+            f"The worker stopped unexpectedly ({reason}{': ' + last if last else ''}). The model is"
+            f" unchanged; try again, or see {self.log}."
+        )
+        fields = {"message": self.problem, "detail": log_tail}
+        for job in sorted(self._open):
+            self._inbox.append(Message(MessageKind.ERROR, job, dict(fields)))
+        self._open.clear()
