@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-REPEATED = 1e-9  # points closer than this are one
+REPEATED = 1e-6  # points closer than this are one; fields and proxies are float32
 STEPS_PER_SPAN = 24  # chords that measure the length of one span; relative error below 1e-3
 
 

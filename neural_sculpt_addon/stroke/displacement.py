@@ -63,7 +63,7 @@ def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:
     if factors is None:
         return np.ones_like(u)
     points = stroke.points
-    if stroke.closed:
+    if stroke.closed and len(points) > 2:
         points, factors = np.vstack([points, points[0]]), np.append(factors, factors[0])
     along = arc_length(points)
     return np.interp(u * along[-1], along, factors)

@@ -120,11 +120,15 @@ def _nearest(path: Array, x: Array) -> tuple[np.ndarray, Array]:
 
 
 def _laterals(tangents: Array, normals: Array) -> Array:
-    """v = n x u, unit; carried on from the nearest sound neighbour where that is degenerate."""
+    """v = n x u, unit; carried on from the nearest sound neighbour where that is degenerate.
+
+    The u of a dab is the coordinate axis farthest from n, on the side of n: mirrored with it.
+    """
     v = np.cross(normals, tangents)
     sound = np.flatnonzero(np.linalg.norm(v, axis=1) > DEGENERATE)
     if not len(sound):
-        axis = np.eye(3)[np.argmin(np.abs(normals[0]))]
+        k = np.argmin(np.abs(normals[0]))
+        axis = np.eye(3)[k] * np.copysign(1, normals[0, k])
         v, sound = np.tile(np.cross(normals[0], axis), (len(v), 1)), np.arange(1)
     carried = v[sound[np.argmin(np.abs(np.arange(len(v))[:, None] - sound), axis=1)]]
     carried -= normals * np.einsum("ij,ij->i", carried, normals)[:, None]

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import reading
 from .errors import SculptError
 
 Array = NDArray[np.float64]
@@ -76,11 +77,12 @@ class Shape:
             raise SculptError(f'A {cls.WORD} is one of {{"name"}}, {{"points"}}, {{"table"}}.')
         try:
             if "points" in data:
-                return cls(points=tuple((float(x), float(y)) for x, y in data["points"]))
+                pairs = reading.numbers(data["points"]).tolist()  # (K, 2)
+                return cls(points=tuple((x, y) for x, y in pairs))
             if "table" in data:
-                return cls(table=tuple(float(y) for y in data["table"]))
-            return cls(name=str(data["name"]))
-        except (KeyError, TypeError, ValueError) as error:
+                return cls(table=tuple(map(float, reading.numbers(data["table"]).tolist())))
+            return cls(name=reading.text(data["name"]))
+        except (KeyError, *reading.UNREADABLE) as error:
             raise SculptError(f"A {cls.WORD} cannot be read ({error}).") from error
 
 

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from . import reading
 from .brush import Brush
 from .errors import SculptError
 from .modulation import Modulation
@@ -86,13 +87,18 @@ class Stroke:
         if not 0 <= self.seed < 2**63:
             raise SculptError(f"The stroke's seed is {self.seed}; it must be from 0 to 2^63 - 1.")
         if not self.mirror <= set(AXES):
-            raise SculptError(f"A stroke is mirrored across X, Y or Z, not {sorted(self.mirror)}.")
+            raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
 
     def __eq__(self, other: object) -> bool:
         """Equal when all data are equal."""
         return isinstance(other, Stroke) and self.to_json() == other.to_json()
 
     __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def largest_factor(self) -> float:
+        """The largest radius factor."""
+        return 1.0 if self.radius_factors is None else float(self.radius_factors.max())
 
     def copies(self) -> tuple["Stroke", ...]:
         """The stroke itself and its mirror images, each without a mirror of its own.
@@ -143,22 +149,22 @@ class Stroke:
         if missing := {"points", "radius", "intensity"} - set(data):
             raise SculptError(f"The stroke lacks {', '.join(sorted(missing))}.")
         brush = Brush(
-            radius=_read(float, data, "radius", 0.0),
-            intensity=_read(float, data, "intensity", 0.0),
+            radius=_read(reading.number, data, "radius", 0.0),
+            intensity=_read(reading.number, data, "intensity", 0.0),
             profile=Profile.from_json(data.get("profile", {"name": "quintic"})),
             modulation=Modulation.from_json(data.get("modulation", {"name": "identity"})),
         )
         return Stroke(
             points=data["points"],
             brush=brush,
-            closed=_read(_flag, data, "closed", False),
+            closed=_read(reading.flag, data, "closed", False),
             radius_factors=data.get("radius_factors"),
             intensity_factors=data.get("intensity_factors"),
             ends=_read(Ends, data, "ends", Ends.ROUND),
             direction=_read(Direction, data, "direction", Direction.SURFACE),
-            mirror=_read(frozenset, data, "mirror", frozenset()),
-            name=_read(str, data, "name", ""),
-            seed=_read(int, data, "seed", 0),
+            mirror=frozenset(_read(reading.text, data, "mirror", "")),
+            name=_read(reading.text, data, "name", ""),
+            seed=_read(reading.integer, data, "seed", 0),
         )
 
 
@@ -171,21 +177,15 @@ _WORDS = {
 def _read(kind: Callable[[Any], T], data: Mapping[str, Any], word: str, default: T) -> T:
     try:
         return kind(data[word]) if word in data else default
-    except (TypeError, ValueError) as error:
+    except reading.UNREADABLE as error:
         raise SculptError(f"The stroke's {word} cannot be {data[word]!r:.60}.") from error
-
-
-def _flag(value: object) -> bool:
-    if not isinstance(value, bool):
-        raise TypeError
-    return value
 
 
 def _numbers(data: object, word: str) -> NDArray[np.float64]:
     """An array of finite numbers."""
     try:
-        array = np.array(data, float)
-    except (TypeError, ValueError) as error:
+        array = reading.numbers(data)
+    except reading.UNREADABLE as error:
         raise SculptError(f"The stroke's {word} are no numbers.") from error
     if not np.isfinite(array).all():
         raise SculptError(f"The stroke's {word} hold NaN or infinite numbers.")

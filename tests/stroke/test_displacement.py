@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Displacement against closed forms on a plane and a sphere."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.displacement import displace, local_radius
+from neural_sculpt_addon.stroke.modulation import Modulation
+from neural_sculpt_addon.stroke.path import make_path
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Direction, Ends, Stroke
+
+SKEW = Profile(points=((-1, 0), (-0.5, 1), (0.5, -1), (1, 0)))
+UP = np.array([0.0, 0, 1])
+
+
+def straight(start=-0.5, stop=0.5, **words):
+    """A stroke along x on the plane z = 0, and its path."""
+    brush = words.pop("brush", Brush(0.2, 0.1))
+    stroke = Stroke(np.array([[start, 0, 0], [stop, 0, 0]]), brush, **words)
+    x = np.linspace(start, stop, 257)
+    points = np.stack([x, 0 * x, 0 * x], axis=1)
+    return stroke, make_path(points, np.tile(UP, (257, 1)))
+
+
+def on_plane(stroke, path, x, y):
+    points = np.stack([*np.broadcast_arrays(np.asarray(x, float), y, 0.0)], axis=-1).reshape(-1, 3)
+    return displace(stroke, path, points, np.tile(UP, (len(points), 1)))
+
+
+def quintic(t):
+    t = np.minimum(np.abs(t), 1)
+    return 1 - 10 * t**3 + 15 * t**4 - 6 * t**5
+
+
+def test_the_core_is_m_s_b():
+    y = np.linspace(-0.3, 0.3, 61)
+    stroke, path = straight(brush=Brush(0.2, -0.1, modulation=Modulation("linear")))
+    found = on_plane(stroke, path, 0.25, y)
+    np.testing.assert_allclose(found.amount, 0.25 * -0.1 * quintic(y / 0.2), atol=1e-9)
+    np.testing.assert_allclose(found.nearness, np.abs(y) / 0.2, atol=1e-9)
+    np.testing.assert_allclose(found.direction, np.tile(UP, (61, 1)))
+    assert not found.beyond.any()
+
+
+def test_v_is_positive_on_the_side_of_n_cross_u():
+    stroke, path = straight(brush=Brush(0.2, 0.1, SKEW))
+    # b(-0.5) = 1 and b(0.5) = -1: the stroke raises its right (-y) and carves its left (+y).
+    np.testing.assert_allclose(on_plane(stroke, path, 0, [-0.1, 0.1]).amount, [0.1, -0.1])
+
+
+@pytest.mark.parametrize("profile", [Profile("quintic"), SKEW, Profile(table=(0, 1, 0.5, 0))])
+def test_round_caps_blend_both_sides_by_the_sine(profile):
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 37)[1:-1]
+    stroke, path = straight(brush=Brush(0.2, 0.1, profile, Modulation("central")))
+    for distance in (0.02, 0.1, 0.19):
+        x, y = 0.5 + distance * np.cos(angle), distance * np.sin(angle)
+        found = on_plane(stroke, path, x, y)
+        left, right = profile(distance / 0.2), profile(-distance / 0.2)
+        cap = left * (1 + np.sin(angle)) / 2 + right * (1 - np.sin(angle)) / 2
+        np.testing.assert_allclose(found.amount, np.exp(-1.5) * 0.1 * cap, atol=1e-9)
+        assert found.beyond.all()
+
+
+def test_the_cap_continues_the_sides():
+    stroke, path = straight(brush=Brush(0.2, 0.1, SKEW))
+    y = np.linspace(-0.19, 0.19, 39)
+    beside, beyond = on_plane(stroke, path, 0.5 - 1e-7, y), on_plane(stroke, path, 0.5 + 1e-7, y)
+    np.testing.assert_allclose(beside.amount, beyond.amount, atol=1e-6)
+
+
+def test_nothing_lies_beyond_a_flat_end():
+    stroke, path = straight(ends=Ends.FLAT)
+    found = on_plane(stroke, path, [-0.6, -0.501, -0.499, 0.499, 0.501, 0.6], 0.05)
+    edge = 0.1 * quintic(0.25)
+    np.testing.assert_allclose(found.amount, [0, 0, edge, edge, 0, 0], atol=1e-9)
+    assert found.beyond.tolist() == [True, True, False, False, True, True]
+
+
+def test_a_flat_dab_is_still_a_dab():
+    stroke = Stroke(np.zeros((1, 3)), Brush(0.2, 0.1), ends=Ends.FLAT)
+    found = on_plane(stroke, make_path([[0, 0, 0]], [UP]), [0, 0.1, 0.3], 0)
+    np.testing.assert_allclose(found.amount, [0.1, 0.05, 0], atol=1e-9)
+
+
+def test_the_other_sheet_stays():
+    stroke, path = straight()
+    points = np.array([[0, 0.05, 0], [0, 0.05, -0.02]])
+    found = displace(stroke, path, points, [UP, -UP])
+    assert found.amount[0] > 0
+    assert found.amount[1] == 0
+    assert found.nearness[1] == np.inf
+
+
+def test_factors_are_linear_between_control_points():
+    stroke, path = straight(
+        radius_factors=np.array([0.5, 1.5]), intensity_factors=np.array([2.0, 0.0])
+    )
+    np.testing.assert_allclose(local_radius(stroke, np.array([0, 0.25, 1])), [0.1, 0.15, 0.3])
+    y = np.linspace(-0.3, 0.3, 31)
+    for u in (0.0, 0.25, 0.75):
+        found = on_plane(stroke, path, u - 0.5, y)
+        expected = (2 - 2 * u) * 0.1 * quintic(y / (0.2 * (0.5 + u)))
+        np.testing.assert_allclose(found.amount, expected, atol=1e-9)
+        np.testing.assert_allclose(found.nearness, np.abs(y) / (0.2 * (0.5 + u)), atol=1e-6)
+
+
+def test_factors_of_uneven_points_and_of_a_closed_stroke():
+    stroke = Stroke(
+        np.array([[0, 0, 0], [0.1, 0, 0], [0.4, 0, 0]]),
+        Brush(1.0, 0.1),
+        radius_factors=np.array([0.0, 0.8, 0.2]),
+    )
+    u = np.array([0, 0.125, 0.25, 0.625, 1])
+    np.testing.assert_allclose(local_radius(stroke, u), [0, 0.4, 0.8, 0.5, 0.2], atol=1e-12)
+    square = np.array([[0, 0, 0], [0.4, 0, 0], [0.4, 0.4, 0], [0, 0.4, 0]])
+    ring = Stroke(square, Brush(1.0, 0.1), closed=True, radius_factors=np.array([1, 0, 0, 0.0]))
+    u = np.array([0, 0.125, 0.5, 0.75, 0.875, 1])
+    np.testing.assert_allclose(local_radius(ring, u), [1, 0.5, 0, 0, 0.5, 1], atol=1e-12)
+
+
+def test_a_radius_of_zero_displaces_nothing_but_divides_by_nothing():
+    stroke, path = straight(radius_factors=np.array([0.0, 0.0]))
+    found = on_plane(stroke, path, 0, [0.001, 0.1])
+    assert np.isfinite(found.amount).all()
+    np.testing.assert_array_equal(found.amount, 0)
+
+
+def test_where_a_stroke_crosses_itself_the_nearest_pass_decides():
+    """An X: the first pass raises with m = 1, the last does not, m = 0."""
+    bent = np.array([[-0.4, -0.4, 0], [0.4, 0.4, 0], [0.4, -0.4, 0], [-0.4, 0.4, 0]])
+    points = np.concatenate([np.linspace(a, b, 100) for a, b in pairwise(bent)])
+    modulation = Modulation(table=(1, 1, 1, 0, 0, 0))
+    stroke = Stroke(bent, Brush(0.1, 0.1, modulation=modulation))
+    path = make_path(points, np.tile(UP, (len(points), 1)))
+    on_first, on_last = on_plane(stroke, path, [0.05, 0.05], [0.05, -0.05]).amount
+    assert on_first == pytest.approx(0.1, rel=1e-3)
+    assert on_last == pytest.approx(0.0, abs=1e-6)
+
+
+@settings(deadline=None)
+@given(st.floats(0.05, 0.3), st.floats(-0.2, 0.2), st.floats(-0.4, 0.4), st.floats(0.3, 2.0))
+def test_the_equator_of_a_sphere(radius, intensity, latitude, longitude):
+    """Distance to the equator is the chord 2 R sin(latitude / 2); both directions are known."""
+    angle = np.linspace(0, 2.5, 1025)
+    normals = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    path = make_path(0.5 * normals, normals)
+    stroke = Stroke(0.5 * normals[::128], Brush(radius, intensity, SKEW))
+    n = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), 0])
+    n[2] = np.sin(latitude)
+    v = np.sin(latitude / 2)  # north is left of the way east
+    expected = intensity * SKEW(v / radius)
+    found = displace(stroke, path, [0.5 * n], [n])
+    assert found.amount[0] == pytest.approx(expected, abs=2e-5)
+    np.testing.assert_allclose(found.direction, [n])
+    along = displace(replace(stroke, direction=Direction.STROKE), path, [0.5 * n], [n])
+    assert along.amount[0] == pytest.approx(expected, abs=2e-5)
+    np.testing.assert_allclose(
+        along.direction, [[np.cos(longitude), np.sin(longitude), 0]], atol=2e-3
+    )
+
+
+@pytest.mark.parametrize("axes", ["X", "Y", "Z", "XY", "XYZ"])
+@pytest.mark.parametrize("count", [1, 40])
+def test_mirror_images_displace_mirrored_points_alike(axes, count):
+    angle = np.linspace(0.2, 1.2, count)
+    tilt = 0.3 + 0.5 * angle
+    normals = np.stack(
+        [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.sin(tilt)], axis=1
+    )
+    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW), mirror=frozenset(axes))
+    random = np.random.default_rng(1)
+    n = normals[random.integers(0, count, 300)] + 0.2 * random.normal(size=(300, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    original, *images = stroke.copies()
+    expected = displace(original, make_path(0.5 * normals, normals), 0.5 * n, n)
+    assert np.ptp(expected.amount) > 0.05
+    assert len(images) == 2 ** len(axes) - 1
+    for image in images:
+        signs = np.sign(image.points[0]) * np.sign(original.points[0])
+        found = displace(
+            image, make_path(image.points, normals * signs), 0.5 * n * signs, n * signs
+        )
+        np.testing.assert_allclose(found.amount, expected.amount, atol=1e-9)
+        np.testing.assert_allclose(found.direction, expected.direction * signs, atol=1e-9)
+
+
+def test_chosen_points():
+    stroke, path = straight()
+    found = on_plane(stroke, path, 0, np.linspace(-0.3, 0.3, 7))
+    chosen = found.nearness < 0.6
+    part = found.where(chosen)
+    np.testing.assert_array_equal(part.amount, found.amount[chosen])
+    assert len(part.beyond) == len(part.direction) == chosen.sum()
