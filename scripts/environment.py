@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The project's own environment, `.venv/`: made on the first start, reused ever after.
+
+    .venv/               Blender as a Python module (bpy)
+    .venv/worker/        torch for the CPU, what else the worker needs, and the development tools;
+                         in the first Python found here for which that brings no CUDA
+    .venv/blender-4.5/   a further Blender, for the tests
+
+As in an artist's Blender, torch is never beside bpy. Standard library only; how a worker is
+installed is the package's knowledge (`worker.environment`).
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+if sys.version_info < (3, 11):  # noqa: UP036 - which a person has yet to learn
+    sys.exit("Neural Sculpt needs Python 3.11 or 3.13; start this script with one of them.")
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+
+import virtualenv
+from virtualenv import say
+
+from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.worker import environment as worker_environment
+
+VENV = ROOT / ".venv"
+WORKER = VENV / "worker"
+DEVELOPMENT = ROOT / "scripts" / "requirements-dev.txt"
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A Blender that pip can install, for the one Python it was built for."""
+
+    python: str
+    pins: tuple[str, ...]
+
+
+BLENDERS = {
+    "4.2": Wheel("3.11", ("bpy==4.2.23", "numpy==1.26.4")),
+    "4.5": Wheel("3.11", ("bpy==4.5.15", "numpy==1.26.4")),
+    "5.0": Wheel("3.11", ("bpy==5.0.1", "numpy==1.26.4")),
+    "5.2": Wheel("3.13", ("bpy==5.2.3", "numpy==2.3.5")),
+}
+OF_PYTHON = {wheel.python: version for version, wheel in BLENDERS.items()}  # the newest of each
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """The complete environment: which Python has what."""
+
+    blender: Path
+    """Python with bpy."""
+    worker: Path
+    """Python with torch and the development tools."""
+
+    @property
+    def blender_version(self) -> str:
+        """Of the Blender in it, as in BLENDERS."""
+        return OF_PYTHON[virtualenv.version_of(self.blender)]
+
+
+def ensure() -> Workshop:
+    """The environment, made first where it is not complete. SculptError says what is missing."""
+    recipe = _recipe()
+    if not virtualenv.is_complete(VENV, recipe):
+        virtualenv.make(VENV, _base(), recipe, _install)
+        say("The environment is complete; the next start takes no time.\n")
+    return Workshop(virtualenv.python_in(VENV), virtualenv.python_in(WORKER))
+
+
+def ensure_or_exit() -> Workshop:
+    """As `ensure`; what is missing is told and ends the program."""
+    try:
+        return ensure()
+    except SculptError as error:
+        sys.exit(f"\n{error}")
+
+
+def enter(role: str) -> None:
+    """Go on in the environment's Python: "blender", with bpy, or "worker", with torch.
+
+    Starts the running script again in it, unless it runs there already.
+    """
+    workshop = ensure_or_exit()
+    python: Path = getattr(workshop, role)
+    os.environ[worker_environment.ENVIRONMENT_VARIABLE] = str(workshop.worker)
+    if Path(sys.prefix) == python.parents[1]:
+        return
+    command = [str(python), *sys.argv]
+    if os.name == "nt":  # where exec returns to the shell at once
+        sys.exit(subprocess.call(command))
+    os.execv(python, command)
+
+
+def blender(version: str) -> Path:
+    """A Python with the bpy of this Blender, made first where there is none. SculptError."""
+    workshop = ensure()
+    if version == workshop.blender_version:
+        return workshop.blender
+    wheel, folder = BLENDERS[version], VENV / f"blender-{version}"
+    recipe = " ".join(wheel.pins)
+    if virtualenv.is_complete(folder, recipe):
+        return virtualenv.python_in(folder)
+    base = _find_python(wheel.python)
+    if base is None:
+        raise SculptError(f"there is no Python {wheel.python} on this computer")
+    return virtualenv.make(folder, base, recipe, lambda python: _install_blender(python, version))
+
+
+def _base() -> Path:
+    """The Python to make `.venv` with: the one that is in it, or this one."""
+    if virtualenv.is_sound(VENV):
+        return virtualenv.python_in(VENV)
+    version = ".".join(map(str, sys.version_info[:2]))
+    if version in OF_PYTHON:
+        return Path(sys.executable)
+    script = os.path.relpath(sys.argv[0])
+    found = [f"{python} {script}" for python in map(_find_python, OF_PYTHON) if python]
+    raise SculptError(
+        f"Blender as a Python module exists for Python {' and '.join(OF_PYTHON)}; this is Python"
+        f" {version}. " + (f"Start it as {' or '.join(found)}." if found else "Install one.")
+    )
+
+
+def _find_python(version: str) -> Path | None:
+    """A Python of this version on this computer."""
+    for candidate in worker_environment.candidate_pythons():
+        if ".".join(map(str, candidate.version[:2])) == version:
+            return candidate.python
+    return None
+
+
+def _install(python: Path) -> None:
+    """Fill `.venv`: Blender, the worker, the tools."""
+    version = virtualenv.version_of(python)
+    if version not in OF_PYTHON:
+        raise SculptError(
+            f".venv is of Python {version}, for which there is no Blender. Remove it, and start"
+            f" again with Python {' or '.join(OF_PYTHON)}."
+        )
+    say(f"Making .venv: about 3 GB, once; the log is {VENV / virtualenv.LOG}")
+    _install_blender(python, OF_PYTHON[version])
+    say("Installing the worker, with PyTorch for the CPU:")
+    worker = worker_environment.create(WORKER, progress=_Steps())
+    say(f"  The worker has Python {'.'.join(map(str, worker.version))}, torch {worker.torch}.")
+    say("Installing the development tools:")
+    virtualenv.pip_install(worker.python, ["--requirement", str(DEVELOPMENT)])
+
+
+def _install_blender(python: Path, version: str) -> None:
+    say(f"Installing Blender {version} as a module of Python {BLENDERS[version].python}:")
+    virtualenv.pip_install(python, BLENDERS[version].pins)
+
+
+class _Steps:
+    """Progress of the worker's installation: each new message is a line."""
+
+    def __init__(self) -> None:
+        """Nothing was said yet."""
+        self._last = ""
+
+    def __call__(self, fraction: float, message: str) -> None:
+        """Say it, unless it was the last that was said."""
+        if message != self._last:
+            say(f"  {fraction:4.0%} {message}")
+            self._last = message
+
+
+def _recipe() -> str:
+    """A hash of all that is pinned."""
+    pins = repr(BLENDERS) + worker_environment.REQUIREMENTS.read_text() + DEVELOPMENT.read_text()
+    return hashlib.sha256(pins.encode()).hexdigest()
