@@ -179,10 +179,9 @@ class Client:
         self._process = None
         self.state = WorkerState.DEAD
         self.hello = None
-        last = log_tail.rpartition("\n")[2].strip()
         self.problem = (
-            f"The worker stopped unexpectedly ({reason}{': ' + last if last else ''}). The model is"
-            f" unchanged; try again, or see {self.log}."
+            f"The worker stopped unexpectedly ({reason}). The model is unchanged; try again, or see"
+            f" {self.log}."
         )
         fields = {"message": self.problem, "detail": log_tail}
         for job in sorted(self._open):

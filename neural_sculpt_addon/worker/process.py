@@ -121,7 +121,8 @@ class WorkerProcess:
             self._process.kill()
             code = self._process.wait()
         self._outgoing.put(None)
-        self.incoming.put(Exit(reason or _words(code), self._log_tail()))
+        tail = self._log_tail()
+        self.incoming.put(Exit(reason or _words(code, tail), tail))
 
     def _log_tail(self) -> str:
         try:
@@ -133,9 +134,12 @@ class WorkerProcess:
         return "\n".join([line for line in lines if line.strip()][-_LOG_LINES:])
 
 
-def _words(code: int) -> str:
-    """A return code in words; a negative one is the signal that killed the process."""
+def _words(code: int, log_tail: str) -> str:
+    """A return code in words: the exception that Python ended with, or the signal that killed it."""
+    if code >= 0:
+        last = log_tail.rpartition("\n")[2].strip()
+        return f"exit code {code}: {last}" if code and last else f"exit code {code}"
     try:
-        return f"exit code {code}" if code >= 0 else f"killed by {signal.Signals(-code).name}"
+        return f"killed by {signal.Signals(-code).name}"
     except ValueError:
         return f"killed by signal {-code}"

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The file that the worker's Python is started with: `python -I -u launch.py`.
+
+It imports the package it lies in under its own name whatever the folder is called (an installed
+extension's is called after its id), and by its path, so that nothing that lies beside the package,
+other extensions above all, can be imported by mistake.
+"""
+
+import importlib
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+PACKAGE = "neural_sculpt_addon"
+
+
+def main() -> None:
+    """Import the package and serve jobs until the other end of the pipe closes."""
+    # Set before NumPy and torch load: their own threads only stall each other when Blender is busy.
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[variable] = "1"
+    folder = Path(__file__).resolve().parent.parent
+    spec = importlib.util.spec_from_file_location(
+        PACKAGE, folder / "__init__.py", submodule_search_locations=[str(folder)]
+    )
+    assert spec is not None and spec.loader is not None
+    package = importlib.util.module_from_spec(spec)
+    sys.modules[PACKAGE] = package
+    spec.loader.exec_module(package)
+    importlib.import_module(f"{PACKAGE}.worker.server").main()
+
+
+if __name__ == "__main__":
+    main()

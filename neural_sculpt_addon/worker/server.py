@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""torch's side of the worker: take jobs from stdin, run them one by one, answer on stdout.
+
+The main thread runs the jobs in the order of their arrival. A second thread reads, so that a cancel
+is heard in mid-job and the end of the pipe ends the process at once: whoever asked is gone, and all
+that matters lives in the .blend. stdout carries frames and nothing else; whatever the code prints
+goes to stderr, which is the log.
+"""
+
+import ctypes
+import faulthandler
+import logging
+import os
+import platform
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Mapping
+from io import BufferedIOBase
+from typing import Any
+
+from ..stroke.errors import Cancelled, SculptError
+from ..stroke.progress import Progress
+from . import protocol
+from .jobs import Handler, Jobs, Payload, warm_up
+from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
+
+PROGRESS_SECONDS = 0.05
+"""Between two progress messages of a job; what is reported in between only hears of a cancel."""
+
+_PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
+
+logger = logging.getLogger(__name__)
+
+
+def main() -> None:
+    """Serve the jobs of Neural Sculpt; never returns."""
+    server = take_over()
+    import torch
+
+    torch.set_num_threads(1)
+    torch.set_num_interop_threads(1)
+    warm_up()
+    python = platform.python_version()
+    hello = {"torch": str(torch.__version__), "device": "cpu", "python": python}
+    server.serve(Jobs().handlers(), hello)
+
+
+def take_over() -> "Server":
+    """Make this process a worker: it listens, and it goes when its parent does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in Blender's terminal is for Blender
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    faulthandler.enable()  # a crash in native code leaves its trace in the log
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+    requests, answers = os.dup(0), os.dup(1)
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    return Server(os.fdopen(requests, "rb"), os.fdopen(answers, "wb"))
+
+
+class Server:
+    """The queue between the thread that reads and the thread that works."""
+
+    def __init__(self, requests: BufferedIOBase, answers: BufferedIOBase) -> None:
+        """Read frames from `requests` from now on; their end ends the process."""
+        self._requests = requests
+        self._answers = answers
+        self._writing = threading.Lock()
+        self._changed = threading.Condition()  # guards the next three
+        self._waiting: deque[Message] = deque()
+        self._running: int | None = None
+        self._cancelled = False
+        threading.Thread(target=self._listen, name="listener", daemon=True).start()
+
+    def serve(self, handlers: Mapping[JobKind, Handler], hello: Mapping[str, Any]) -> None:
+        """Say hello and run jobs; never returns."""
+        self._send(Message(MessageKind.HELLO, fields={"protocol": PROTOCOL, **hello}))
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting)
+                job = self._waiting.popleft()
+                self._running, self._cancelled = job.job, False
+            self._finish(self._run(job, handlers))
+
+    def _run(self, job: Message, handlers: Mapping[JobKind, Handler]) -> Message:
+        """Run one job; its final message."""
+        started = time.monotonic()
+        try:
+            handler = handlers[JobKind(job.kind)]
+            result = handler(Payload(job.fields, job.arrays), self._progress(job.job))
+        except Cancelled:
+            return Message(MessageKind.CANCELLED, job.job)
+        except SculptError as error:
+            return _error(job.job, str(error))
+        except MemoryError:
+            return _error(job.job, "The worker ran out of memory; try a lower resolution.")
+        except Exception as error:  # a defect in one job must not take the worker with it
+            logger.exception("%s failed", job.kind)
+            return _error(
+                job.job,
+                f"The worker failed ({type(error).__name__}: {error}). The model is unchanged;"
+                " please report this with the worker's log.",
+                traceback.format_exc(),
+            )
+        logger.info("%s took %.2f s", job.kind, time.monotonic() - started)
+        return Message(MessageKind.RESULT, job.job, dict(result.fields), dict(result.arrays))
+
+    def _progress(self, job: int) -> Progress:
+        """What a handler reports to, and hears of a cancel from."""
+        last = -PROGRESS_SECONDS
+
+        def report(fraction: float, message: str) -> None:
+            nonlocal last
+            if self._cancelled:
+                raise Cancelled
+            now = time.monotonic()
+            if now - last >= PROGRESS_SECONDS:
+                last = now
+                fields = {"fraction": min(max(float(fraction), 0.0), 1.0), "message": message}
+                self._send(Message(MessageKind.PROGRESS, job, fields))
+
+        return report
+
+    def _finish(self, answer: Message) -> None:
+        """End the running job: from here on a cancel comes too late."""
+        with self._changed:
+            self._running = None
+        try:
+            self._send(answer)
+        except ProtocolError as error:  # a result that cannot be sent: NaN in a report, too large
+            logger.exception("the result of job %d cannot be sent", answer.job)
+            self._send(_error(answer.job, str(error)))
+
+    def _send(self, message: Message) -> None:
+        try:
+            with self._writing:
+                protocol.write(self._answers, message)
+        except OSError:  # nobody reads any more
+            os._exit(0)
+
+    def _listen(self) -> None:
+        code = 1
+        try:
+            while (message := protocol.read(self._requests)) is not None:
+                if message.kind is ControlKind.STOP:
+                    break
+                self._take(message)
+            code = 0
+        except Exception:  # the place in the stream is lost, or this code is wrong: no way on
+            logger.exception("the worker cannot read its requests")
+        finally:
+            os._exit(code)
+
+    def _take(self, message: Message) -> None:
+        """Queue a job, or cancel one wherever it is."""
+        if message.kind is ControlKind.CANCEL:
+            self._cancel(message.job)
+            return
+        if not isinstance(message.kind, JobKind):
+            raise ProtocolError(f"The worker was sent a {message.kind}.")
+        with self._changed:
+            if message.job == self._running or any(job.job == message.job for job in self._waiting):
+                raise ProtocolError(f"There is already a job {message.job}.")
+            self._waiting.append(message)
+            self._changed.notify()
+
+    def _cancel(self, number: int) -> None:
+        with self._changed:
+            if number == self._running:
+                self._cancelled = True  # its handler hears of it at its next progress
+            waiting = next((job for job in self._waiting if job.job == number), None)
+            if waiting is None:
+                return  # running, or it has ended already
+            self._waiting.remove(waiting)
+        self._send(Message(MessageKind.CANCELLED, number))
+
+
+def _error(job: int, message: str, detail: str = "") -> Message:
+    return Message(MessageKind.ERROR, job, {"message": message, "detail": detail})
