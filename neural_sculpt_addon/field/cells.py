@@ -117,13 +117,13 @@ class _Search:
         return np.concatenate(found)
 
     def slope(self) -> float:
-        """Root mean square of |grad f| between the root points, 1 at least.
+        """The steepest change of f between neighbouring root points, 1 at least.
 
-        A true distance has 1; a steeper field changes sign within a wider margin of f.
+        A field steeper than a distance changes sign within a wider margin of f.
         """
         value = self.lattice[1 : -1 : self.root, 1 : -1 : self.root, 1 : -1 : self.root]
-        squares = [np.mean(np.diff(value, axis=axis) ** 2) for axis in range(3)]
-        return max(1.0, float(np.sqrt(np.sum(squares))) / (self.root * self.spacing))
+        steepest = max(float(np.abs(np.diff(value, axis=axis)).max()) for axis in range(3))
+        return max(1.0, steepest / (self.root * self.spacing))
 
     def ring_seeds(self) -> NDArray[np.int32]:
         """Cells of the ring beside a root point that is inside: seeds of the closing faces."""

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well a field reproduces the mesh it was fitted to.
+
+Every number is measured on fresh samples, in model space (the shape's longest side is 1.7):
+
+error_mean, error_p95, error_max  distance of points of the mesh to the zero level, by projection
+normal_deg                        mean angle between grad f and the mesh's normals there, degrees
+sign_errors                       share of the box, farther than CLEAR from the mesh, of wrong sign
+components                        connected pieces of the zero level, on a coarse lattice
+"""
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ..stroke.errors import SculptError
+from ..stroke.progress import Progress, silent
+from .evaluate import values
+from .mesh_distance import MeshDistance
+from .network import Siren
+from .projection import project
+from .proxy import Proxy, extract
+
+SURFACE_SAMPLES = 8192
+VOLUME_SAMPLES = 16384
+CLEAR = 0.015  # model units
+CELLS = 64
+
+
+def report(
+    network: Siren, distance: MeshDistance, rng: np.random.Generator, progress: Progress = silent
+) -> dict[str, float | int]:
+    """Quality of `network` against the mesh, ready for JSON; see the module's docstring."""
+    points, normals = distance.surface(SURFACE_SAMPLES, rng)
+    found = project(network, points)
+    error = np.linalg.norm(found.points - points, axis=1)  # (N,)
+    cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
+    progress(0.2, "Measuring the field")
+    volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
+    truth = distance(volume, lambda part, text: progress(0.2 + 0.5 * part, text))
+    clear = truth.certain & (np.abs(truth.value) > CLEAR)
+    wrong = (values(network, volume) < 0) != (truth.value < 0)
+    return {
+        "error_mean": float(error.mean()),
+        "error_p95": float(np.percentile(error, 95)),
+        "error_max": float(error.max()),
+        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+        "sign_errors": float(wrong[clear].mean()),
+        "components": _components(network, progress),
+    }
+
+
+def components(proxy: Proxy) -> int:
+    """Number of connected pieces of a proxy."""
+    corner, following = proxy.triangles.ravel(), np.roll(proxy.triangles, 1, axis=1).ravel()
+    size = len(proxy.vertices)
+    edges = csr_matrix((np.ones(len(corner), bool), (corner, following)), (size, size))
+    return int(connected_components(edges, directed=False, return_labels=False))
+
+
+def _components(network: Siren, progress: Progress) -> int:
+    try:
+        return components(
+            extract(network, CELLS, lambda part, text: progress(0.7 + 0.3 * part, text))
+        )
+    except SculptError:  # the network found no surface at all
+        return 0

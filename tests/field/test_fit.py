@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitting meshes: against closed forms, autograd and trimesh; damaged meshes; messages."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.fit import fit_mesh
+from neural_sculpt_addon.field.fit_distance import (
+    GRADIENT_WEIGHT,
+    SOFTNESS,
+    Samples,
+    loss_gradients,
+)
+from neural_sculpt_addon.field.fit_paper import paper_loss
+from neural_sculpt_addon.field.mesh_cleanup import clean
+from neural_sculpt_addon.field.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+
+SPHERE = trimesh.creation.icosphere(subdivisions=4)
+TORUS = trimesh.creation.torus(0.5, 0.2, major_sections=96, minor_sections=48)
+BOX = trimesh.creation.box((1.7, 1.2, 0.8))
+
+
+def distance_to(vertices, triangles, thickness=None):
+    return MeshDistance(clean(vertices, triangles), thickness, np.random.default_rng(0))
+
+
+def box_points(count=4000, seed=1):
+    return np.random.default_rng(seed).uniform(-1, 1, (count, 3))
+
+
+def merged(*meshes):
+    mesh = trimesh.util.concatenate(list(meshes))
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+def sheet(size=12, height=0.1):
+    """A wavy square sheet."""
+    x, y = np.meshgrid(np.linspace(-1, 1, size), np.linspace(-1, 1, size), indexing="ij")
+    vertices = np.stack([x, y, height * np.sin(3 * x) * np.cos(2 * y)], axis=-1).reshape(-1, 3)
+    index = np.arange(size * size).reshape(size, size)
+    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
+    triangles = [np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))]
+    return vertices, np.concatenate(triangles)
+
+
+# Cleaning
+
+
+def test_cleaning_scales_the_longest_side_to_1_7_and_tells_the_way_back():
+    vertices = SPHERE.vertices * [3, 1, 2] + [50, -20, 7]
+    mesh = clean(vertices, SPHERE.faces)
+    assert np.ptp(mesh.vertices, axis=0).max() == pytest.approx(1.7)
+    back = mesh.scale * mesh.vertices + mesh.center
+    assert trimesh.Trimesh(back, mesh.triangles).bounds == pytest.approx(
+        np.array([vertices.min(axis=0), vertices.max(axis=0)]), abs=1e-4
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**31), scale=st.sampled_from([1e-4, 1.0, 1e6]))
+def test_a_soup_of_flipped_doubled_and_collapsed_faces_becomes_a_watertight_mesh(seed, scale):
+    rng = np.random.default_rng(seed)
+    soup = SPHERE.vertices[SPHERE.faces].reshape(-1, 3) * scale
+    faces = np.arange(len(soup)).reshape(-1, 3)
+    flipped = rng.random(len(faces)) < 0.4
+    faces[flipped] = faces[flipped, ::-1]
+    doubled = faces[rng.integers(0, len(faces), 50)][:, [1, 0, 2]]
+    collapsed = faces[:20, [0, 0, 1]]
+    faces = rng.permutation(np.concatenate([faces, doubled, collapsed]))
+    result = clean(soup, faces)
+    mesh = trimesh.Trimesh(result.vertices, result.triangles, process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(SPHERE.volume * 0.85**3, rel=1e-3)
+    assert result.repairs["collapsed"] == 20
+    assert len(result.triangles) == len(SPHERE.faces)
+
+
+def test_every_piece_is_turned_outward():
+    vertices, faces = merged(
+        SPHERE.copy().apply_translation([3, 0, 0]), SPHERE.copy().apply_translation([-3, 0, 0])
+    )
+    faces[: len(SPHERE.faces)] = faces[: len(SPHERE.faces), ::-1]
+    mesh = clean(vertices, faces)
+    volumes = [part.volume for part in trimesh.Trimesh(mesh.vertices, mesh.triangles).split()]
+    assert len(volumes) == 2 and min(volumes) > 0
+    assert mesh.repairs["flipped"] == len(SPHERE.faces)
+
+
+def test_an_open_piece_keeps_the_side_of_its_majority():
+    vertices, faces = sheet()
+    faces[3] = faces[3, ::-1]
+    mesh = clean(vertices, faces)
+    assert mesh.repairs["flipped"] == 1
+
+
+NAN = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, np.nan]])
+
+
+@pytest.mark.parametrize(
+    ("vertices", "triangles", "message"),
+    [
+        (np.zeros((0, 3)), np.zeros((0, 3), int), "no faces"),
+        (np.eye(3), np.zeros((0, 3), int), "no faces"),
+        (np.eye(3), [[0, 1, 3]], "damaged"),
+        (np.eye(3), [[0, 1, -1]], "damaged"),
+        (np.eye(3), [[0, 1, 2, 2]], "Triangulate"),
+        (NAN, [[0, 1, 2], [0, 1, 3]], "finite position"),
+        (np.ones((3, 3)), [[0, 1, 2]], "no extent"),
+        (np.array([[0, 0, 0], [1, 0, 0], [2.0, 0, 0]]), [[0, 1, 2]], "zero area"),
+        (SPHERE.vertices * 1e35, SPHERE.faces, "sensible size"),
+        ((SPHERE.vertices + 1e6).astype(np.float32), SPHERE.faces, "far from its origin"),
+        (*sheet(), "open sheet"),
+        (*sheet(height=0), "open sheet"),
+        (np.eye(3), [[0, 1, 2]], "open sheet"),
+    ],
+)
+def test_what_cannot_be_fitted_says_why(vertices, triangles, message):
+    with pytest.raises(SculptError, match=message):
+        fit_mesh(vertices, triangles, preset="draft")
+
+
+def test_vertices_that_no_face_uses_may_be_anything():
+    mesh = clean(NAN, [[0, 1, 2]])
+    assert len(mesh.vertices) == 3
+
+
+# Distance
+
+
+def test_distance_of_a_sphere_is_the_closed_form():
+    x = box_points()
+    found = distance_to(
+        trimesh.creation.icosphere(6).vertices, trimesh.creation.icosphere(6).faces
+    )(x)
+    radius = np.linalg.norm(x, axis=1)
+    assert found.value == pytest.approx(radius - 0.85, abs=2e-4)
+    assert np.abs(found.gradient - x / radius[:, None]).max() < 0.05
+    assert found.certain.all()
+
+
+def test_distance_of_a_box_is_the_closed_form():
+    x = box_points()
+    found = distance_to(BOX.vertices, BOX.faces)(x)
+    beyond = np.abs(x) - np.array([1.7, 1.2, 0.8]) / 2
+    exact = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
+    assert found.value == pytest.approx(exact, abs=1e-9)
+    step = 1e-6
+    moved = distance_to(BOX.vertices, BOX.faces)(x + step * found.gradient)
+    assert np.percentile((moved.value - found.value) / step, 1) == pytest.approx(1, abs=1e-4)
+
+
+def test_inside_out_meshes_measure_the_same():
+    x = box_points()
+    there = distance_to(SPHERE.vertices, SPHERE.faces)(x)
+    back = distance_to(SPHERE.vertices, SPHERE.faces[:, ::-1])(x)
+    assert np.array_equal(there.value, back.value)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.4])
+def test_missing_faces_leave_the_sign_right(share):
+    keep = np.random.default_rng(3).random(len(SPHERE.faces)) > share
+    x = box_points()
+    found = distance_to(SPHERE.vertices, SPHERE.faces[keep])(x)
+    exact = np.linalg.norm(x, axis=1) - 0.85
+    clear = np.abs(exact) > 0.05
+    assert np.mean((found.value < 0) == (exact < 0), where=clear) > 0.999
+
+
+def test_across_a_large_hole_the_distance_changes_sign_without_a_jump():
+    open_sphere = SPHERE.faces[SPHERE.triangles_center[:, 2] < 0.8]
+    distance = distance_to(SPHERE.vertices, open_sphere)
+    line = np.zeros((2001, 3))
+    line[:, 2] = np.linspace(-0.5, 1.2, 2001)
+    value = distance(line).value
+    assert value[0] < 0 < value[-1]
+    assert np.abs(np.diff(value)).max() < 0.02
+
+
+def test_pieces_stuck_into_each_other_become_one_outer_surface():
+    other = SPHERE.copy().apply_translation([0.7, 0, 0])
+    distance = distance_to(*merged(SPHERE, other))
+    scale = 1.7 / 2.7
+    x = box_points()
+    centers = np.array([[-0.35, 0, 0], [0.35, 0, 0]]) * scale
+    each = np.linalg.norm(x[:, None] - centers, axis=2) - scale
+    seam = np.stack([x[:, 0], np.hypot(x[:, 1], x[:, 2]) - np.sqrt(1 - 0.35**2) * scale], axis=1)
+    inside = each.min(axis=1) < 0
+    value = distance(x).value
+    assert np.mean((value < 0) == inside) > 0.999
+    assert value[~inside] == pytest.approx(each.min(axis=1)[~inside], abs=3e-3)
+    # No trace of the walls inside: on the plane between the spheres the surface is the seam.
+    middle = inside & (np.abs(x[:, 0]) < 0.02)
+    assert -value[middle] == pytest.approx(np.linalg.norm(seam[middle], axis=1), abs=0.03)
+
+
+def test_an_inner_wall_is_no_surface():
+    wall = trimesh.Trimesh([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]], [[0, 1, 2], [0, 2, 3]])
+    cube = trimesh.creation.box((2, 2, 2))
+    distance = distance_to(*merged(cube, wall))
+    assert distance(np.array([[0.01, 0.1, 0.0]])).value == pytest.approx(-0.75, abs=0.02)
+
+
+def test_a_sheet_with_a_thickness_is_a_solid():
+    vertices, triangles = sheet(height=0)
+    distance = distance_to(vertices, triangles, thickness=0.2)
+    found = distance(np.array([[0, 0, 0.05], [0, 0, 0.3], [0.1, 0.1, -0.3]]))
+    assert found.value == pytest.approx([-0.05, 0.2, 0.2], abs=1e-9)
+    surface = distance.surface(1000, np.random.default_rng(0))
+    assert np.abs(distance(surface.points).value).max() < 1e-9
+
+
+def test_surface_samples_are_uniform_by_area():
+    surface = distance_to(BOX.vertices, BOX.faces).surface(20000, np.random.default_rng(0))
+    on_top = np.isclose(surface.points[:, 2], 0.4)
+    areas = np.array([1.7 * 1.2, 1.2 * 0.8, 1.7 * 0.8])
+    assert on_top.mean() == pytest.approx(areas[0] / areas.sum() / 2, abs=0.01)
+    assert np.allclose(surface.normals[on_top], [0, 0, 1])
+
+
+# Learning
+
+
+@pytest.mark.parametrize("widths", [(9,), (8, 7), (6, 5, 7)])
+def test_written_out_derivatives_equal_autograd(widths):
+    generator = torch.Generator().manual_seed(0)
+    network = Siren.random(widths, 5.0, generator)
+    network = network.with_parameters([p.double() for p in network.parameters])
+    points = 2 * torch.rand(40, 3, generator=generator, dtype=torch.float64) - 1
+    gradients = torch.randn(40, 3, generator=generator, dtype=torch.float64)
+    certain = (torch.rand(40, generator=generator) > 0.2).double()
+    batch = Samples(points, 0.3 * points[:, 0], gradients, certain)
+    _, slopes = loss_gradients(network, batch)
+
+    parameters = [p.clone().requires_grad_() for p in network.parameters]
+    f, gradient = network.with_parameters(parameters).value_and_gradient(points)
+    weight = 1 / (batch.values.abs() + SOFTNESS)
+    off = (gradient - gradients).square().sum(dim=1) * certain
+    loss = (weight * (f - batch.values).square() + GRADIENT_WEIGHT * off).mean()
+    for mine, theirs in zip(slopes, torch.autograd.grad(loss, parameters), strict=True):
+        assert torch.allclose(mine, theirs, rtol=1e-9, atol=1e-12)
+
+
+def test_the_papers_loss_has_its_published_weights():
+    on, off = torch.tensor([0.1, -0.1]), torch.tensor([0.0, 0.5])
+    gradient = torch.tensor([[2.0, 0, 0], [0, 0.5, 0]])
+    normals = torch.tensor([[1.0, 0, 0], [1.0, 0, 0]])
+    expected = 1500 * 0.1 + 2.5 * 0.5 + 5 * 0.75 + 5 * (1 + np.exp(-50)) / 2
+    assert float(paper_loss(on, gradient, normals, off, gradient)) == pytest.approx(expected)
+
+
+@pytest.fixture(scope="module")
+def sphere_fit():
+    return fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
+
+
+def test_a_sphere_is_fitted_and_reported(sphere_fit):
+    assert sphere_fit.scale == pytest.approx(20 / 1.7, rel=1e-3)
+    assert sphere_fit.center == pytest.approx((5, 5, 5), abs=1e-3)
+    report = sphere_fit.report
+    assert report["error_mean"] < 3e-3
+    assert report["error_mean"] <= report["error_p95"] <= report["error_max"]
+    assert report["normal_deg"] < 5
+    assert report["sign_errors"] < 1e-3
+    assert report["components"] == 1
+    json.dumps(report, allow_nan=False)
+    x = box_points()
+    exact = np.linalg.norm(x, axis=1) - 0.85
+    assert np.abs(values(sphere_fit.network, x) - exact).mean() < 0.02
+
+
+def test_the_same_seed_gives_the_same_weights(sphere_fit):
+    again = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
+    other = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft", seed=1)
+    pairs = list(zip(sphere_fit.network.parameters, again.network.parameters, strict=True))
+    assert all(torch.equal(a, b) for a, b in pairs)
+    assert not torch.equal(other.network.weights[0], again.network.weights[0])
+
+
+@pytest.mark.parametrize("mesh", [TORUS, BOX], ids=["torus", "box"])
+def test_a_torus_and_a_box_are_fitted(mesh):
+    report = fit_mesh(mesh.vertices, mesh.faces, preset="draft").report
+    assert report["error_mean"] < 5e-3
+    assert report["sign_errors"] < 1e-3
+    assert report["components"] == 1
+
+
+def test_a_sheet_with_thickness_is_fitted():
+    fit = fit_mesh(*sheet(), preset="draft", thickness=0.3)
+    assert fit.report["error_mean"] < 0.01
+    assert fit.report["components"] == 1
+
+
+def test_the_papers_fit_finds_the_surface():
+    fit = fit_mesh(SPHERE.vertices, SPHERE.faces, method="paper", preset="draft")
+    assert fit.network.omegas == (30.0, 30.0)
+    assert fit.report["error_mean"] < 0.02
+
+
+def test_progress_tells_the_error_and_cancels():
+    seen = []
+
+    def watch(fraction, text):
+        seen.append((fraction, text))
+        if fraction > 0.5:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        fit_mesh(BOX.vertices, BOX.faces, preset="draft", progress=watch)
+    fractions = [fraction for fraction, _ in seen]
+    assert fractions == sorted(fractions)
+    assert "error 0." in seen[-1][1]
+    assert torch.get_num_threads() >= 1
