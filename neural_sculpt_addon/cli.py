@@ -51,7 +51,7 @@ def _parser() -> argparse.ArgumentParser:
     apply.add_argument("-o", "--output", type=Path, required=True, help=".safetensors or .pth")
     apply.add_argument("--mesh", type=Path, help="also write the proxy")
     apply.add_argument("--resolution", type=int, default=128, help="cells per axis of the proxy")
-    apply.add_argument("--solver", default="paper")
+    apply.add_argument("--solver", default="gauss_newton", help="or quick, or paper")
     apply.add_argument("--epochs", type=int, help="of the paper's solver")
     apply.add_argument("--report", type=Path, help="write the measures of each stroke as JSON")
     apply.add_argument("--chamfer", action="store_true", help="report the Chamfer distance, too")

@@ -2,7 +2,7 @@
 """Edits: strokes in, a new network and a report of each stroke out."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,10 +13,14 @@ from ..stroke.stroke import Stroke
 from . import metrics
 from .network import Siren
 from .prepare import Preparation, prepare
-from .problem import lay_copies, pose
-from .solvers import paper
+from .problem import pose
+from .solvers import Solve, gauss_newton, paper
 
-SOLVERS: dict[str, Callable[..., Siren]] = {"paper": paper.solve}
+SOLVERS: dict[str, Solve] = {
+    "gauss_newton": gauss_newton.solve,
+    "quick": partial(gauss_newton.solve, setting=gauss_newton.QUICK),
+    "paper": paper.solve,
+}
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ def edit(
     network: Siren,
     strokes: Sequence[Stroke],
     *,
-    solver: str = "paper",
+    solver: str = "gauss_newton",
     epochs: int | None = None,
     preparation: Preparation | None = None,
     chamfer: bool = False,
@@ -40,15 +44,14 @@ def edit(
     """Apply `strokes` one after another.
 
     preparation: of `network`, when it was made before
+    solver:      one of SOLVERS
     epochs:      of the paper's solver; its own default when None
     chamfer:     report the paper's Chamfer distance, too (seconds)
 
     SculptError when a stroke does not lie on the surface or cannot be solved; Cancelled as soon as
     `progress` raises it. `network` itself is never changed.
     """
-    if solver not in SOLVERS:
-        raise SculptError(f"There is no solver {solver!r}; choose one of {', '.join(SOLVERS)}.")
-    solve = SOLVERS[solver] if epochs is None else partial(SOLVERS[solver], epochs=epochs)
+    solve = _solver(solver, epochs)
     reports = []
     for number, stroke in enumerate(strokes):
 
@@ -59,14 +62,23 @@ def edit(
             share(0.0, "Preparing")
             preparation = prepare(network, progress=lambda _, message: share(0.0, message))
         started = time.perf_counter()
-        laid = lay_copies(network, stroke)
-        problem = pose(preparation, stroke, laid)
+        problem = pose(preparation, stroke)
         network = solve(problem, lambda fraction, message: share(0.95 * fraction, message))
         seconds = time.perf_counter() - started
         share(0.95, "Measuring")
-        measures = metrics.measure(preparation, network, laid, stroke.seed)
+        measures = metrics.measure(problem, network)
         if chamfer:
-            measures |= metrics.chamfer(preparation, network, laid, stroke.seed)
+            measures |= metrics.chamfer(problem, network)
         reports.append({"stroke": stroke.name, "solver": solver, "seconds": seconds, **measures})
         preparation = None
     return Edit(network, tuple(reports))
+
+
+def _solver(name: str, epochs: int | None) -> Solve:
+    if name not in SOLVERS:
+        raise SculptError(f"There is no solver {name!r}; choose one of {', '.join(SOLVERS)}.")
+    if epochs is None:
+        return SOLVERS[name]
+    if name != "paper" or epochs < 1:
+        raise SculptError("Only the paper's solver has epochs, and it needs at least one.")
+    return partial(paper.solve, epochs=epochs)

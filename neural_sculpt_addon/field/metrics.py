@@ -41,30 +41,28 @@ from scipy.spatial import KDTree
 from ..stroke.displacement import displace
 from .evaluate import values_and_gradients
 from .network import Siren
-from .prepare import CELLS, Preparation
-from .problem import Laid, nearness, sample_tubes
+from .prepare import CELLS
+from .problem import Problem
 from .projection import SMALLEST_GRADIENT, project
 from .proxy import Proxy, extract
 from .surface import sample_surface
-from .tube import Tube, sample_tube
+from .tube import Tube
 
 FAR = 1.4
+FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
 FINE = 161  # rows and columns of the mesh that the reverse distance is measured to
 
 Array = NDArray[np.floating[Any]]
 
 
-def measure(
-    preparation: Preparation, edited: Siren, laid: tuple[Laid, ...], seed: int
-) -> dict[str, Any]:
+def measure(problem: Problem, edited: Siren) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
-    `preparation` is of the unedited network and `laid` the stroke on it. A measure over an empty
-    region (a dab has no core) is None.
+    A measure over an empty region (a closed stroke has no cap) is None.
     """
-    random = np.random.default_rng(seed)
-    tubes = sample_tubes(preparation.network, laid, jitter=random)
+    before = problem.preparation
+    tubes = problem.tubes(jitter=np.random.default_rng((problem.seed, FRESH)))
     proxy = extract(edited, CELLS)
     beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
     target = np.concatenate([tube.target.points for tube in tubes])
@@ -72,20 +70,20 @@ def measure(
     core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
     error = distance_to_surface(edited, target)
 
-    near = nearness(laid, preparation.surface)
-    moved = distance_to_surface(edited, preparation.surface.points)
+    near = problem.nearness(before.surface)
+    moved = distance_to_surface(edited, before.surface.points)
     surface = project(edited, target[core])
     cosine = np.einsum("ij,ij->i", surface.normals, target_normals[core])
     _, gradient = values_and_gradients(edited, target[core])
     return {
         **_summary("tube", error[core], mean="mean", p95=95, max="max"),
         **_summary("cap", error[beyond], mean="mean", p95=95, max="max"),
-        **_summary("reverse", _reverse(preparation, proxy, laid), mean="mean", p95=95, max="max"),
+        **_summary("reverse", _reverse(problem, proxy), mean="mean", p95=95, max="max"),
         **_summary("rim", moved[(near > 1) & (near <= FAR)], mean="mean"),
         **_summary("drift", moved[near > FAR], mean="mean", p99=99, max="max"),
         "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
         "gradient": float(np.abs(np.linalg.norm(gradient, axis=1) - 1).mean()),
-        "components_before": components(preparation.proxy),
+        "components_before": components(before.proxy),
         "components_after": components(proxy),
     }
 
@@ -109,20 +107,19 @@ def components(proxy: Proxy) -> int:
     return int(connected_components(graph, directed=False)[0])
 
 
-def chamfer(
-    preparation: Preparation, edited: Siren, laid: tuple[Laid, ...], seed: int
-) -> dict[str, float]:
+def chamfer(problem: Problem, edited: Siren) -> dict[str, float]:
     """The paper's Chamfer distance of edited and displaced surface, and its noise floor."""
-    vertices, normals = preparation.proxy.vertices, preparation.proxy.normals
+    proxy, seed = problem.preparation.proxy, problem.seed
+    vertices, normals = proxy.vertices, proxy.normals
     moved = vertices.astype(float)
     largest = np.zeros(len(vertices))
-    for stroke, path in laid:
-        displacement = displace(stroke, path, vertices, normals)
+    for one in problem.laid:
+        displacement = displace(*one, vertices, normals)
         wins = np.abs(displacement.amount) > largest
         largest = np.where(wins, np.abs(displacement.amount), largest)
         goal = vertices + displacement.amount[:, None] * displacement.direction
         moved = np.where(wins[:, None], goal, moved)
-    mesh = trimesh.Trimesh(moved, preparation.proxy.triangles, process=False)
+    mesh = trimesh.Trimesh(moved, proxy.triangles, process=False)
     first = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed)[0]
     second = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed + 1)[0]
     surface = sample_surface(edited, extract(edited, CELLS), CHAMFER_SAMPLES, seed)
@@ -136,15 +133,15 @@ def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
 
 
-def _reverse(preparation: Preparation, proxy: Proxy, laid: tuple[Laid, ...]) -> Array:
+def _reverse(problem: Problem, proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube.
     """
     distances = []
-    rest = preparation.surface.points[nearness(laid, preparation.surface) > 1]
-    for one in laid:
-        tube = sample_tube(preparation.network, one.stroke, one.path, FINE, FINE)
+    surface = problem.preparation.surface
+    rest = surface.points[problem.untouched(surface)]
+    for one, tube in zip(problem.laid, problem.tubes(FINE, FINE), strict=True):
         triangles = _triangles(tube)
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)

@@ -5,26 +5,58 @@ Made once per revision, while the artist draws, and kept by the worker.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..stroke.progress import Progress, silent
+from .evaluate import values
 from .network import Siren
 from .proxy import Proxy, extract
 from .surface import Samples, sample_surface
 
-SURFACE_SAMPLES = 40_000
 CELLS = 128
+SURFACE_SAMPLES = 40_000
+SHELL = 0.01  # standard deviation of the distance of shell points from the surface
+BOX_SAMPLES = 6_000
+
+
+class Values(NamedTuple):
+    """Points and what the unedited field is there."""
+
+    points: NDArray[np.float32]  # (N, 3)
+    values: NDArray[np.float32]  # (N,)
 
 
 @dataclass(frozen=True)
 class Preparation:
-    """What is known of one state of the weights before a stroke is drawn on it."""
+    """What is known of one state of the weights before a stroke is drawn on it.
+
+    surface: (SURFACE_SAMPLES,) uniform by area
+    shell:   one point beside each of them, off the surface
+    box:     (BOX_SAMPLES,) uniform in [-1, 1]^3
+    """
 
     network: Siren
     proxy: Proxy
-    surface: Samples  # (SURFACE_SAMPLES,), uniform by area
+    surface: Samples
+    shell: Values
+    box: Values
 
 
 def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Preparation:
-    """Extract the proxy and sample the surface of `network`. SculptError when it has none."""
+    """Extract the proxy and sample surface and space. SculptError when there is no surface."""
+    random = np.random.default_rng(seed)
     proxy = extract(network, CELLS, progress)
-    return Preparation(network, proxy, sample_surface(network, proxy, SURFACE_SAMPLES, seed))
+    surface = sample_surface(network, proxy, SURFACE_SAMPLES, seed)
+    offset = random.normal(0, SHELL, (SURFACE_SAMPLES, 1))
+    shell = (surface.points + offset * surface.normals).astype(np.float32)
+    box = random.uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)
+    return Preparation(
+        network,
+        proxy,
+        surface,
+        Values(shell, values(network, shell)),
+        Values(box, values(network, box)),
+    )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an edit asks of the network: where the zero set shall be after the stroke.
 
-The tube moves to its targets, the preserve set stays where it is. Mirror images of a stroke are
-solved together; where they overlap, the larger displacement wins.
+The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
+are solved together; where they overlap, the larger displacement wins. Model space.
 """
 
 from dataclasses import dataclass
@@ -11,14 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..stroke.curve import Array
 from ..stroke.displacement import displace
-from ..stroke.path import Path
+from ..stroke.path import Path, locate
 from ..stroke.stroke import Ends, Stroke
 from .lay import lay
 from .network import Siren
 from .prepare import Preparation
 from .surface import Samples
-from .tube import COLUMNS, ROWS, Tube, sample_tube
+from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
+
+FARTHEST = 2.5  # radii, of what nearness tells apart
 
 
 class Laid(NamedTuple):
@@ -32,68 +35,72 @@ class Laid(NamedTuple):
 class Problem:
     """An edit to be solved.
 
-    tube:     target samples of the displaced surface
-    preserve: samples of the untouched surface, which must stay
-    seed:     of all random numbers that the solver draws
+    preparation: of the unedited network
+    laid:        the stroke and its mirror images
+    seed:        of all random numbers that the solver draws
     """
 
-    network: Siren
-    tube: Samples
-    preserve: Samples
+    preparation: Preparation
+    laid: tuple[Laid, ...]
     seed: int
 
+    @property
+    def network(self) -> Siren:
+        """The unedited network."""
+        return self.preparation.network
 
-def pose(preparation: Preparation, stroke: Stroke, laid: tuple[Laid, ...]) -> Problem:
-    """The problem that `stroke`, laid on the surface by `lay_copies`, poses.
+    def tubes(
+        self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
+    ) -> list[Tube]:
+        """The tube of each copy, without the samples that another copy displaces farther."""
+        tubes = []
+        for mine in self.laid:
+            tube = sample_tube(self.network, *mine, rows, columns, jitter)
+            amount = np.abs(tube.displacement.amount)
+            wins = np.ones(len(amount), bool)
+            for other in self.laid:
+                if other is not mine:
+                    wins &= np.abs(displace(*other, *tube.surface).amount) <= amount
+            tubes.append(tube.where(wins))
+        return tubes
 
-    SculptError when the stroke is too thin or too sharply bent for any sample to lie in it.
-    """
-    tubes = sample_tubes(preparation.network, laid)
-    target = Samples(
-        np.concatenate([tube.target.points for tube in tubes]),
-        np.concatenate([tube.target.normals for tube in tubes]),
-    )
-    untouched = ~touched(laid, preparation.surface)
-    return Problem(preparation.network, target, preparation.surface.where(untouched), stroke.seed)
+    def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
+        """About `count` samples of the untouched surface within `reach` radii of each copy."""
+        parts = [sample_rim(self.network, *one, reach, count, jitter) for one in self.laid]
+        rim = Samples(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        return rim.where(self.untouched(rim))
+
+    def untouched(self, surface: Samples) -> NDArray[np.bool_]:
+        """Which surface samples (N,) the stroke must leave where they are."""
+        return self.nearness(surface, beyond_flat_ends=False) > 1
+
+    def nearness(self, surface: Samples, beyond_flat_ends: bool = True) -> Array:
+        """Distance (N,) of surface samples from the nearest copy of the stroke, in its radii.
+
+        Infinite on the other sheet of thin parts and, more than `FARTHEST` radii away, anywhere;
+        without `beyond_flat_ends` also past a flat end, where a stroke does nothing.
+        """
+        nearness = np.full(len(surface.points), np.inf)
+        for stroke, path in self.laid:
+            margin = FARTHEST * stroke.brush.radius * stroke.largest_factor
+            low, high = path.points.min(axis=0) - margin, path.points.max(axis=0) + margin
+            close = ((surface.points > low) & (surface.points < high)).all(axis=1)
+            displacement = displace(stroke, path, *surface.where(close))
+            near = displacement.nearness
+            if not beyond_flat_ends and stroke.ends is Ends.FLAT and len(path.points) > 1:
+                near = np.where(displacement.beyond, np.inf, near)
+            nearness[close] = np.minimum(nearness[close], near)
+        return nearness
+
+    def distance(self, points: NDArray[np.float32]) -> Array:
+        """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush."""
+        return np.min(
+            [locate(path, points).distance / stroke.brush.radius for stroke, path in self.laid],
+            axis=0,
+        )
 
 
-def lay_copies(network: Siren, stroke: Stroke) -> tuple[Laid, ...]:
-    """The stroke and its mirror images, laid on the surface. SculptError when one misses it."""
-    return tuple(Laid(copy, lay(network, copy)) for copy in stroke.copies())
-
-
-def sample_tubes(
-    network: Siren,
-    laid: tuple[Laid, ...],
-    rows: int = ROWS,
-    columns: int = COLUMNS,
-    jitter: np.random.Generator | None = None,
-) -> list[Tube]:
-    """The tube of each copy, without the samples that another copy displaces farther."""
-    tubes = []
-    for mine in laid:
-        tube = sample_tube(network, mine.stroke, mine.path, rows, columns, jitter)
-        amount = np.abs(tube.displacement.amount)
-        for other in laid:
-            if other is not mine:
-                theirs = displace(other.stroke, other.path, *tube.surface)
-                amount = np.where(np.abs(theirs.amount) > amount, np.inf, amount)
-        tubes.append(tube.where(np.isfinite(amount)))
-    return tubes
-
-
-def touched(laid: tuple[Laid, ...], surface: Samples) -> NDArray[np.bool_]:
-    """Which surface samples (N,) the stroke may move; what lies beyond a flat end, it may not."""
-    inside = np.zeros(len(surface.points), bool)
-    for stroke, path in laid:
-        displacement = displace(stroke, path, *surface)
-        near = displacement.nearness <= 1
-        if stroke.ends is Ends.FLAT and len(path.points) > 1:
-            near &= ~displacement.beyond
-        inside |= near
-    return inside
-
-
-def nearness(laid: tuple[Laid, ...], surface: Samples) -> NDArray[np.float64]:
-    """Distance (N,) of surface samples from the nearest copy of the stroke, in its radii."""
-    return np.min([displace(*one, *surface).nearness for one in laid], axis=0)
+def pose(preparation: Preparation, stroke: Stroke) -> Problem:
+    """The problem that `stroke` poses. SculptError when it does not lie on the surface."""
+    copies = tuple(Laid(copy, lay(preparation.network, copy)) for copy in stroke.copies())
+    return Problem(preparation, copies, stroke.seed)

@@ -22,6 +22,8 @@ from .surface import Samples
 
 ROWS, COLUMNS = 99, 101
 MOST_CAP_ROWS = 99
+ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
+INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 
 
 @dataclass(frozen=True)
@@ -59,19 +61,23 @@ def sample_tube(
     jitter: np.random.Generator | None = None,
 ) -> Tube:
     """The tube of a stroke laid on the surface as `path`; `jitter` moves samples in their cells."""
-    along, across = _grid(stroke, path, rows, columns, jitter)
-    surface = project(network, _offset(stroke, path, along, across))
-    samples = Samples(surface.points, surface.normals)
-    displacement = displace(stroke, path, samples.points, samples.normals)
-    kept = (displacement.nearness <= 1) & (surface.distance < 1e-3)
-    if stroke.ends is Ends.FLAT and len(path.points) > 1:
-        kept &= ~displacement.beyond
-    grid = np.full(along.shape, -1)
-    grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
-    samples = samples.where(kept)
-    displacement = displacement.where(kept)
-    target = displaced(network, stroke, path, samples, displacement)
-    return Tube(samples, target, displacement, grid)
+    surface, displacement, grid = _around(network, stroke, path, 1.0, rows, columns, jitter)
+    target = displaced(network, stroke, path, surface, displacement)
+    return Tube(surface, target, displacement, grid)
+
+
+def sample_rim(
+    network: Siren,
+    stroke: Stroke,
+    path: Path,
+    reach: float,
+    count: int,
+    jitter: np.random.Generator,
+) -> Samples:
+    """About `count` surface samples between one radius and `reach` radii from the path."""
+    side = max(int(np.sqrt(2 * count)), 2)  # about half of the grid lies in the tube
+    surface, displacement, _ = _around(network, stroke, path, reach, side, side, jitter)
+    return surface.where(displacement.nearness > INNER_RIM)
 
 
 def displaced(
@@ -102,25 +108,53 @@ def displaced(
     return Samples(moved.astype(np.float32), normals.astype(np.float32))
 
 
+def _around(
+    network: Siren,
+    stroke: Stroke,
+    path: Path,
+    reach: float,
+    rows: int,
+    columns: int,
+    jitter: np.random.Generator | None,
+) -> tuple[Samples, Displacement, NDArray[np.intp]]:
+    """Surface samples within `reach` radii of the path, and their places in the grid."""
+    along, across = _grid(stroke, path, reach, rows, columns, jitter)
+    surface = project(network, _offset(stroke, path, along, across))
+    samples = Samples(surface.points, surface.normals)
+    displacement = displace(stroke, path, *samples)
+    kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)
+    if stroke.ends is Ends.FLAT and len(path.points) > 1:
+        kept &= ~displacement.beyond
+    grid = np.full(along.shape, -1)
+    grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
+    return samples.where(kept), displacement.where(kept), grid
+
+
 def _grid(
-    stroke: Stroke, path: Path, rows: int, columns: int, jitter: np.random.Generator | None
+    stroke: Stroke,
+    path: Path,
+    reach: float,
+    rows: int,
+    columns: int,
+    jitter: np.random.Generator | None,
 ) -> tuple[Array, Array]:
     """Places along the path in model space and across it in radii: two (rows', columns) arrays."""
-    radius = float(local_radius(stroke, np.linspace(0, 1, 65)).max())
+    radius = reach * stroke.brush.radius * stroke.largest_factor
     if len(path.points) == 1:
         along = np.linspace(-radius, radius, rows)
     else:
         along = np.linspace(0, path.length, rows)
         if not path.closed and stroke.ends is Ends.ROUND:
             more = min(int(np.ceil(radius / along[1])), MOST_CAP_ROWS)
-            reach = np.linspace(0, radius, more + 1)[1:]
-            along = np.concatenate([-reach[::-1], along, path.length + reach])
-    across = np.linspace(-1, 1, columns)
+            ahead = np.linspace(0, radius, more + 1)[1:]
+            along = np.concatenate([-ahead[::-1], along, path.length + ahead])
+    across = np.linspace(-reach, reach, columns)
     along, across = np.meshgrid(along, across, indexing="ij")
     if jitter is not None:
-        spacing = np.array([along[rows // 2 + 1, 0] - along[rows // 2, 0], 2 / (columns - 1)])
+        row = len(along) // 2
+        spacing = np.array([along[row, 0] - along[row - 1, 0], 2 * reach / (columns - 1)])
         shift = jitter.uniform(-0.5, 0.5, (2, *along.shape)) * spacing[:, None, None]
-        along, across = along + shift[0], np.clip(across + shift[1], -1, 1)
+        along, across = along + shift[0], np.clip(across + shift[1], -reach, reach)
     return along, across
 
 

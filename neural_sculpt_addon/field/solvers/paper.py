@@ -16,6 +16,7 @@ while its copy learns. The gradient of f is in closed form, so one backward pass
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -49,9 +50,14 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
     """
     device = problem.network.device
     generator = torch.Generator().manual_seed(problem.seed)
-    kept = torch.randperm(len(problem.preserve.points), generator=generator)[:PRESERVE_SAMPLES]
-    tube = [torch.from_numpy(array).to(device) for array in problem.tube]
-    preserve = [torch.from_numpy(array)[kept].to(device) for array in problem.preserve]
+    targets = [tube.target for tube in problem.tubes()]
+    tube = [
+        torch.from_numpy(np.concatenate(part)).to(device) for part in zip(*targets, strict=True)
+    ]
+    surface = problem.preparation.surface
+    untouched = torch.from_numpy(np.flatnonzero(problem.untouched(surface)))
+    kept = untouched[torch.randperm(len(untouched), generator=generator)[:PRESERVE_SAMPLES]]
+    preserve = [torch.from_numpy(array)[kept].to(device) for array in surface]
     parameters = [p.clone().requires_grad_() for p in problem.network.parameters]
     network = problem.network.with_parameters(parameters)
     adam = torch.optim.Adam(parameters, lr=LEARNING_RATE)
