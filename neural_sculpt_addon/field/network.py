@@ -76,7 +76,7 @@ class Siren:
         h = x
         for weight, bias, omega in zip(self.weights, self.biases, self.omegas, strict=False):
             h = torch.sin(torch.addmm(omega * bias, h, (omega * weight).T))  # (N, width)
-        return torch.addmv(self.biases[-1], h, self.weights[-1][0])  # (N,)
+        return h @ self.weights[-1][0] + self.biases[-1]  # (N,)
 
     def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """f (N,) and its gradient (N, 3) at points x (N, 3), in closed form.
@@ -89,7 +89,7 @@ class Siren:
             z = torch.addmm(omega * bias, h, (omega * weight).T)  # (N, width)
             h = torch.sin(z)
             slopes.append(torch.cos(z))
-        value = torch.addmv(self.biases[-1], h, self.weights[-1][0])  # (N,)
+        value = h @ self.weights[-1][0] + self.biases[-1]  # (N,)
         back = self.weights[-1]  # (1, width), broadcast over the points
         for weight, omega, slope in zip(
             reversed(self.weights[:-1]), reversed(self.omegas), reversed(slopes), strict=True
