@@ -1,0 +1,376 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Client and server over real pipes between real processes."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.worker import protocol
+from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind, WorkerState
+from neural_sculpt_addon.worker.protocol import FINAL, ProtocolError
+from tests.worker.support import PATIENCE, ROOT, TOY_WORKER, gone, until
+
+POSIX = pytest.mark.skipif(os.name != "posix", reason="POSIX signals")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+SLOW = {"seconds": 600.0}
+
+
+@pytest.fixture
+def client(tmp_path):
+    client = Client(TOY_WORKER, tmp_path / "logs" / "worker.log")
+    client.start()
+    yield client
+    client.stop()
+
+
+def finish(client: Client, job: int) -> Message:
+    return client.wait(job, timeout=PATIENCE)
+
+
+def begun(client: Client, job: int) -> Message:
+    """The first progress of a job."""
+    news: list[Message] = []
+    until(lambda: news.extend(client.poll_once()) or news)
+    assert (news[0].kind, news[0].job) == (MessageKind.PROGRESS, job)
+    return news[0]
+
+
+def all_finals(client: Client, count: int) -> list[Message]:
+    finals: list[Message] = []
+
+    def poll() -> bool:
+        finals.extend(message for message in client.poll_once() if message.kind in FINAL)
+        return len(finals) >= count
+
+    until(poll)
+    return finals
+
+
+def test_hello_makes_the_worker_ready(client):
+    assert client.state is WorkerState.STARTING
+    until(lambda: client.poll_once() or client.state is WorkerState.READY)
+    assert client.hello["protocol"] == protocol.PROTOCOL
+    assert client.hello["python"] == sys.version
+
+
+def test_fields_and_ten_megabytes_come_back_as_they_went(client):
+    rng = np.random.default_rng(0)
+    arrays = {
+        "points": rng.normal(size=(900_000, 3)).astype("<f4"),
+        "flags": rng.integers(0, 255, 17).astype("u1"),
+        "none": np.zeros((0, 3), "<i4"),
+    }
+    answer = finish(client, client.submit(JobKind.MESH, {"ä": [1, None, "→"]}, arrays))
+    assert answer.kind is MessageKind.RESULT
+    assert answer.fields == {"ä": [1, None, "→"]}
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(answer.arrays[name], array)
+
+
+def test_jobs_run_in_the_order_of_their_arrival_and_end_once(client):
+    jobs = [client.submit(JobKind.MESH, {"n": n}) for n in range(20)]
+    finals = all_finals(client, len(jobs))
+    assert [message.job for message in finals] == jobs
+    assert [message.fields["n"] for message in finals] == list(range(20))
+    finish(client, client.submit(JobKind.MESH, {}))
+    assert client.poll_once() == []
+
+
+def test_progress_rises(client):
+    seen: list[tuple[float, str]] = []
+    job = client.submit(JobKind.EDIT, {"seconds": 0.5})
+    answer = client.wait(job, lambda *now: seen.append(now), timeout=PATIENCE)
+    assert answer.fields == {"slept": True}
+    assert seen[0] == (0.0, "step 000000")
+    assert seen == sorted(seen)
+
+
+def test_waiting_for_one_job_keeps_the_news_of_the_others(client):
+    first = client.submit(JobKind.MESH, {"n": 1})
+    second = client.submit(JobKind.MESH, {"n": 2})
+    assert finish(client, second).fields == {"n": 2}
+    assert [message.job for message in client.poll_once()] == [first]
+
+
+def test_waiting_has_an_end(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    with pytest.raises(TimeoutError):
+        client.wait(job, timeout=0.1)
+    with pytest.raises(ValueError, match="not open"):
+        client.wait(job + 1)
+
+
+def test_cancel_ends_the_running_job_and_spares_the_next(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    after = client.submit(JobKind.MESH, {"n": 1})
+    client.cancel(job)
+    assert [(m.job, m.kind) for m in all_finals(client, 2)] == [
+        (job, MessageKind.CANCELLED),
+        (after, MessageKind.RESULT),
+    ]
+
+
+def test_cancel_takes_a_waiting_job_out_while_another_runs(client):
+    running = client.submit(JobKind.EDIT, SLOW)
+    waiting = client.submit(JobKind.EDIT, SLOW)
+    begun(client, running)
+    client.cancel(waiting)
+    assert finish(client, waiting).kind is MessageKind.CANCELLED
+    client.cancel(running)
+    assert finish(client, running).kind is MessageKind.CANCELLED
+
+
+def test_cancel_before_the_worker_is_up_counts(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    client.cancel(job)
+    assert finish(client, job).kind is MessageKind.CANCELLED
+
+
+def test_cancel_of_what_has_ended_is_nothing(client):
+    job = client.submit(JobKind.MESH, {})
+    finish(client, job)
+    client.cancel(job)
+    client.cancel(12345)
+    finish(client, client.submit(JobKind.MESH, {}))
+    assert client.poll_once() == []
+
+
+def test_a_watcher_that_raises_cancelled_cancels(client):
+    def watch(fraction: float, message: str) -> None:
+        raise Cancelled
+
+    job = client.submit(JobKind.EDIT, SLOW)
+    assert client.wait(job, watch, timeout=PATIENCE).kind is MessageKind.CANCELLED
+
+
+@pytest.mark.parametrize(
+    ("how", "message", "detail"),
+    [
+        ("sculpt", "The stroke is off the surface.", ""),
+        ("value", "ValueError: a defect", "Traceback"),
+        ("memory", "out of memory", ""),
+        ("nan", "cannot be sent", ""),
+    ],
+)
+def test_a_failing_job_is_an_error_with_a_sentence_and_the_worker_lives(
+    client, how, message, detail
+):
+    answer = finish(client, client.submit(JobKind.LOAD, {"how": how}))
+    assert answer.kind is MessageKind.ERROR
+    assert message in answer.fields["message"]
+    assert detail in answer.fields["detail"]
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+def test_what_a_job_prints_goes_to_the_log_and_it_reads_no_frames(client):
+    answer = finish(client, client.submit(JobKind.PREPARE, {}))
+    assert answer.kind is MessageKind.RESULT
+    assert answer.fields == {"stdin": ""}
+    assert {"not a frame", "not a frame either"} <= set(client.log.read_text().splitlines())
+
+
+def test_a_worker_that_dies_answers_every_open_job_once_and_starts_again(client):
+    jobs = [client.submit(kind, {}) for kind in (JobKind.SAVE, JobKind.MESH, JobKind.MESH)]
+    finals = all_finals(client, 3)
+    assert [(m.job, m.kind) for m in finals] == [(job, MessageKind.ERROR) for job in jobs]
+    for message in finals:
+        assert "stopped unexpectedly (exit code 3: the last words)" in message.fields["message"]
+        assert "the last words" in message.fields["detail"]
+    assert client.state is WorkerState.DEAD
+    assert client.problem == finals[0].fields["message"]
+    assert not client.alive
+    with pytest.raises(SculptError, match="not running"):
+        client.submit(JobKind.MESH, {})
+    client.start()
+    assert client.problem == ""
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+@POSIX
+def test_a_worker_killed_in_mid_job_is_an_error_and_starts_again(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    os.kill(client.pid, signal.SIGKILL)
+    answer = finish(client, job)
+    assert answer.kind is MessageKind.ERROR
+    assert "killed by SIGKILL" in answer.fields["message"]
+    client.start()
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+@POSIX
+def test_a_worker_started_again_before_its_death_was_polled_still_answers_for_it(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    os.kill(client.pid, signal.SIGKILL)
+    until(lambda: not client.alive)
+    client.start()
+    assert finish(client, job).kind is MessageKind.ERROR
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+@POSIX
+def test_submitting_never_waits_for_a_worker_that_does_not_read(client):
+    finish(client, client.submit(JobKind.MESH, {}))
+    os.kill(client.pid, signal.SIGSTOP)
+    job = client.submit(JobKind.MESH, {}, {"a": np.ones(1 << 22)})  # far more than a pipe holds
+    assert client.poll_once() == []
+    os.kill(client.pid, signal.SIGCONT)
+    assert finish(client, job).arrays["a"].sum() == 1 << 22
+
+
+@POSIX
+def test_stop_ends_even_a_worker_that_hears_nothing(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    pid = client.pid
+    os.kill(pid, signal.SIGSTOP)
+    client.stop()
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert finish(client, job).kind is MessageKind.CANCELLED
+
+
+def test_stop_cancels_what_is_open_and_start_begins_anew(client):
+    jobs = [client.submit(JobKind.EDIT, SLOW) for _ in range(2)]
+    begun(client, jobs[0])
+    client.stop()
+    assert client.state is WorkerState.STOPPED
+    assert not client.alive
+    assert [(m.job, m.kind) for m in all_finals(client, 2)] == [
+        (job, MessageKind.CANCELLED) for job in jobs
+    ]
+    client.stop()
+    client.start()
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+def test_what_cannot_be_sent_is_said_at_once_and_opens_no_job(client):
+    with pytest.raises(ProtocolError):
+        client.submit(JobKind.MESH, {"a": float("nan")})
+    first = client.submit(JobKind.MESH, {})
+    assert [message.job for message in all_finals(client, 1)] == [first]
+
+
+def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
+    command = [sys.executable, "-c", "print('Hello!' * 100, flush=True); input()"]
+    client = Client(command, tmp_path / "log")
+    client.start()
+    answer = finish(client, client.submit(JobKind.MESH, {}))
+    assert "no frame of Neural Sculpt" in answer.fields["message"]
+    assert not client.alive
+
+
+def test_a_worker_of_another_protocol_is_ended(tmp_path):
+    script = textwrap.dedent("""
+        import sys
+        sys.path.insert(0, sys.argv[1])
+        from neural_sculpt_addon.worker import server
+        server.PROTOCOL = 10**6
+        server.take_over().serve({}, {})
+    """)
+    client = Client([sys.executable, "-c", script, str(ROOT)], tmp_path / "log")
+    client.start()
+    answer = finish(client, client.submit(JobKind.MESH, {}))
+    assert "another version of Neural Sculpt" in answer.fields["message"]
+    assert not client.alive
+
+
+def test_a_command_that_cannot_be_run_is_said_at_once(tmp_path):
+    client = Client([str(tmp_path / "no-python")], tmp_path / "log")
+    with pytest.raises(SculptError, match="cannot be started"):
+        client.start()
+    assert client.state is WorkerState.STOPPED
+
+
+def test_a_log_that_cannot_be_written_is_said_at_once(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(SculptError, match="cannot be started"):
+        Client(TOY_WORKER, tmp_path / "file" / "worker.log").start()
+
+
+def test_the_worker_does_not_see_the_python_of_its_parent(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", "/somewhere")
+    monkeypatch.setenv("PYTHONHOME", "/elsewhere")
+    script = "import os, sys; sys.exit(sorted(n for n in os.environ if n.startswith('PYTHON')))"
+    client = Client([sys.executable, "-c", script], tmp_path / "log")
+    client.start()
+    until(lambda: client.poll_once() or client.state is WorkerState.DEAD)
+    assert "PYTHONPATH" not in client.log.read_text()
+    assert "PYTHONHOME" not in client.log.read_text()
+
+
+def raw_worker() -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        TOY_WORKER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+
+
+def test_the_end_of_stdin_ends_the_worker_in_mid_job():
+    with raw_worker() as worker:
+        protocol.write(worker.stdin, Message(JobKind.EDIT, 1, SLOW))
+        assert protocol.read(worker.stdout).kind is MessageKind.HELLO
+        assert protocol.read(worker.stdout).kind is MessageKind.PROGRESS
+        worker.stdin.close()
+        assert worker.wait(PATIENCE) == 0
+
+
+def test_garbage_on_stdin_ends_the_worker():
+    with raw_worker() as worker:
+        worker.stdin.write(b"garbage garbage garbage")
+        worker.stdin.flush()
+        assert worker.wait(PATIENCE) == 1
+
+
+@POSIX
+def test_interrupting_the_terminal_does_not_interrupt_the_worker(client):
+    finish(client, client.submit(JobKind.MESH, {}))
+    os.kill(client.pid, signal.SIGINT)
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+@LINUX
+def test_the_worker_goes_when_its_parent_is_killed(tmp_path):
+    script = textwrap.dedent(f"""
+        import sys, time
+        from pathlib import Path
+        sys.path.insert(0, {str(ROOT)!r})
+        from neural_sculpt_addon.worker.client import Client, JobKind
+        client = Client({TOY_WORKER!r}, Path({str(tmp_path / "log")!r}))
+        client.start()
+        client.submit(JobKind.EDIT, {{"seconds": 600.0}})
+        while not client.poll_once():
+            time.sleep(0.01)
+        print(client.pid, flush=True)
+        time.sleep(600)
+    """)
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) as parent:
+        pid = int(parent.stdout.readline())
+        assert not gone(pid)
+        parent.kill()
+    until(lambda: gone(pid))
+
+
+@LINUX
+def test_the_worker_goes_with_its_parent_even_if_another_holds_its_pipe():
+    script = textwrap.dedent(f"""
+        import subprocess, sys, time
+        worker = subprocess.Popen({TOY_WORKER!r}, stdout=subprocess.PIPE)
+        worker.stdout.read(16)
+        print(worker.pid, flush=True)
+        time.sleep(600)
+    """)
+    with subprocess.Popen(
+        [sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as parent:
+        pid = int(parent.stdout.readline())
+        assert not gone(pid)
+        parent.kill()
+        until(lambda: gone(pid))  # while this process still holds the other end of its stdin

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A real worker with jobs that a test can steer: slow, deaf, noisy, failing, crashing.
+
+Started as `python -I -u toy_worker.py ROOT`; runs the package's own server without torch.
+"""
+
+import os
+import sys
+import time
+
+sys.path.insert(0, sys.argv[1])
+
+from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.worker.jobs import Payload
+from neural_sculpt_addon.worker.protocol import JobKind
+from neural_sculpt_addon.worker.server import take_over
+
+FAILURES = {
+    "sculpt": SculptError("The stroke is off the surface."),
+    "value": ValueError("a defect"),
+    "memory": MemoryError(),
+}
+
+
+def echo(job, progress):
+    """Everything back as it came."""
+    return Payload(job.fields, job.arrays)
+
+
+def slow(job, progress):
+    """Report every 10 ms, for `seconds`."""
+    steps = int(job.fields["seconds"] * 100)
+    for step in range(steps):
+        progress(step / steps, f"step {step:06}")
+        time.sleep(0.01)
+    return Payload({"slept": True})
+
+
+def fail(job, progress):
+    """Fail as `how` says; by default with a result that no frame can carry."""
+    if job.fields["how"] in FAILURES:
+        raise FAILURES[job.fields["how"]]
+    return Payload({"nan": float("nan")})
+
+
+def crash(job, progress):
+    """Leave without a word to the client, but with one to the log."""
+    sys.stderr.write("the last words\n")
+    os._exit(3)
+
+
+def noise(job, progress):
+    """Print, from Python and from below."""
+    print("not a frame")
+    os.write(1, b"not a frame either\n")
+    return Payload({"stdin": sys.stdin.read()})
+
+
+HANDLERS = {
+    JobKind.MESH: echo,
+    JobKind.EDIT: slow,
+    JobKind.LOAD: fail,
+    JobKind.SAVE: crash,
+    JobKind.PREPARE: noise,
+}
+
+if __name__ == "__main__":
+    take_over().serve(HANDLERS, {"torch": None, "device": "cpu", "python": sys.version})
