@@ -11,6 +11,7 @@ import io
 import json
 import math
 import os
+import struct
 import tempfile
 import zipfile
 from collections.abc import Mapping
@@ -32,6 +33,12 @@ SUFFIXES = (".safetensors", ".pth")
 LARGEST_FILE = 256 << 20  # bytes
 WIDEST, DEEPEST = 4096, 16
 
+# What readers raise on damaged files, besides their own errors.
+DAMAGE = (
+    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError, OSError),
+    *(RuntimeError, TypeError, ValueError, UnpicklingError, SafetensorError, struct.error),
+)
+
 
 def to_bytes(network: Siren) -> bytes:
     """The field in our own format (safetensors)."""
@@ -51,9 +58,9 @@ def to_bytes(network: Siren) -> bytes:
 def from_bytes(data: bytes) -> Siren:
     """The field that `to_bytes` wrote. SculptError when the bytes hold no such field."""
     try:
-        tensors = safetensors.torch.load(data)
-    except (SafetensorError, ValueError, KeyError, TypeError) as error:
-        raise SculptError(f"This is no readable safetensors file ({error}).") from error
+        tensors = _plain(safetensors.torch.load(data))
+    except DAMAGE as error:
+        raise SculptError("This is no readable safetensors file; it is damaged.") from error
     metadata = _metadata(data)
     if metadata.get("format") != FORMAT:
         raise SculptError("This safetensors file holds no neural field of Neural Sculpt.")
@@ -67,23 +74,23 @@ def from_bytes(data: bytes) -> Siren:
         omegas = tuple(float(omega) for omega in json.loads(metadata["omegas"]))
         weights = [tensors[f"layers.{layer}.weight"] for layer in range(count)]
         biases = [tensors[f"layers.{layer}.bias"] for layer in range(count)]
-    except (KeyError, TypeError, ValueError) as error:
-        raise SculptError(f"This field file lacks a part of the network ({error}).") from error
+    except DAMAGE as error:
+        raise SculptError("This field file lacks a part of the network; it is damaged.") from error
     return _checked(weights, biases, omegas)
 
 
 def load(path: str | os.PathLike[str]) -> Siren:
     """Read a field from a `.safetensors` or `.pth` file. SculptError when that fails."""
     path = Path(path)
+    read = {".safetensors": from_bytes, ".pth": _from_pth}.get(path.suffix.lower())
+    if read is None:
+        raise SculptError(f"{path.name} is no field file; choose a .safetensors or .pth file.")
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise SculptError(f"{path.name} is larger than any field file (256 MiB).")
         data = path.read_bytes()
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
-    read = {".safetensors": from_bytes, ".pth": _from_pth}.get(path.suffix.lower())
-    if read is None:
-        raise SculptError(f"{path.name} is no field file; choose a .safetensors or .pth file.")
     try:
         return read(data)
     except SculptError as error:
@@ -137,19 +144,19 @@ def _from_pth(data: bytes) -> Siren:
     _bound_archive(data)
     try:
         checkpoint = torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)
-    except (UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
+    except DAMAGE as error:
         raise SculptError(
             "This is no intact checkpoint of plain weights; nothing in it was executed."
         ) from error
     try:
-        state: Mapping[str, Tensor] = checkpoint["state_dict"]
+        state = _plain(checkpoint["state_dict"])
         first, hidden = float(checkpoint["first_omega_0"]), float(checkpoint["hidden_omega_0"])
         count = len({key.split(".")[1] for key in state})
         names = [f"net.{k}.linear" for k in range(count - 1)] + [f"net.{count - 1}"]
         weights = [_plain_weight(state, name) for name in names]
         biases = [state[f"{name}.bias"] for name in names]
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise SculptError(f"This checkpoint holds no SIREN network ({error}).") from error
+    except DAMAGE as error:
+        raise SculptError("This checkpoint holds no SIREN network of the authors' form.") from error
     return _checked(weights, biases, (first, *[hidden] * (count - 2)))
 
 
@@ -158,10 +165,25 @@ def _bound_archive(data: bytes) -> None:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-    except (zipfile.BadZipFile, ValueError) as error:
+    except (zipfile.BadZipFile, *DAMAGE) as error:
         raise SculptError("This checkpoint is truncated or damaged.") from error
     if size > LARGEST_FILE:
         raise SculptError("This checkpoint unpacks to more than any field file (256 MiB).")
+
+
+def _plain(tensors: Mapping[str, object]) -> dict[str, Tensor]:
+    """The tensors as dense float32. SculptError when they are something else, or too large."""
+    plain, size = {}, 0
+    for name, tensor in tensors.items():
+        if not isinstance(tensor, Tensor) or not tensor.is_floating_point():
+            raise SculptError("This network's weights are no floating-point tensors.")
+        if tensor.layout is not torch.strided or tensor.is_meta:
+            raise SculptError("This network's weights are no plain tensors; save them densely.")
+        size += 4 * tensor.numel()  # an expanded tensor is larger here than in its file
+        if size > LARGEST_FILE:
+            raise SculptError("This network's weights take more than any field's (256 MiB).")
+        plain[name] = tensor.float().contiguous()
+    return plain
 
 
 def _plain_weight(state: Mapping[str, Tensor], name: str) -> Tensor:
@@ -169,6 +191,8 @@ def _plain_weight(state: Mapping[str, Tensor], name: str) -> Tensor:
     if f"{name}.weight" in state:
         return state[f"{name}.weight"]
     g, v = state[f"{name}.weight_g"], state[f"{name}.weight_v"]
+    if v.dim() != 2 or g.shape != (len(v), 1):
+        raise ValueError("weight norm has one g for each row of v")
     return g * v / v.norm(dim=1, keepdim=True)
 
 
@@ -200,10 +224,7 @@ def _to_pth(network: Siren) -> bytes:
 
 
 def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, ...]) -> Siren:
-    """A Siren of float32 tensors whose shapes fit each other and whose numbers are finite."""
-    tensors = [*weights, *biases]
-    if not all(isinstance(tensor, Tensor) and tensor.is_floating_point() for tensor in tensors):
-        raise SculptError("This network's weights are no floating-point tensors.")
+    """A Siren of plain tensors whose shapes fit each other and whose numbers are finite."""
     if not 2 <= len(weights) <= DEEPEST:
         raise SculptError(f"This network has {len(weights)} layers; a field has 2 to {DEEPEST}.")
     if len(omegas) != len(weights) - 1 or not all(math.isfinite(w) and w > 0 for w in omegas):
@@ -217,10 +238,6 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
                 f" {tuple(bias.shape)}; a field leads from 3 coordinates to 1 value."
             )
         fan_in = fan_out
-    if not all(bool(torch.isfinite(tensor).all()) for tensor in tensors):
+    if not all(bool(torch.isfinite(tensor).all()) for tensor in (*weights, *biases)):
         raise SculptError("This network's weights hold NaN or infinite numbers; it is damaged.")
-    return Siren(
-        tuple(weight.float().contiguous() for weight in weights),
-        tuple(bias.float().contiguous() for bias in biases),
-        omegas,
-    )
+    return Siren(tuple(weights), tuple(biases), omegas)
