@@ -8,6 +8,7 @@ would come is passed over. A marker file says `incomplete` until the self-test h
 an installation that was interrupted is always told from a whole one.
 """
 
+import contextlib
 import errno
 import json
 import os
@@ -18,7 +19,15 @@ from pathlib import Path
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .installer import UnsuitableError, run
-from .interpreter import OLDEST, Environment, candidate_pythons, check_python, find_python, lack
+from .interpreter import (
+    OLDEST,
+    Environment,
+    candidate_pythons,
+    check_python,
+    find_python,
+    identify,
+    lack,
+)
 
 __all__ = [
     "ENVIRONMENT_VARIABLE",
@@ -96,11 +105,14 @@ def create(
     `install.log` in the folder. Raises SculptError with what to do, and Cancelled.
     """
     folder = Path(folder).expanduser().absolute()
-    if installed(folder) and (environment := check_python(environment_python(folder))).ready:
-        return environment
-    candidates = candidate_pythons() if python is None else [check_python(python)]
+    if installed(folder):
+        with contextlib.suppress(SculptError):  # the Python under it may have been uninstalled
+            environment = check_python(environment_python(folder))
+            if environment.ready:
+                return environment
     try:
         _claim(folder)
+        candidates = candidate_pythons() if python is None else [identify(python)]
         packages = _first_resolved(folder, candidates, progress)
         environment = _install(folder, packages, progress)
         (folder / _MARKER).write_bytes(REQUIREMENTS.read_bytes())

@@ -83,6 +83,11 @@ def check_python(python: Path | str) -> Environment:
     return _probe(Path(python), _MODULES)
 
 
+def identify(python: Path | str) -> Environment:
+    """As `check_python`, but quick: only the version is asked for, the rest stays empty."""
+    return _probe(Path(python), ())
+
+
 def find_python(candidates: Iterable[Path | str]) -> Environment:
     """The first candidate on which the worker can run as it is; SculptError says why none is."""
     reasons = []
@@ -114,7 +119,7 @@ def candidate_pythons() -> Iterator[Environment]:
     """Interpreters that could hold the worker: this one, then its own version, then newest first.
 
     One for each place it is found in; what does not run or is too old or too new is left out.
-    Lazy, for every step runs a process. `missing` is not asked for and therefore empty.
+    Lazy, for every step runs a process. Each is identified only, not checked.
     """
     here = sys.version_info[:2]
     minors = range(NEWEST[1], OLDEST[1] - 1, -1)
@@ -125,7 +130,7 @@ def candidate_pythons() -> Iterator[Environment]:
             continue
         seen.add(python.resolve())
         try:
-            environment = _probe(python, ())
+            environment = identify(python)
         except SculptError:
             continue
         if OLDEST <= environment.version[:2] <= NEWEST:

@@ -135,7 +135,7 @@ class WorkerProcess:
 
 
 def _words(code: int, log_tail: str) -> str:
-    """A return code in words: the exception that Python ended with, or the signal that killed it."""
+    """A return code in words: the exception that Python ended with, or the signal it died of."""
     if code >= 0:
         last = log_tail.rpartition("\n")[2].strip()
         return f"exit code {code}: {last}" if code and last else f"exit code {code}"
