@@ -3,15 +3,17 @@
 
 The manifest, the licence and the contents of neural_sculpt_addon/ are staged in a folder of their
 own, for the root of the archive must hold both the manifest and `__init__.py`. Blender's builder,
-which comes with the bpy wheel, packs and validates it. Everything staged gets the same time and
-mode, so the same sources give the same bytes. Standard library only.
+which comes with the bpy wheel, packs and validates it. The entries are then put in order, all with
+the same time and mode, so the same sources give the same bytes. Standard library only.
 """
 
+import argparse
 import os
 import shutil
 import subprocess
 import tempfile
 import tomllib
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -23,7 +25,6 @@ from neural_sculpt_addon.stroke.errors import SculptError
 DIST = ROOT / "dist"
 PACKAGE = ROOT / "neural_sculpt_addon"
 MANIFEST = ROOT / "blender_manifest.toml"
-MADE = 315619200  # 1980-01-02, the first whole day that a zip can tell in every time zone
 
 
 def build(workshop: Workshop, folder: Path = DIST) -> Path:
@@ -37,22 +38,28 @@ def build(workshop: Workshop, folder: Path = DIST) -> Path:
         _stage(stage)
         source = ["--source-dir", str(stage), "--output-filepath", str(packed)]
         _run([*builder, "build", *source])
-        _run([*builder, "validate", str(packed)])
-        arriving = target.with_suffix(f".{os.getpid()}")
-        shutil.copyfile(packed, arriving)
+        arriving = target.with_suffix(f".{os.getpid()}.zip")
+        _repack(packed, arriving)
+        _run([*builder, "validate", str(arriving)])
         arriving.replace(target)
     return target
 
 
 def _stage(folder: Path) -> None:
-    """Copy what the extension holds; without what is left out of the repository."""
+    """Copy what the extension holds; without what the repository leaves out."""
     ignore = shutil.ignore_patterns("__pycache__", "*.pyc", ".*")
     shutil.copytree(PACKAGE, folder, ignore=ignore)
     for path in (MANIFEST, ROOT / "LICENSE"):
         shutil.copyfile(path, folder / path.name)
-    for path in folder.rglob("*"):
-        path.chmod(0o755 if path.is_dir() else 0o644)
-        os.utime(path, (MADE, MADE))
+
+
+def _repack(source: Path, target: Path) -> None:
+    """Copy a zip with its entries in order and without times."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w") as new:
+        for name in sorted(old.namelist()):
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr = 0o644 << 16
+            new.writestr(entry, old.read(name), zipfile.ZIP_DEFLATED, compresslevel=9)
 
 
 def _builder(workshop: Workshop) -> Path:
@@ -75,6 +82,7 @@ def _run(command: Sequence[str]) -> str:
 
 def main() -> None:
     """Build the extension and say where it is."""
+    argparse.ArgumentParser(description="Build the extension as a zip in dist/.").parse_args()
     try:
         path = build(environment.ensure_or_exit())
     except SculptError as error:

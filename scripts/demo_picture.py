@@ -55,9 +55,9 @@ def render(path: Path) -> None:
     bpy.ops.render.render(write_still=True)
 
 
-def _bounds(ob: bpy.types.Object) -> tuple[Vector, float]:
+def _bounds(ob: Any) -> tuple[Vector, float]:
     """Center and radius of the object's bounding box, in the scene."""
-    corners = [ob.matrix_world @ Vector(ob.bound_box[index]) for index in range(8)]
+    corners = [ob.matrix_world @ Vector(corner) for corner in ob.bound_box]
     center = sum(corners, Vector()) / 8
     return center, max((corner - center).length for corner in corners)
 

@@ -118,7 +118,13 @@ def blender(version: str) -> Path:
 def _base() -> Path:
     """The Python to make `.venv` with: the one that is in it, or this one."""
     if virtualenv.is_sound(VENV):
-        return virtualenv.python_in(VENV)
+        python = virtualenv.python_in(VENV)
+        if (version := virtualenv.version_of(python)) in OF_PYTHON:
+            return python
+        raise SculptError(
+            f".venv is of Python {version}, for which there is no Blender. Remove it, and start"
+            f" again with Python {' or '.join(OF_PYTHON)}."
+        )
     version = ".".join(map(str, sys.version_info[:2]))
     if version in OF_PYTHON:
         return Path(sys.executable)
@@ -140,14 +146,8 @@ def _find_python(version: str) -> Path | None:
 
 def _install(python: Path) -> None:
     """Fill `.venv`: Blender, the worker, the tools."""
-    version = virtualenv.version_of(python)
-    if version not in OF_PYTHON:
-        raise SculptError(
-            f".venv is of Python {version}, for which there is no Blender. Remove it, and start"
-            f" again with Python {' or '.join(OF_PYTHON)}."
-        )
     say(f"Making .venv: about 3 GB, once; the log is {VENV / virtualenv.LOG}")
-    _install_blender(python, OF_PYTHON[version])
+    _install_blender(python, OF_PYTHON[virtualenv.version_of(python)])
     say("Installing the worker, with PyTorch for the CPU:")
     worker = worker_environment.create(WORKER, progress=_Steps())
     say(f"  The worker has Python {'.'.join(map(str, worker.version))}, torch {worker.torch}.")

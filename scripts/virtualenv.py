@@ -2,8 +2,8 @@
 """One virtual environment that is either complete or made again.
 
 A marker file in the folder tells its state: what it was made for, or "half made" while it is being
-made. A folder without a marker was made by somebody else: it is completed, never emptied. A lock
-in the folder keeps two starts apart. Standard library only.
+made. A folder without a marker was made by somebody else: it is completed in place. A lock in the
+folder keeps two starts apart. Standard library only.
 """
 
 import contextlib
