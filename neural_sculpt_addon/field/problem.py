@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..stroke.curve import Array
 from ..stroke.displacement import displace
+from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
 from ..stroke.stroke import Ends, Stroke
 from .lay import lay
@@ -60,7 +61,9 @@ class Problem:
             wins = np.ones(len(amount), bool)
             for other in self.laid:
                 if other is not mine:
-                    wins &= np.abs(displace(*other, *tube.surface).amount) <= amount
+                    close = _close(other, tube.surface)
+                    theirs = displace(*other, *tube.surface.where(close)).amount
+                    wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
         return tubes
 
@@ -82,9 +85,7 @@ class Problem:
         """
         nearness = np.full(len(surface.points), np.inf)
         for stroke, path in self.laid:
-            margin = FARTHEST * stroke.brush.radius * stroke.largest_factor
-            low, high = path.points.min(axis=0) - margin, path.points.max(axis=0) + margin
-            close = ((surface.points > low) & (surface.points < high)).all(axis=1)
+            close = _close(Laid(stroke, path), surface)
             displacement = displace(stroke, path, *surface.where(close))
             near = displacement.nearness
             if not beyond_flat_ends and stroke.ends is Ends.FLAT and len(path.points) > 1:
@@ -101,6 +102,18 @@ class Problem:
 
 
 def pose(preparation: Preparation, stroke: Stroke) -> Problem:
-    """The problem that `stroke` poses. SculptError when it does not lie on the surface."""
+    """The problem that `stroke` poses.
+
+    SculptError when it does not lie on the surface or has no width.
+    """
+    if not stroke.largest_factor:
+        raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
     copies = tuple(Laid(copy, lay(preparation.network, copy)) for copy in stroke.copies())
     return Problem(preparation, copies, stroke.seed)
+
+
+def _close(one: Laid, surface: Samples) -> NDArray[np.bool_]:
+    """Which surface samples (N,) lie in a box around a path: all within `FARTHEST` radii do."""
+    margin = FARTHEST * one.stroke.brush.radius * one.stroke.largest_factor
+    low, high = one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
+    return ((surface.points > low) & (surface.points < high)).all(axis=1)

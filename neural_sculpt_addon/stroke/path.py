@@ -73,7 +73,7 @@ def locate(path: Path, points: ArrayLike) -> Place:
         index, t = np.zeros(len(x), int), np.zeros(len(x))
         following = index
     else:
-        index, t = _nearest(path.points, x)
+        index, t = _nearest(path.points, path.closed, x)
         following = index + 1
 
     def blend(values: Array) -> Array:
@@ -93,7 +93,7 @@ def locate(path: Path, points: ArrayLike) -> Place:
     return Place(u, distance, sine, end, normals)
 
 
-def _nearest(path: Array, x: Array) -> tuple[np.ndarray, Array]:
+def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:
     """Index of the segment of `path` nearest to each x, and the place on it in [0, 1].
 
     The segment is one of the two at the nearest vertex; |a - b|^2 expanded, so a product of
@@ -106,8 +106,9 @@ def _nearest(path: Array, x: Array) -> tuple[np.ndarray, Array]:
         vertex[part] = np.argmin(squares - 2 * x[part] @ path.T, axis=1)
     best = np.full(len(x), np.inf)
     index, place = np.zeros(len(x), int), np.zeros(len(x))
-    last = len(path) - 2
-    for segment in (np.maximum(vertex - 1, 0), np.minimum(vertex, last)):
+    count = len(path) - 1
+    for neighbour in (vertex - 1, vertex):
+        segment = neighbour % count if closed else np.clip(neighbour, 0, count - 1)
         a, chord = path[segment], path[segment + 1] - path[segment]
         t = np.einsum("ij,ij->i", x - a, chord) / np.maximum(
             np.einsum("ij,ij->i", chord, chord), 1e-30

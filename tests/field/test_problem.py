@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an edit asks for: mirrored tubes, overlaps, and what must stay."""
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from neural_sculpt_addon.field.prepare import SURFACE_SAMPLES, prepare
+from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Ends, Stroke
+from tests.field.analytic import ball, siren
+
+SKEW = Profile(points=((-1, 0), (-0.5, 1), (0.5, -1), (1, 0)))
+
+
+@pytest.fixture(scope="module")
+def preparation():
+    return prepare(ball(0.5))
+
+
+def on_ball(longitudes, latitudes):
+    a, b = np.broadcast_arrays(np.asarray(longitudes, float), latitudes)
+    return 0.5 * np.stack([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)], axis=1)
+
+
+def test_samples_of_the_surface_are_uniform_by_area(preparation):
+    """On a sphere every coordinate is uniform (Archimedes)."""
+    points, normals = preparation.surface
+    assert len(points) == SURFACE_SAMPLES
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.5, atol=1e-4)
+    np.testing.assert_allclose(normals, points / 0.5, atol=1e-3)
+    even = np.linspace(-0.5, 0.5, SURFACE_SAMPLES)
+    for coordinate in points.T:
+        assert np.abs(np.sort(coordinate) - even).max() < 0.01
+
+
+def test_values_off_the_surface_are_those_of_the_field(preparation):
+    for points, values in (preparation.shell, preparation.box):
+        expected = ((points.astype(float) ** 2).sum(axis=1) - 0.25) / 1.0
+        np.testing.assert_allclose(values, expected, atol=3e-5)
+    assert np.abs(preparation.box.points).max() <= 1
+    away = np.abs(np.linalg.norm(preparation.shell.points, axis=1) - 0.5)
+    assert away.mean() == pytest.approx(0.01 * (2 / np.pi) ** 0.5, rel=0.05)
+
+
+def test_the_same_seed_prepares_the_same(preparation):
+    again = prepare(ball(0.5))
+    np.testing.assert_array_equal(again.surface.points, preparation.surface.points)
+    np.testing.assert_array_equal(again.box.points, preparation.box.points)
+
+
+def test_preparation_can_be_cancelled():
+    def progress(fraction, message):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        prepare(ball(0.5), progress=progress)
+
+
+def test_a_field_without_a_surface_cannot_be_prepared():
+    with pytest.raises(SculptError, match="no surface"):
+        prepare(siren(([[0.1, 0, 0]], [0.0]), ([[0.1]], [1.0])))
+
+
+@pytest.mark.parametrize("axes", ["X", "XY", "XYZ"])
+def test_mirrored_tubes_are_mirror_images(preparation, axes):
+    points = on_ball(np.linspace(0.5, 1.0, 6), [0.5, 0.6, 0.7, 0.7, 0.6, 0.5])
+    brush = Brush(0.1, 0.05, SKEW)
+    tubes = pose(preparation, Stroke(points, brush, mirror=frozenset(axes))).tubes()
+    assert len(tubes) == 2 ** len(axes)
+    first = tubes[0].target
+    for tube in tubes[1:]:
+        signs = np.sign(tube.target.points.mean(axis=0)) * np.sign(first.points.mean(axis=0))
+        assert abs(len(tube.target.points) - len(first.points)) < 0.01 * len(first.points)
+        distance, index = KDTree(first.points).query(tube.target.points * signs)
+        assert np.percentile(distance, 99) < 2e-5
+        near = distance < 2e-5
+        cosine = (first.normals[index] * tube.target.normals * signs).sum(axis=1)[near]
+        assert np.percentile(cosine, 1) > 0.9999
+
+
+def test_where_copies_overlap_the_larger_displacement_wins(preparation):
+    """A stroke that crosses the plane x = 0, where it meets its mirror image."""
+    points = on_ball(np.linspace(1.2, 1.8, 8), np.linspace(-0.1, 0.3, 8))
+    stroke = Stroke(points, Brush(0.12, 0.05), mirror=frozenset("X"))
+    problem = pose(preparation, stroke)
+    tubes = problem.tubes()
+    alone = pose(preparation, Stroke(points, stroke.brush)).tubes()[0]
+    assert len(tubes[0].surface.points) < len(alone.surface.points)
+    # By symmetry the largest displacement at x is the larger of those at (x, y, z) and (-x, y, z).
+    flip = np.array([-1, 1, 1])
+    for tube in tubes:
+        amount = tube.displacement.amount
+        heights = np.linalg.norm(tube.target.points, axis=1) - 0.5
+        np.testing.assert_allclose(heights, amount, atol=2e-4)
+        for tree_points in (tubes[0], tubes[1]):
+            d, i = KDTree(tree_points.surface.points).query(tube.surface.points, workers=1)
+            close = d < 0.002
+            other = np.abs(tree_points.displacement.amount[i][close])
+            assert (other - np.abs(amount[close])).max() < 0.004  # the slope times the distance
+    mirrored = KDTree(tubes[1].surface.points).query(tubes[0].surface.points * flip)[0]
+    assert np.percentile(mirrored, 99) < 1e-4
+
+
+def test_the_untouched_surface_and_nearness(preparation):
+    turn = np.linspace(0, 2 * np.pi, 25)[:-1]
+    stroke = Stroke(on_ball(turn, 0), Brush(0.15, 0.05), closed=True)
+    problem = pose(preparation, stroke)
+    surface = preparation.surface
+    latitude = np.arcsin(np.clip(surface.points[:, 2].astype(float) / 0.5, -1, 1))
+    away = np.sin(np.abs(latitude) / 2) / 0.15
+    near = problem.nearness(surface)
+    close = away < 2
+    np.testing.assert_allclose(near[close], away[close], atol=2e-3)
+    assert (near[~close] > 1.99).all()
+    clear = np.abs(away - 1) > 2e-3
+    np.testing.assert_array_equal(problem.untouched(surface)[clear], (away > 1)[clear])
+    np.testing.assert_allclose(problem.distance(surface.points)[close], away[close], atol=2e-3)
+
+
+def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
+    points = on_ball(np.linspace(0, 1, 8), 0)
+    ends = {e: pose(preparation, Stroke(points, Brush(0.15, 0.05), ends=e)) for e in Ends}
+    surface = preparation.surface
+    past = (surface.points[:, 1] < -0.01) & (surface.points[:, 0] > 0)
+    near = ends[Ends.ROUND].nearness(surface) < 0.9
+    assert not ends[Ends.ROUND].untouched(surface)[past & near].any()
+    assert ends[Ends.FLAT].untouched(surface)[past & near].all()
+    assert (past & near).sum() > 100
+    np.testing.assert_allclose(
+        ends[Ends.FLAT].nearness(surface)[near], ends[Ends.ROUND].nearness(surface)[near]
+    )
+
+
+def test_the_rim_is_untouched(preparation):
+    points = on_ball(np.linspace(1.2, 1.8, 8), 0.2)
+    stroke = Stroke(points, Brush(0.12, 0.05), mirror=frozenset("XZ"))
+    problem = pose(preparation, stroke)
+    rim = problem.rim(2.2, 1000, np.random.default_rng(0))
+    assert len(rim.points) > 300
+    assert problem.untouched(rim).all()
+    assert problem.nearness(rim).max() <= 2.2 + 1e-3
+
+
+def test_a_mirror_image_that_misses_the_surface_is_refused():
+    beside = ball(0.4)
+    weights = [w.clone() for w in beside.weights]
+    biases = [beside.biases[0] - weights[0] @ weights[0].new_tensor([0.4, 0, 0]), beside.biases[1]]
+    moved = type(beside)(tuple(weights), tuple(biases), beside.omegas)  # centred at (0.4, 0, 0)
+    stroke = Stroke(np.array([[0.8, 0, 0]]), Brush(0.1, 0.05), mirror=frozenset("X"))
+    with pytest.raises(SculptError, match="off the surface"):
+        pose(prepare(moved), stroke)
+
+
+def test_a_stroke_without_width_is_refused(preparation):
+    points = on_ball(np.linspace(0, 1, 4), 0)
+    stroke = Stroke(points, Brush(0.1, 0.05), radius_factors=np.zeros(4))
+    with pytest.raises(SculptError, match="width"):
+        pose(preparation, stroke)
