@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ..stroke.progress import Progress, silent
+from .adam import Adam
 from .mesh_distance import MeshDistance
 from .network import Siren
 
 OMEGAS = (42.0, 30.0)  # of the first layer and the second: a little more detail than 30, 30
 NEAR, AROUND = 0.01, 0.06  # standard deviations of the samples' distance from the surface
 NEAR_SHARE, AROUND_SHARE = 0.45, 0.25  # the rest is uniform in the sampled box
-BOX = 1.15  # half the edge of the sampled box: with less, islands grow on the faces of the real one
+BOX = 1.15  # half the edge of the sampled box; with 1, islands grow on the faces of the real box
 SOFTNESS = 0.03
 GRADIENT_WEIGHT = 0.03
 BETAS = (0.95, 0.99)
@@ -80,18 +81,15 @@ def learn(samples: Samples, course: Course, seed: int) -> Iterator[tuple[Siren, 
     generator = torch.Generator().manual_seed(seed)
     network = Siren.random(omega=OMEGAS, generator=generator)
     parameters = list(network.parameters)
-    adam = torch.optim.Adam(parameters, lr=course.rate, betas=BETAS, fused=True)
+    adam = Adam(parameters, BETAS)
     order, position, error = torch.empty(0, dtype=torch.int64), 0, math.nan
     for step in range(course.steps):
         if position + course.batch > len(order):
             order, position = torch.randperm(len(samples.points), generator=generator), 0
         batch = samples[order[position : position + course.batch]]
         position += course.batch
-        adam.param_groups[0]["lr"] = course.rate * cosine(step / course.steps)
         latest, slopes = loss_gradients(network, batch)
-        for parameter, slope in zip(parameters, slopes, strict=True):
-            parameter.grad = slope
-        adam.step()
+        adam.step(slopes, course.rate * cosine(step / course.steps))
         error = latest if math.isnan(error) else 0.95 * error + 0.05 * latest
         yield network, error
 

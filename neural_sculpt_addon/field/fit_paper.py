@@ -19,6 +19,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import cosine_similarity
 
+from .adam import Adam
 from .fit_distance import Course, cosine
 from .network import Siren
 
@@ -36,20 +37,17 @@ def learn(
     generator = torch.Generator().manual_seed(seed)
     network = Siren.random(generator=generator)
     parameters = [parameter.requires_grad_() for parameter in network.parameters]
-    adam = torch.optim.Adam(parameters, lr=course.rate, fused=True)
+    adam = Adam(parameters)
     error = math.nan
     for step in range(course.steps):
         chosen = torch.randint(len(points), (course.batch,), generator=generator)
         box = 2 * torch.rand(course.batch, 3, generator=generator) - 1  # (B, 3)
-        adam.param_groups[0]["lr"] = course.rate * cosine(step / course.steps)
-        adam.zero_grad()
         value, gradient = network.value_and_gradient(torch.cat([points[chosen], box]))
         on, off = value[: course.batch], value[course.batch :]
         total = paper_loss(
             on, gradient[: course.batch], normals[chosen], off, gradient[course.batch :]
         )
-        total.backward()
-        adam.step()
+        adam.step(torch.autograd.grad(total, parameters), course.rate * cosine(step / course.steps))
         latest = float(on.detach().abs().mean())
         error = latest if math.isnan(error) else 0.95 * error + 0.05 * latest
         yield network.with_parameters([parameter.detach() for parameter in parameters]), error

@@ -26,8 +26,9 @@ BESIDE = 2e-3  # how far beside a face its two sides are looked at
 PROBES = 4000  # places at which the whole mesh is judged
 INNER = 0.8  # mean |winding number| of a face's sides, from which on both are inside
 DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside
-SPLITS = 4  # times a face that is partly inside is divided in four
-SHEET = 0.75  # share of places with a doubtful side from which on a mesh is a sheet
+SPLITS = 4  # times at most that a face partly inside is divided in four,
+FINE = 0.02  # while an edge is longer than this
+SHEET = 0.4  # share of the surface with both sides in doubt, from which on a mesh is a sheet
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
 
 # Barycentric weights: a face's middle and three places near its corners; its four quarters.
@@ -139,13 +140,15 @@ class MeshDistance:
         if not _inner(probes, winding, progress).any():
             return
         kept, pending = [], corners
-        for split in range(SPLITS + 1):
+        for _ in range(SPLITS):
+            edges = np.linalg.norm(pending - np.roll(pending, 1, axis=1), axis=2)  # (F, 3)
+            large = edges.max(axis=1) > FINE
+            small, pending = pending[~large], pending[large]
+            kept.append(small[~_inner(small, winding, progress, _PLACES[:1]).any(axis=1)])
             inner = _inner(pending, winding, progress)  # (F, 4)
-            whole = ~inner.any(axis=1)
-            kept.append(pending[whole])
-            pending = pending[~whole & ~inner.all(axis=1)]
-            if split < SPLITS:
-                pending = np.einsum("qkc,fcd->fqkd", _QUARTERS, pending).reshape(-1, 3, 3)
+            kept.append(pending[~inner.any(axis=1)])
+            pending = pending[inner.any(axis=1) & ~inner.all(axis=1)]
+            pending = np.einsum("qkc,fcd->fqkd", _QUARTERS, pending).reshape(-1, 3, 3)
         corners = np.concatenate([*kept, pending])
         self.vertices = corners.reshape(-1, 3)
         self.faces = np.arange(3 * len(corners)).reshape(-1, 3)
@@ -159,14 +162,17 @@ def _winding(vertices: Array, faces: NDArray[np.int64]) -> Callable[[Array], Arr
 
 
 def _inner(
-    corners: Array, winding: Callable[[Array], Array], progress: Progress
+    corners: Array,
+    winding: Callable[[Array], Array],
+    progress: Progress,
+    places: Array = _PLACES,
 ) -> NDArray[np.bool_]:
-    """Whether both sides of the faces (F, 3, 3) are inside, at four places each (F, 4)."""
+    """Whether both sides of the faces (F, 3, 3) are inside, at P barycentric places each (F, P)."""
     step = BESIDE * _unit(normals(corners))[:, None]  # (F, 1, 3)
-    inner = np.empty((len(corners), len(_PLACES)), bool)
+    inner = np.empty((len(corners), len(places)), bool)
     for part in _batches(len(corners), progress):
-        places = np.einsum("pc,fcd->fpd", _PLACES, corners[part])  # (f, 4, 3)
-        sides = np.stack([places + step[part], places - step[part]])  # (2, f, 4, 3)
+        middle = np.einsum("pc,fcd->fpd", places, corners[part])  # (f, P, 3)
+        sides = np.stack([middle + step[part], middle - step[part]])  # (2, f, P, 3)
         number = np.abs(winding(sides.reshape(-1, 3))).reshape(sides.shape[:-1])
         inner[part] = number.mean(axis=0) > INNER  # of a face with one side outside: about 0.5
     return inner
@@ -177,7 +183,8 @@ def _threshold(surface: Surface, winding: Callable[[Array], Array], progress: Pr
     progress(0.0, "Looking for the inside")
     sides = np.concatenate([surface.points + side * BESIDE * surface.normals for side in (-1, 1)])
     number = np.abs(winding(sides)).reshape(2, -1)  # (side, N)
-    if np.mean((number > DOUBTFUL[0]) & (number < DOUBTFUL[1])) > SHEET:
+    doubtful = ((number > DOUBTFUL[0]) & (number < DOUBTFUL[1])).all(axis=0)  # (N,)
+    if doubtful.mean() > SHEET:
         raise SculptError(
             "The mesh is an open sheet, so it has no inside to sculpt."
             " Close it, or give it a thickness (Solidify modifier)."

@@ -10,6 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from neural_sculpt_addon.field.adam import Adam
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import fit_mesh
 from neural_sculpt_addon.field.fit_distance import (
@@ -122,6 +123,7 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, np.nan]])
         (*sheet(), "open sheet"),
         (*sheet(height=0), "open sheet"),
         (np.eye(3), [[0, 1, 2]], "open sheet"),
+        (*merged(SPHERE, trimesh.Trimesh(*sheet(size=20)).apply_scale(3)), "open sheet"),
     ],
 )
 def test_what_cannot_be_fitted_says_why(vertices, triangles, message):
@@ -248,6 +250,21 @@ def test_written_out_derivatives_equal_autograd(widths):
     loss = (weight * (f - batch.values).square() + GRADIENT_WEIGHT * off).mean()
     for mine, theirs in zip(slopes, torch.autograd.grad(loss, parameters), strict=True):
         assert torch.allclose(mine, theirs, rtol=1e-9, atol=1e-12)
+
+
+def test_adam_takes_the_steps_of_torch():
+    generator = torch.Generator().manual_seed(0)
+    mine = [torch.randn(5, 3, generator=generator), torch.randn(7, generator=generator)]
+    theirs = [tensor.clone() for tensor in mine]
+    adam, oracle = Adam(mine, (0.95, 0.99)), torch.optim.Adam(theirs, betas=(0.95, 0.99))
+    for rate in (1e-2, 3e-3, 1e-3):
+        gradients = [torch.randn(tensor.shape, generator=generator) for tensor in mine]
+        adam.step(gradients, rate)
+        oracle.param_groups[0]["lr"] = rate
+        for tensor, gradient in zip(theirs, gradients, strict=True):
+            tensor.grad = gradient
+        oracle.step()
+    assert all(torch.allclose(a, b, atol=1e-7) for a, b in zip(mine, theirs, strict=True))
 
 
 def test_the_papers_loss_has_its_published_weights():
