@@ -82,11 +82,12 @@ def _test(extension: Path, patterns: list[str]) -> int:
 
 
 if __name__ == "__main__":
+    code = 1
     try:
         code = main()
-    except BaseException:  # whatever happened, Blender must end with a code that tells
-        traceback.print_exc()
-        code = 1
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)  # some Blenders crash or hang in a regular exit of their Python module
+    finally:  # some Blenders crash or hang in a regular exit of their Python module
+        if sys.exc_info()[0]:
+            traceback.print_exc()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)

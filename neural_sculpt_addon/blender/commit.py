@@ -43,7 +43,7 @@ class NewField:
 def create_field(
     new: NewField, result: Message, report: Mapping[str, Any], replaced: Object | None = None
 ) -> Object:
-    """Add an object for a field that has no strokes yet, and select it.
+    """Add an object for a field that has no strokes yet, and select it in Object Mode.
 
     `replaced`, the mesh whose place it takes, is hidden in the viewport.
     """
@@ -52,12 +52,8 @@ def create_field(
     ob.matrix_world = new.matrix
     with _window():
         bpy.context.collection.objects.link(ob)
-        for other in bpy.context.selected_objects:
-            other.select_set(False)
-        ob.select_set(True)
-        bpy.context.view_layer.objects.active = ob
-        if replaced is not None and replaced.name in bpy.context.view_layer.objects:
-            replaced.hide_set(True)
+        if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
+            _present(ob, replaced)
     group = field_of(ob)
     group.base_weights = result.arrays["field"].tobytes()
     group.strokes = dump_strokes(())
@@ -104,6 +100,17 @@ def _fill(ob: Object, result: Message) -> None:
         ob.data = mesh
     arrays = result.arrays
     proxy_mesh.fill(mesh, arrays["vertices"], arrays["normals"], arrays["triangles"])
+
+
+def _present(ob: Object, replaced: Object | None) -> None:
+    """Make the object the only selected and the active one, in the place of another."""
+    for other in bpy.context.selected_objects:
+        other.select_set(False)
+    ob.select_set(True)
+    objects = bpy.context.view_layer.objects
+    objects.active = ob
+    if replaced is not None and replaced.name in objects:
+        replaced.hide_set(True)
 
 
 def _refuse_locked(ob: Object) -> None:

@@ -12,6 +12,8 @@ import bpy
 import numpy as np
 from bpy.types import CurveMapping, NodeTree
 
+from ..stroke.profile import Profile
+
 TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
 PROFILE = "profile"
 MODULATION = "modulation"
@@ -20,8 +22,9 @@ SAMPLES = 257  # Blender's own table has 256 cells: a finer one gains nothing
 BOUNDS = {PROFILE: (-1.0, 1.0), MODULATION: (0.0, 1.0)}
 """Of both axes of a widget."""
 
+_CUBIC = Profile("cubic")
 _FIRST_SHAPES = {
-    PROFILE: ((-1.0, 0.0), (-0.5, 0.5), (0.0, 1.0), (0.5, 0.5), (1.0, 0.0)),
+    PROFILE: tuple((v, float(_CUBIC(v))) for v in (-1.0, -0.75, -0.25, 0.0, 0.25, 0.75, 1.0)),
     MODULATION: ((0.0, 1.0), (1.0, 1.0)),
 }
 

@@ -103,7 +103,8 @@ class NEURAL_SCULPT_PT_status(_Sidebar):
 
 
 def _draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
-    layout.prop(brush, word)
+    layout.label(text=word.title())
+    layout.prop(brush, word, text="")
     if getattr(brush, word) == CURVE and brush.curves is not None:
         layout.template_curve_mapping(brush.curves.nodes[word], "mapping")
 

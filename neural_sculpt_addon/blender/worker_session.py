@@ -25,6 +25,7 @@ from bpy.types import Object
 from ..stroke.errors import SculptError
 from ..worker import environment
 from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
+from ..worker.protocol import FINAL
 from . import preferences, redraw
 from .properties import field_of
 
@@ -34,9 +35,6 @@ TICK = 0.02  # seconds between two polls in a window
 
 Request = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Fields and arrays of a job, as the worker's protocol names them."""
-
-
-_ENDS = (MessageKind.RESULT, MessageKind.ERROR, MessageKind.CANCELLED)
 
 
 class JobStatus(StrEnum):
@@ -134,13 +132,7 @@ class Session:
 
     def poll_once(self) -> None:
         """Take what the worker sent. Never blocks, but for the time a result takes to apply."""
-        if self.client is None:
-            return
-        for message in self.client.poll_once():
-            if message.job == self._in_flight and message.kind in _ENDS:
-                self._in_flight = None
-            if self.jobs and message.job == self.jobs[0].number:
-                self._take(self.jobs[0], message)
+        self._read_news()
         self._advance()
 
     def restart(self) -> None:
@@ -155,7 +147,7 @@ class Session:
             self._end(job, JobStatus.CANCELLED, "The worker was stopped.")
         if self.client is not None:
             self.client.stop()
-            self.client = None
+            self.client = self._in_flight = None
         if bpy.app.timers.is_registered(self._tick):
             bpy.app.timers.unregister(self._tick)
 
@@ -174,14 +166,22 @@ class Session:
         return self.client.state.value.capitalize()
 
     def _ensure_worker(self) -> None:
-        if self.client is not None and self.client.alive:
-            return
         if self.client is not None:
-            self.client.stop()
+            if self.client.alive:
+                return
+            self.client.stop()  # gives every open job its end
+            self._read_news()
         command = environment.worker_command(preferences.worker_python())
-        self.client = Client(command, preferences.user_folder() / "worker.log")
-        self.client.start()
-        self._in_flight = None
+        client = Client(command, preferences.user_folder() / "worker.log")
+        client.start()
+        self.client = client
+
+    def _read_news(self) -> None:
+        for message in self.client.poll_once() if self.client is not None else ():
+            if message.job == self._in_flight and message.kind in FINAL:
+                self._in_flight = None
+            if self.jobs and message.job == self.jobs[0].number:
+                self._take(self.jobs[0], message)
 
     def _advance(self) -> None:
         """Let the first job begin, and tell the first of each target what it builds on."""

@@ -110,6 +110,12 @@ def vertices(ob: Object) -> np.ndarray:
     return flat.reshape(-1, 3)
 
 
+def in_world(ob: Object) -> np.ndarray:
+    """(V, 3) in the scene."""
+    matrix = np.array(ob.matrix_world)
+    return vertices(ob) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
 def to_path(points: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Distances (N,) of points (N, 3) from a polyline (K, 3)."""
     start, along = path[:-1], np.diff(path, axis=0)  # (K - 1, 3)

@@ -76,7 +76,10 @@ class NEURAL_SCULPT_OT_export(Operator):
             with _selected_alone(context, ob):
                 export(filepath=str(path), export_selected_objects=True)
         except RuntimeError as error:  # an operator's error report
-            return fail(self, f"{path.name} was not written: {str(error).strip()}")
+            cause = str(error).strip().removeprefix("Error: ")
+            return fail(
+                self, f"{path.name} was not written ({cause}). Choose another folder or file name."
+            )
         return FINISHED
 
 

@@ -26,6 +26,7 @@ from ..recorder import Point, StrokeRecorder
 from ..worker_session import Job, Request, find, found
 from .launch import CANCELLED, REGISTER, Outcome, active_field, editable_poll, fail, launch
 
+SOLVER = "gauss_newton"
 SPACING = 0.25
 """Of the control points of a freehand stroke, in radii."""
 
@@ -153,8 +154,7 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
         group = field_of(ob)
         fields = {
             "strokes": [stroke.to_json() for stroke in strokes],
-            "solver": "paper",
-            "epochs": None,
+            "solver": SOLVER,
             "resolution": group.resolution,
             "revision": group.revision,
             "result_revision": revision,
@@ -175,6 +175,7 @@ def _hit(ob: Object, context: Context, event: Event) -> Point | None:
         mouse = event.mouse_x - region.x, event.mouse_y - region.y
         if region.type == "WINDOW" and _inside(region, mouse):
             view = space.region_3d
+            assert view is not None
             start = view3d_utils.region_2d_to_origin_3d(region, view, mouse)
             direction = view3d_utils.region_2d_to_vector_3d(region, view, mouse)
             to_model = ob.matrix_world.inverted()

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A sphere field is added, stroked by the worker, undone, saved, copied: the artist's way."""
+
+import json
+import shutil
+
+import bpy
+import numpy as np
+from harness import (
+    RESOLUTION,
+    SculptCase,
+    add,
+    arc,
+    field,
+    module,
+    push_undo,
+    redo,
+    state,
+    stroke,
+    to_path,
+    undo,
+    vertices,
+)
+
+RADIUS, INTENSITY = 0.15, 0.06
+
+
+def strokes_of(ob: bpy.types.Object) -> list[dict[str, object]]:
+    return json.loads(ob.neural_sculpt.strokes)["strokes"]
+
+
+class Add(SculptCase):
+    def test_sphere(self) -> None:
+        bpy.context.scene.cursor.location = (1.0, 2.0, 3.0)
+        ob = add("SPHERE")
+        size = np.linalg.norm(vertices(ob), axis=1)
+        self.assertLess(np.ptp(size), 0.02)
+        self.assertEqual(tuple(ob.location), (1.0, 2.0, 3.0))
+        group = ob.neural_sculpt
+        self.assertEqual(group.weights, group.base_weights)
+        self.assertEqual(len(group.revision), 32)
+        self.assertEqual(group.resolution, RESOLUTION)
+        self.assertEqual(strokes_of(ob), [])
+        self.assertTrue(ob.select_get())
+        for face in list(ob.data.polygons)[::50]:
+            self.assertGreater(face.normal.dot(face.center), 0, "outside is outside")
+
+    def test_every_primitive(self) -> None:
+        for kind in module("blender.operators.add").PRIMITIVES:
+            ob = add(kind)
+            self.assertLess(np.abs(vertices(ob)).max(), 0.9, kind)
+            self.assertGreater(np.ptp(vertices(ob), axis=0).max(), 0.8, kind)
+
+    def test_undo_takes_it_away_and_redo_brings_it_back(self) -> None:
+        before = state(add())
+        undo()
+        self.assertEqual(len(bpy.data.objects), 0)
+        redo()
+        self.assertEqual(state(field("Sphere")), before)
+
+
+class Stroke(SculptCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.ob = add("SPHERE")
+        self.size = float(np.linalg.norm(vertices(self.ob), axis=1).mean())
+        self.path = arc(self.ob)
+
+    def stroke(self, path: np.ndarray, **given: object) -> None:
+        result = stroke(path, **{"radius": RADIUS, "intensity": INTENSITY, **given})
+        self.assertEqual(result, {"FINISHED"})
+
+    def heights(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the vertices over the old sphere, and their distances from the stroke."""
+        points = vertices(self.ob)
+        size = np.linalg.norm(points, axis=1)
+        return size - self.size, to_path(points / size[:, None] * self.size, self.path)
+
+    def test_raises_the_surface_under_it_and_nowhere_else(self) -> None:
+        self.stroke(self.path, name="Ridge")
+        height, distance = self.heights()
+        ridge, far = height[distance < 0.15 * RADIUS], height[distance > 1.6 * RADIUS]
+        self.assertGreater(len(ridge), 5)
+        self.assertAlmostEqual(float(np.median(ridge)), INTENSITY, delta=0.25 * INTENSITY)
+        self.assertLess(float(np.abs(far).mean()), 0.1 * INTENSITY)
+        (kept,) = strokes_of(self.ob)
+        self.assertEqual(kept["name"], "Ridge")
+        self.assertEqual(kept["radius"], np.float32(RADIUS))
+        np.testing.assert_allclose(kept["points"], self.path, atol=1e-6)
+        report = json.loads(self.ob.neural_sculpt.report)
+        self.assertLess(report["tube_mean"], 0.25 * INTENSITY)
+
+    def test_negative_intensity_carves(self) -> None:
+        self.stroke(self.path, intensity=-INTENSITY)
+        height, distance = self.heights()
+        self.assertLess(float(np.median(height[distance < 0.15 * RADIUS])), -0.6 * INTENSITY)
+
+    def test_undo_and_redo_are_exact_between_native_steps(self) -> None:
+        states = [state(self.ob)]
+        self.stroke(self.path)
+        states.append(state(field("Sphere")))
+        field("Sphere").location.x += 2.0
+        bpy.context.view_layer.update()
+        push_undo("Move")
+        states.append(state(field("Sphere")))
+        self.stroke(arc(self.ob, tilt=1.2), intensity=-INTENSITY)
+        states.append(state(field("Sphere")))
+        self.assertEqual(len(set(states)), 4)
+        for wanted in states[-2::-1]:
+            undo()
+            self.assertEqual(state(field("Sphere")), wanted)
+        for wanted in states[1:]:
+            redo()
+            self.assertEqual(state(field("Sphere")), wanted)
+
+    def test_survives_save_and_load_and_goes_on(self) -> None:
+        self.stroke(self.path)
+        before = state(self.ob)
+        path = str(self.folder / "field.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(state(field("Sphere")), before)
+        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION)
+        self.assertEqual(state(field("Sphere")), before, "the weights give the same proxy")
+
+    def test_append(self) -> None:
+        self.stroke(self.path)
+        before = state(self.ob)
+        path, library = str(self.folder / "field.blend"), str(self.folder / "library.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        shutil.copy(path, library)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(library) as (_, wanted):
+            wanted.objects = ["Sphere"]
+        bpy.context.collection.objects.link(wanted.objects[0])
+        bpy.context.view_layer.objects.active = wanted.objects[0]
+        bpy.context.view_layer.update()
+        self.assertEqual(state(field("Sphere")), before)
+        self.stroke(arc(field("Sphere"), tilt=1.2))
+        self.assertEqual(len(strokes_of(field("Sphere"))), 2)
+
+    def test_a_linked_field_is_refused(self) -> None:
+        path, library = str(self.folder / "field.blend"), str(self.folder / "library.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        shutil.copy(path, library)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        with bpy.data.libraries.load(library, link=True) as (_, wanted):
+            wanted.objects = ["Sphere"]
+        bpy.context.collection.objects.link(wanted.objects[0])
+        bpy.context.view_layer.objects.active = wanted.objects[0]
+        with self.assertRaisesRegex(RuntimeError, "linked"):
+            self.stroke(self.path)
+
+    def test_copies_part_ways(self) -> None:
+        """A full copy and one that shares the mesh: a stroke changes the active object alone."""
+        full, sharing = self.ob.copy(), self.ob.copy()
+        full.data = self.ob.data.copy()
+        for copy in (full, sharing):
+            bpy.context.collection.objects.link(copy)
+        others = [state(full), state(sharing)]
+        self.stroke(self.path)
+        self.assertEqual([state(full), state(sharing)], others)
+        self.assertEqual(len(strokes_of(self.ob)), 1)
+        self.assertNotEqual(vertices(self.ob).tobytes(), vertices(full).tobytes())
+
+    def test_two_fields(self) -> None:
+        first = state(self.ob)
+        torus = add("TORUS")
+        second = state(torus)
+        bpy.context.view_layer.objects.active = self.ob
+        self.stroke(self.path)
+        self.assertNotEqual(state(self.ob), first)
+        self.assertEqual(state(torus), second)
+
+    def test_a_renamed_object_and_another_scene(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(self.path)
+            self.ob.name = "Planet"
+            bpy.ops.scene.new(type="EMPTY")
+            self.finish()
+        self.assertEqual(len(strokes_of(field("Planet"))), 1)
+
+    def test_a_stroke_file_is_one_step(self) -> None:
+        path = arc(self.ob, tilt=1.2).tolist()
+        shape = {"radius": RADIUS, "intensity": INTENSITY, "modulation": {"name": "central"}}
+        strokes = [
+            {"points": self.path.tolist(), "name": "One", **shape},
+            {
+                "points": path,
+                "name": "Two",
+                **shape,
+                "profile": {"points": [[-1, 0], [0, 1], [1, 0]]},
+            },
+        ]
+        before = state(self.ob)
+        bpy.ops.neural_sculpt.stroke(stroke_json=json.dumps({"version": 1, "strokes": strokes}))
+        self.assertEqual([kept["name"] for kept in strokes_of(self.ob)], ["One", "Two"])
+        undo()
+        self.assertEqual(state(field("Sphere")), before)
+
+    def test_brush_of_the_scene_and_pressure(self) -> None:
+        brush = bpy.context.scene.neural_sculpt
+        brush.radius, brush.intensity = 0.2, -0.03
+        brush.profile, brush.modulation = "CURVE", "LINEAR"
+        points = [
+            {"name": "", "location": p, "radius_factor": 1.0, "intensity_factor": f}
+            for p, f in zip(self.path.tolist(), np.linspace(0.2, 1, 9).tolist(), strict=True)
+        ]
+        bpy.ops.neural_sculpt.stroke(points=points)
+        (kept,) = strokes_of(self.ob)
+        self.assertAlmostEqual(kept["radius"], 0.2, places=6)
+        self.assertAlmostEqual(kept["intensity"], -0.03, places=6)
+        self.assertEqual(len(kept["profile"]["table"]), 257)
+        self.assertEqual(kept["modulation"], {"name": "linear"})
+        np.testing.assert_allclose(kept["intensity_factors"], np.linspace(0.2, 1, 9), atol=1e-6)
+        self.assertNotIn("radius_factors", kept)
+
+    def test_remesh_changes_the_proxy_alone(self) -> None:
+        before, count = state(self.ob), len(vertices(self.ob))
+        bpy.ops.neural_sculpt.remesh(resolution=2 * RESOLUTION)
+        self.assertGreater(len(vertices(self.ob)), 3 * count)
+        self.assertEqual(state(self.ob)[:5], before[:5])
+        self.assertEqual(self.ob.neural_sculpt.resolution, 2 * RESOLUTION)
+        undo()
+        self.assertEqual(state(field("Sphere")), before)
+
+    def test_scene_units(self) -> None:
+        brush = bpy.context.scene.neural_sculpt
+        self.ob.scale = (2.0, 2.0, 2.0)
+        bpy.context.view_layer.update()
+        brush.radius = 0.1
+        self.assertAlmostEqual(brush.scene_radius, 0.2, places=6)
+        brush.scene_intensity = 0.1
+        self.assertAlmostEqual(brush.intensity, 0.05, places=6)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A field is fitted to a mesh and takes its place in the scene."""
+
+import bpy
+import numpy as np
+from bpy.types import Object
+from harness import SculptCase, in_world, module, push_undo, undo, vertices
+from mathutils import Euler, Matrix, Vector
+
+
+class FromMesh(SculptCase):
+    def fit(self, source: Object, **given: object) -> Object:
+        """The new field of the active mesh."""
+        bpy.context.view_layer.objects.active = source
+        self.assertEqual(
+            bpy.ops.neural_sculpt.from_mesh(**{"preset": "DRAFT", **given}), {"FINISHED"}
+        )
+        return bpy.context.active_object
+
+    def gaps(self, source: Object, ob: Object) -> np.ndarray:
+        """Distances of the proxy from the source's surface, by the source's size."""
+        inverse = source.matrix_world.inverted()
+        points = (Vector(point) for point in in_world(ob)[::7].tolist())
+        gaps = [source.closest_point_on_mesh(inverse @ p)[1] - inverse @ p for p in points]
+        size = np.ptp(vertices(source), axis=0).max()
+        return np.array([gap.length for gap in gaps]) / size
+
+    def test_suzanne(self) -> None:
+        bpy.ops.mesh.primitive_monkey_add(location=(1, 2, 3), rotation=(0.3, 0.2, 0.1), size=3)
+        source = bpy.context.active_object
+        push_undo("Add Suzanne")
+        ob = self.fit(source)
+        self.assertEqual(ob.name, "Suzanne Field")
+        self.assertTrue(source.hide_get())
+        self.assertGreater(len(vertices(ob)), 500)
+        self.assertLess(np.abs(vertices(ob)).max(), 0.9)
+        gaps = self.gaps(source, ob)
+        self.assertLess(np.median(gaps), 0.01)
+        self.assertLess(np.quantile(gaps, 0.95), 0.03)
+        undo()
+        self.assertFalse(bpy.data.objects["Suzanne"].hide_get())
+        self.assertNotIn("Suzanne Field", bpy.data.objects)
+
+    def test_coincides_under_uneven_scale_and_mirroring(self) -> None:
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+        source = bpy.context.active_object
+        source.matrix_world = (
+            Matrix.Translation((3, -1, 2))
+            @ Euler((0.4, 0.7, -0.2)).to_matrix().to_4x4()
+            @ Matrix.Diagonal((-2.0, 1.0, 1.5, 1.0))
+        )
+        bpy.context.view_layer.update()
+        ob = self.fit(source)
+        x, y, z = ob.matrix_world.to_scale()
+        self.assertAlmostEqual(x, y, places=5)
+        self.assertAlmostEqual(x, z, places=5)
+        low, high = in_world(source).min(0), in_world(source).max(0)
+        np.testing.assert_allclose(in_world(ob).min(0), low, atol=0.15)
+        np.testing.assert_allclose(in_world(ob).max(0), high, atol=0.15)
+        middle = np.array(ob.matrix_world.inverted() @ source.matrix_world.translation)
+        for face in list(ob.data.polygons)[::100]:
+            self.assertGreater(np.dot(face.normal, np.array(face.center) - middle), 0)
+
+    def test_modifiers_are_applied(self) -> None:
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        modifier = source.modifiers.new("Array", "ARRAY")
+        modifier.relative_offset_displace = (2.0, 0.0, 0.0)
+        read = module("blender.operators.from_mesh").read_source
+        points, triangles, _ = read(source, bpy.context)
+        self.assertEqual((len(points), len(triangles)), (16, 24))
+        self.assertEqual(points[:, 0].max(), 5.0)
+
+    def test_same_seed_same_field(self) -> None:
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        source.name = "Cube"
+        first = self.fit(source, seed=3)
+        second = self.fit(source, seed=3)
+        np.testing.assert_array_equal(vertices(first), vertices(second))
+
+    def test_refused(self) -> None:
+        fit = bpy.ops.neural_sculpt.from_mesh
+        empty = bpy.data.objects.new("Nothing", bpy.data.meshes.new("Nothing"))
+        bpy.context.collection.objects.link(empty)
+        bpy.context.view_layer.objects.active = empty
+        self.assert_fails("no faces", fit)
+        bpy.ops.object.light_add()
+        with self.assertRaisesRegex(RuntimeError, "Select a mesh"):
+            fit()
+        count = len(bpy.data.objects)
+        bpy.ops.mesh.primitive_plane_add()
+        self.assert_fails("open", fit)
+        self.assertEqual(len(bpy.data.objects), count + 1)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Jobs in flight, as in a window: queue, cancel, undo, a killed worker, another file."""
+
+import json
+import os
+
+import bpy
+import numpy as np
+from harness import SculptCase, add, arc, field, module, push_undo, state, stroke, undo, vertices
+
+RADIUS, INTENSITY = 0.15, 0.06
+
+
+class Jobs(SculptCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.ob = add("SPHERE")
+        self.before = state(self.ob)
+
+    def stroke(self, tilt: float = 0.0, name: str = "") -> None:
+        result = stroke(arc(self.ob, tilt=tilt), radius=RADIUS, intensity=INTENSITY, name=name)
+        self.assertEqual(result, {"FINISHED"})
+
+    def remesh(self) -> None:
+        """A job that the worker does quickly."""
+        self.assertEqual(bpy.ops.neural_sculpt.remesh(resolution=40), {"FINISHED"})
+
+    def top(self, tilt: float = 0.0) -> float:
+        """Height of the sphere in the middle of the stroke that is turned by `tilt`."""
+        points = vertices(field("Sphere"))
+        middle = np.array([0, np.sin(-tilt), np.cos(tilt)])
+        size = np.linalg.norm(points, axis=1)
+        return float(size[(points @ middle) / size > 0.997].mean())
+
+    def names(self) -> list[str]:
+        strokes = json.loads(field("Sphere").neural_sculpt.strokes)["strokes"]
+        return [kept.get("name") for kept in strokes]
+
+    def wait_for_progress(self) -> None:
+        self.pump(lambda: not self.session.jobs or self.session.jobs[0].fraction > 0)
+        self.assertTrue(self.session.jobs, "it ended before it could be disturbed")
+
+    def test_in_a_window_a_stroke_waits_for_the_one_before(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.stroke(1.2, name="Two")
+            self.assertEqual(len(self.session.jobs), 2)
+            self.wait_for_progress()
+            self.assertEqual(state(self.ob), self.before, "operators return at once")
+            self.finish()
+        self.assertEqual(self.names(), ["One", "Two"])
+        np.testing.assert_allclose(self.top(), self.top(1.2), atol=0.3 * INTENSITY)
+        undo()
+        self.assertEqual(self.names(), ["One"])
+        self.assertGreater(self.top(), self.top(1.2) + 0.5 * INTENSITY)
+        undo()
+        self.assertEqual(state(field("Sphere")), self.before)
+
+    def test_cancel(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.stroke(1.2, name="Two")
+            self.wait_for_progress()
+            bpy.ops.neural_sculpt.cancel()
+            self.assertFalse(self.session.jobs)
+            self.assertEqual(self.session.last_error, "")
+            self.assertEqual(state(self.ob), self.before)
+            self.remesh()
+            self.finish()
+        self.assertEqual(self.ob.neural_sculpt.resolution, 40)
+        self.assertEqual(self.names(), [])
+
+    def test_nothing_to_cancel(self) -> None:
+        with self.assertRaisesRegex(RuntimeError, "idle"):
+            bpy.ops.neural_sculpt.cancel()
+
+    def test_undo_of_the_base_cancels(self) -> None:
+        self.stroke(name="One")
+        with self.as_in_a_window():
+            self.stroke(1.2, name="Two")
+            self.stroke(-1.2, name="Three")
+            self.wait_for_progress()
+            undo()
+            self.assertFalse(self.session.jobs)
+            self.finish()
+        self.assertEqual(state(field("Sphere")), self.before)
+
+    def test_undo_of_something_else_does_not_cancel(self) -> None:
+        self.ob.location.x = 1.0
+        bpy.context.view_layer.update()
+        push_undo("Move")
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.wait_for_progress()
+            undo()
+            self.assertEqual(len(self.session.jobs), 1)
+            self.finish()
+        self.assertEqual(self.names(), ["One"])
+        self.assertEqual(field("Sphere").location.x, 0.0)
+
+    def test_the_object_is_deleted(self) -> None:
+        with self.as_in_a_window():
+            self.remesh()
+            self.stroke()
+            bpy.data.objects.remove(self.ob)
+            self.pump(lambda: len(self.session.jobs) == 1)
+            self.assertIn("gone", self.session.last_error)
+            self.finish()
+        self.assertIn("gone", self.session.last_error)
+        self.assertEqual(len(bpy.data.objects), 0)
+
+    def test_the_object_is_in_edit_mode(self) -> None:
+        with self.as_in_a_window():
+            self.remesh()
+            bpy.ops.object.mode_set(mode="EDIT")
+            self.finish()
+            bpy.ops.object.mode_set(mode="OBJECT")
+        self.assertIn("Edit Mode", self.session.last_error)
+        self.assertEqual(state(self.ob), self.before)
+
+    def test_another_file_is_opened(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.wait_for_progress()
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            self.assertFalse(self.session.jobs)
+        add("SPHERE")
+        self.assertEqual(self.names(), [])
+
+    def test_the_worker_is_killed(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.stroke(1.2, name="Two")
+            self.wait_for_progress()
+            os.kill(self.session.client.pid, 9)
+            self.pump(lambda: self.session.last_error != "")
+            self.assertIn("worker", self.session.last_error)
+            self.assertEqual(state(self.ob), self.before)
+            self.finish()
+        self.assertEqual(self.names(), ["Two"], "what waited is done by a new worker")
+
+    def test_restart(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.wait_for_progress()
+            bpy.ops.neural_sculpt.restart_worker()
+            self.assertFalse(self.session.jobs)
+        self.assertEqual(state(self.ob), self.before)
+        self.remesh()
+        self.assertEqual(self.ob.neural_sculpt.resolution, 40)
+
+    def test_unregistering_stops_the_worker(self) -> None:
+        registration = module("blender.registration")
+        with self.as_in_a_window():
+            self.stroke()
+            self.wait_for_progress()
+            client = self.session.client
+            registration.unregister()
+            registration.register()
+        self.assertFalse(client.alive)
+        self.assertIsNone(self.session.client)
