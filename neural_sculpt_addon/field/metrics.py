@@ -13,7 +13,7 @@ tube     distance of displaced surface samples p + d n of the core from the edit
          samples are fresh: a jittered grid, not the one that was trained on
 cap      the same around round ends and dabs
 reverse  distance of the edited proxy near the stroke from the displaced surface (a triangle mesh
-         of a fine tube), exact point to triangle
+         of the same samples), exact point to triangle
 rim      distance of unedited samples of the rim from the edited zero set
 drift    the same for far samples
 normal   angle between grad f at the tube samples, brought to the edited zero set, and the normal
@@ -28,7 +28,7 @@ The distance of a point from the zero set is the way that projection moves it; w
 not arrived, it is at least the first-order estimate |f| / |grad f|.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import igl
 import numpy as np
@@ -51,7 +51,7 @@ from .tube import Tube
 FAR = 1.4
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
-FINE = 161  # rows and columns of the mesh that the reverse distance is measured to
+ARRIVED = 1e-4  # what the last Newton step may have been
 
 Array = NDArray[np.floating[Any]]
 
@@ -68,34 +68,41 @@ def measure(problem: Problem, edited: Siren) -> dict[str, Any]:
     target = np.concatenate([tube.target.points for tube in tubes])
     target_normals = np.concatenate([tube.target.normals for tube in tubes])
     core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
-    error = distance_to_surface(edited, target)
-
+    found = find_surface(edited, target)
+    cosine = np.einsum("ij,ij->i", found.normals, target_normals)[core]
     near = problem.nearness(before.surface)
-    moved = distance_to_surface(edited, before.surface.points)
-    surface = project(edited, target[core])
-    cosine = np.einsum("ij,ij->i", surface.normals, target_normals[core])
-    _, gradient = values_and_gradients(edited, target[core])
+    moved = find_surface(edited, before.surface.points).distance
     return {
-        **_summary("tube", error[core], mean="mean", p95=95, max="max"),
-        **_summary("cap", error[beyond], mean="mean", p95=95, max="max"),
-        **_summary("reverse", _reverse(problem, proxy), mean="mean", p95=95, max="max"),
+        **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
+        **_summary("cap", found.distance[beyond], mean="mean", p95=95, max="max"),
+        **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
         **_summary("rim", moved[(near > 1) & (near <= FAR)], mean="mean"),
         **_summary("drift", moved[near > FAR], mean="mean", p99=99, max="max"),
         "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
-        "gradient": float(np.abs(np.linalg.norm(gradient, axis=1) - 1).mean()),
+        "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "components_before": components(before.proxy),
         "components_after": components(proxy),
     }
 
 
-def distance_to_surface(network: Siren, points: ArrayLike) -> Array:
-    """Distance (N,) of points (N, 3) from the zero set."""
+class Found(NamedTuple):
+    """The zero set as seen from points (N, 3)."""
+
+    distance: Array  # (N,), to it
+    normals: Array  # (N, 3), unit, where it was met
+    slope: Array  # (N,), |grad f| at the points themselves
+
+
+def find_surface(network: Siren, points: ArrayLike) -> Found:
+    """The zero set as seen from `points` (N, 3)."""
     points = np.asarray(points, np.float32)
     value, gradient = values_and_gradients(network, points)
-    estimate = np.abs(value) / np.maximum(np.linalg.norm(gradient, axis=1), SMALLEST_GRADIENT)
+    slope = np.linalg.norm(gradient, axis=1)
     surface = project(network, points, steps=8)
     way = np.linalg.norm(surface.points - points, axis=1)
-    return np.where(surface.distance < 1e-4, way, np.maximum(way, estimate))
+    estimate = np.abs(value) / np.maximum(slope, SMALLEST_GRADIENT)
+    arrived = surface.distance < ARRIVED
+    return Found(np.where(arrived, way, np.maximum(way, estimate)), surface.normals, slope)
 
 
 def components(proxy: Proxy) -> int:
@@ -133,7 +140,7 @@ def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
 
 
-def _reverse(problem: Problem, proxy: Proxy) -> Array:
+def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube.
@@ -141,7 +148,7 @@ def _reverse(problem: Problem, proxy: Proxy) -> Array:
     distances = []
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]
-    for one, tube in zip(problem.laid, problem.tubes(FINE, FINE), strict=True):
+    for one, tube in zip(problem.laid, tubes, strict=True):
         triangles = _triangles(tube)
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
