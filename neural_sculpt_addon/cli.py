@@ -123,7 +123,7 @@ def _mesh(options: argparse.Namespace) -> None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    from .field import checkpoint, metrics, proxy
+    from .field import checkpoint, pieces, proxy
 
     network = checkpoint.load(options.network)
     surface = proxy.extract(network)
@@ -131,7 +131,7 @@ def _info(options: argparse.Namespace) -> None:
         "widths": list(network.widths),
         "parameters": sum(tensor.numel() for tensor in network.parameters),
         "omegas": list(network.omegas),
-        "components": metrics.components(surface),
+        "components": pieces.components(surface),
         "low": surface.vertices.min(axis=0).tolist(),
         "high": surface.vertices.max(axis=0).tolist(),
     }

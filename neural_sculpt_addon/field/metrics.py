@@ -34,13 +34,12 @@ import igl
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from ..stroke.displacement import displace
 from .evaluate import values_and_gradients
 from .network import Siren
+from .pieces import components
 from .prepare import CELLS
 from .problem import Problem
 from .projection import SMALLEST_GRADIENT, project
@@ -103,15 +102,6 @@ def find_surface(network: Siren, points: ArrayLike) -> Found:
     estimate = np.abs(value) / np.maximum(slope, SMALLEST_GRADIENT)
     arrived = surface.distance < ARRIVED
     return Found(np.where(arrived, way, np.maximum(way, estimate)), surface.normals, slope)
-
-
-def components(proxy: Proxy) -> int:
-    """Connected pieces of a proxy."""
-    a, b, c = proxy.triangles.T
-    edges = np.concatenate([a, b]), np.concatenate([b, c])
-    count = len(proxy.vertices)
-    graph = coo_array((np.ones(len(edges[0]), bool), edges), shape=(count, count))
-    return int(connected_components(graph, directed=False)[0])
 
 
 def chamfer(problem: Problem, edited: Siren) -> dict[str, float]:

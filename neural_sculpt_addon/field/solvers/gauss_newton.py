@@ -21,7 +21,7 @@ Two kinds of rows ask for the displaced surface:
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
@@ -29,41 +29,75 @@ from torch import Tensor
 
 from ...stroke.progress import Progress, silent
 from ..network import Siren
+from ..pieces import find_islands
+from ..prepare import CELLS
 from ..problem import Problem
+from ..proxy import extract
 from .rows import Counts, Rows, Sampler
 
 RIDGE = 1e-3  # added to D, in means of each block
 DAMPING = 1.0  # lambda of the first step
 LEAST, MOST = 0.03, 30.0  # lambda
+REPAIR_STEPS = 3
 POOR, GOOD = 0.25, 0.75  # part of the promised decrease that a step kept: raise or lower lambda
 
 
 @dataclass(frozen=True)
 class Setting:
-    """How much work is done: Gauss-Newton steps, conjugate gradient iterations and rows in each."""
+    """How much work is done.
+
+    steps, iterations: Gauss-Newton steps, and conjugate gradient iterations in each
+    counts:  rows in each step
+    repairs: how often at most islands are looked for and removed
+    """
 
     steps: int
     iterations: int
     counts: Counts
+    repairs: int = 0
 
 
 QUICK = Setting(5, 12, Counts(tube=1000, slope=700, preserve=2500, around=300, box=300))
-FINAL = Setting(8, 20, Counts(tube=1800, slope=1500, preserve=5000, around=600, box=500))
+FINAL = Setting(8, 20, Counts(tube=1800, slope=1500, preserve=5000, around=600, box=500), repairs=3)
 
 
 def solve(problem: Problem, progress: Progress = silent, setting: Setting = FINAL) -> Siren:
     """The network that solves `problem` as well as `setting` allows."""
-    layers = _Layers.of(problem.network)
     sampler = Sampler(problem, setting.counts)
-    damping = DAMPING
+    total = setting.steps + setting.repairs * REPAIR_STEPS
+
+    def share(done: float) -> None:
+        progress(done / total, "Sculpting")
+
+    layers, damping = _improve(_Layers.of(problem.network), sampler, setting, DAMPING, share)
+    for repair in range(setting.repairs):
+        done = setting.steps + repair * REPAIR_STEPS
+        proxy = extract(layers.network(), CELLS, lambda _, __, done=done: share(done))
+        islands = find_islands(proxy, sampler.asked)
+        if not len(islands.points):
+            break
+        sampler.forbid(islands)
+        again = replace(setting, steps=REPAIR_STEPS)
+        layers, damping = _improve(
+            layers, sampler, again, damping, lambda part, done=done: share(done + part)
+        )
+    return layers.network()
+
+
+def _improve(
+    layers: "_Layers",
+    sampler: Sampler,
+    setting: Setting,
+    damping: float,
+    share: Callable[[float], None],
+) -> tuple["_Layers", float]:
+    """Gauss-Newton steps with Levenberg and Marquardt's rule for the damping, which goes on."""
     for step in range(setting.steps):
-
-        def share(fraction: float, done: int = step) -> None:
-            progress((done + fraction) / setting.steps, f"Step {done + 1} of {setting.steps}")
-
         rows = sampler.draw()
         linear = layers.linearise(rows)
-        delta, promised = _solve_step(linear, damping, setting.iterations, share)
+        delta, promised = _solve_step(
+            linear, damping, setting.iterations, lambda part, done=step: share(done + part)
+        )
         tried = layers.moved(delta)
         decrease = linear.residual.square().sum() - tried.residual(rows).square().sum()
         kept = float(decrease) / promised
@@ -71,7 +105,7 @@ def solve(problem: Problem, progress: Progress = silent, setting: Setting = FINA
             layers = tried
         damping *= 4.0 if kept < POOR else 0.5 if kept > GOOD else 1.0
         damping = min(max(damping, LEAST), MOST)
-    return layers.network()
+    return layers, damping
 
 
 class Linear(NamedTuple):

@@ -18,6 +18,7 @@ from scipy.spatial import KDTree
 from torch import Tensor
 
 from ..evaluate import values
+from ..pieces import Islands
 from ..problem import Problem
 from ..surface import Samples
 
@@ -70,6 +71,16 @@ class Sampler:
         box = problem.preparation.box
         far = problem.distance(box.points) > BOX_FROM
         self._box = self._pool(box.points[far], box.values[far])
+        self._forbidden = self._box[:0]
+        surface = problem.preparation.surface
+        untouched = surface.points[problem.untouched(surface)]
+        self.asked = np.concatenate([target.points[:: len(tubes)], untouched])
+        """Samples (M, 3) of the whole surface that is asked for."""
+
+    def forbid(self, islands: Islands) -> None:
+        """Ask from now on that there be no surface where `islands` are."""
+        more = self._pool(islands.points, islands.distance)
+        self._forbidden = torch.cat([self._forbidden, more])
 
     def draw(self) -> Rows:
         """Fresh rows for one step."""
@@ -83,8 +94,15 @@ class Sampler:
         slope = self._choose(points, counts.slope)
         directions = torch.randn(len(slope), 3, generator=self._generator)
         directions /= directions.norm(dim=1, keepdim=True)
-        pools = [self._preserve[preserve], self._around[around], self._box[box]]  # (., 4)
-        known = torch.cat(pools)
+        forbidden = self._choose(self._forbidden, counts.around)
+        known = torch.cat(
+            [
+                self._preserve[preserve],
+                self._around[around],
+                self._box[box],
+                self._forbidden[forbidden],
+            ]
+        )  # (., 4)
         zeros = torch.zeros(len(on) + len(rim))
         rows = Rows(
             torch.cat([points[on], self._rim[rim], known[:, :3], points[slope]]),
@@ -95,6 +113,7 @@ class Sampler:
                     torch.ones(len(on) + len(rim) + len(preserve)),
                     torch.full((len(around),), AROUND_WEIGHT),
                     torch.full((len(box),), BOX_WEIGHT),
+                    torch.ones(len(forbidden)),
                     torch.full((len(slope),), SLOPE_LENGTH),
                 ]
             ),
