@@ -21,7 +21,7 @@ MATCHED = 0.25  # of the samples that a piece of its size would attract, if it w
 class Pieces(NamedTuple):
     """The connected pieces of a proxy."""
 
-    count: int
+    total: int
     labels: NDArray[np.int32]  # (V,), the piece of each vertex
 
 
@@ -36,7 +36,7 @@ def find_pieces(proxy: Proxy) -> Pieces:
 
 def components(proxy: Proxy) -> int:
     """How many pieces a proxy has."""
-    return find_pieces(proxy).count
+    return find_pieces(proxy).total
 
 
 class Islands(NamedTuple):
@@ -49,7 +49,7 @@ class Islands(NamedTuple):
 def find_islands(proxy: Proxy, asked: NDArray[np.float32]) -> Islands:
     """The islands and bubbles of `proxy`, given samples (M, 3) of the surface asked for.
 
-    `asked` is uniform by area, so a piece that was asked for is the nearest to its share of it.
+    `asked` covers the surface evenly, so a piece that was asked for is the nearest to its share.
     """
     count, labels = find_pieces(proxy)
     nearest = labels[KDTree(proxy.vertices).query(asked)[1]]  # (M,)
@@ -69,4 +69,6 @@ def _volumes(proxy: Proxy, labels: NDArray[np.int32], count: int) -> NDArray[np.
     """Signed volume of each piece (count,): negative for a bubble, whose normals point inward."""
     a, b, c = proxy.vertices[proxy.triangles].astype(float).swapaxes(0, 1)  # (F, 3) each
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
-    return np.bincount(labels[proxy.triangles[:, 0]], weights=tetrahedra, minlength=count)
+    volumes = np.zeros(count)
+    np.add.at(volumes, labels[proxy.triangles[:, 0]], tetrahedra)
+    return volumes
