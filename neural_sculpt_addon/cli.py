@@ -73,6 +73,7 @@ def _fit(options: argparse.Namespace) -> None:
     from .field import checkpoint, fit, mesh_file
 
     _check_output(options.output, checkpoint.SUFFIXES)
+    _check_output(options.report)
     vertices, triangles = mesh_file.read(options.mesh)
     result = fit.fit_mesh(
         vertices,
@@ -92,8 +93,8 @@ def _apply(options: argparse.Namespace) -> None:
     from .stroke.file import parse_strokes
 
     _check_output(options.output, checkpoint.SUFFIXES)
-    if options.mesh:
-        _check_output(options.mesh, mesh_file.SUFFIXES)
+    _check_output(options.mesh, mesh_file.SUFFIXES)
+    _check_output(options.report)
     network = checkpoint.load(options.network)
     strokes = parse_strokes(_read_text(options.strokes))
     result = edit.edit(
@@ -138,9 +139,11 @@ def _info(options: argparse.Namespace) -> None:
     _finish(description, None, None)
 
 
-def _check_output(path: Path, suffixes: Sequence[str]) -> None:
+def _check_output(path: Path | None, suffixes: Sequence[str] = ()) -> None:
     """Refuse a name that could not be written before minutes are spent on what goes into it."""
-    if path.suffix.lower() not in suffixes:
+    if path is None:
+        return
+    if suffixes and path.suffix.lower() not in suffixes:
         raise SculptError(f"{path.name}: choose a name that ends in {', '.join(suffixes)}.")
     if not path.parent.is_dir():
         raise SculptError(f"There is no folder {path.parent}; make it or choose another.")

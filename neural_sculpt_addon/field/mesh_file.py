@@ -35,11 +35,15 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     if not len(triangles):
         raise SculptError(f"{path.name} holds no triangles; choose a mesh with a surface.")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise SculptError(f"{path.name} is damaged: a triangle has a corner that is not there.")
     return vertices, triangles
 
 
 def write(path: Path, proxy: Proxy) -> None:
     """Write a proxy; the suffix chooses the format. SculptError when it cannot be written."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise SculptError(f"{path.name}: meshes are written as {', '.join(SUFFIXES)} files.")
     mesh = trimesh.Trimesh(
         proxy.vertices, proxy.triangles, vertex_normals=proxy.normals, process=False
     )

@@ -119,7 +119,7 @@ def chamfer(problem: Problem, edited: Siren) -> dict[str, float]:
     mesh = trimesh.Trimesh(moved, proxy.triangles, process=False)
     first = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed)[0]
     second = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed + 1)[0]
-    surface = sample_surface(edited, extract(edited, CELLS), CHAMFER_SAMPLES, seed)
+    surface = sample_surface(edited, extract(edited, CELLS), CHAMFER_SAMPLES, seed + 2)
     return {
         "chamfer": _both_ways(first, surface.points),
         "chamfer_floor": _both_ways(first, second),

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What several tests share: one edit of a sphere by the paper's solver."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.prepare import Preparation, prepare
+from neural_sculpt_addon.field.problem import Problem, pose
+from neural_sculpt_addon.field.solvers import paper
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.stroke import Stroke
+from tests.field.analytic import ball
+
+
+class Sculpted(NamedTuple):
+    """A belt around the equator of a sphere of radius 1/2, half finished."""
+
+    preparation: Preparation
+    stroke: Stroke
+    problem: Problem
+    network: Siren
+
+
+@pytest.fixture(scope="session")
+def preparation():
+    """Of a sphere whose network has units to spare for an edit."""
+    return prepare(ball(0.5, spare=100))
+
+
+@pytest.fixture(scope="session")
+def sculpted(preparation):
+    turn = np.linspace(0, 2 * np.pi, 25)[:-1]
+    points = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    stroke = Stroke(points, Brush(0.25, 0.04), closed=True, name="belt", seed=7)
+    problem = pose(preparation, stroke)
+    return Sculpted(preparation, stroke, problem, paper.solve(problem, epochs=8))
