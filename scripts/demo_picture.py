@@ -14,10 +14,10 @@ SIZE = (900, 700)
 SAMPLES = 12
 SEEN_FROM = Vector((0.5, -1.0, 0.28)).normalized()
 LENS = 70.0  # mm on Blender's 36 mm sensor
-DISTANCE = 3.7  # of the camera, in radii of the field
+DISTANCE = 3.3  # of the camera, in radii of the field
 LIGHTS = (  # from, size in radii of the field, power per radius squared, color
     (Vector((-1.0, -0.55, 1.1)), 0.7, 95.0, (1.0, 0.94, 0.86)),  # key: from the side, for relief
-    (Vector((1.2, -0.9, 0.1)), 2.5, 16.0, (0.8, 0.88, 1.0)),  # fill
+    (Vector((1.2, -0.9, 0.1)), 2.5, 26.0, (0.8, 0.88, 1.0)),  # fill
     (Vector((0.3, 1.2, 0.9)), 1.0, 60.0, (0.9, 0.95, 1.0)),  # rim: parts the shape from the ground
 )
 
@@ -37,12 +37,14 @@ def set_up(ob: bpy.types.Object) -> bpy.types.Object:
         _aim(bpy.data.objects.new(light.name, light), place, center)
     world = bpy.data.worlds.new("Studio")
     world.use_nodes = True
-    _set(world, "Background", "Color", (0.05, 0.06, 0.075, 1.0))
+    _set(world, "Background", "Color", (0.07, 0.08, 0.095, 1.0))
     scene = bpy.context.scene
     scene.world = world
     scene.render.engine = "CYCLES"
     scene.cycles.samples = SAMPLES
+    scene.cycles.max_bounces = 2
     scene.cycles.use_denoising = True
+    scene.cycles.denoising_prefilter = "FAST"
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.view_settings.view_transform = "AgX"
     scene.view_settings.look = "AgX - Medium High Contrast"

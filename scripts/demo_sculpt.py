@@ -49,6 +49,7 @@ def _fit(path: Path | None) -> bpy.types.Object:
     """A field fitted to Suzanne or to the mesh in a file."""
     if path is None:
         bpy.ops.mesh.primitive_monkey_add()
+        bpy.ops.object.subdivision_set(level=2)
     else:
         getattr(bpy.ops.wm, IMPORTERS[path.suffix.lower()])(filepath=str(path))
         meshes = [ob for ob in bpy.context.selected_objects or () if ob.type == "MESH"]
@@ -57,8 +58,10 @@ def _fit(path: Path | None) -> bpy.types.Object:
         bpy.context.view_layer.objects.active = meshes[0]
         if len(meshes) > 1:
             bpy.ops.object.join()
-    with _step(f"Fitting a neural field to {_active().name}"):
-        _operators().from_mesh(preset="DRAFT")
+    source = _active()
+    source.hide_render = True
+    with _step(f"Fitting a neural field to {source.name}"):
+        _operators().from_mesh(preset="NORMAL")
     return _active()
 
 
@@ -85,7 +88,7 @@ def _active() -> bpy.types.Object:
 
 @contextmanager
 def _step(text: str) -> Iterator[None]:
-    print(f"{text} ... ", end="", flush=True)
+    say(text)
     start = time.monotonic()
     yield
-    say(f"{time.monotonic() - start:.1f} s")
+    say(f"  {time.monotonic() - start:.1f} s")

@@ -20,7 +20,7 @@ from neural_sculpt_addon.stroke.stroke import Stroke
 
 Array = NDArray[np.float64]
 
-RADIUS = 0.07
+RADIUS = 0.08
 RAYS = 96  # along a row of the picture that looks for the surface
 THINNING = 3  # of the rays that hit, for control points
 SWAY = 0.15  # of half the picture's height, how far a bow rises in its middle
@@ -41,8 +41,8 @@ def draw(ob: Object, camera: Object) -> tuple[Stroke, ...]:
     lower = widest(height for height in bows if abs(height - upper) > APART)
     if min(len(bows[upper]), len(bows[lower])) < 4:
         raise SculptError("The camera sees too little of the field for a stroke; use --strokes.")
-    ridge = Brush(RADIUS, 0.06, Profile("quintic"), Modulation("identity"))
-    groove = Brush(1.2 * RADIUS, 0.05, GROOVE, Modulation("central"))
+    ridge = Brush(RADIUS, 0.05, Profile("quintic"), Modulation("identity"))
+    groove = Brush(1.2 * RADIUS, 0.07, GROOVE, Modulation("central"))
     return Stroke(bows[upper], ridge, name="Ridge"), Stroke(bows[lower], groove, name="Groove")
 
 
