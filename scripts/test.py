@@ -2,13 +2,13 @@
 """Every check and test of the project: python3 scripts/test.py.
 
 First the checks (ruff, basedpyright, import-linter), then pytest in the Python that has torch, then
-the tests of Blender's side in every Blender this computer can have: the bpy wheels, each in a
-virtual environment of its own; the Blenders named in the environment variable BLENDER or found on
-the PATH; and those that ../shared/tools/real-blender.sh provides. A part that fails does not keep
-the later ones from running. Ends with a table and the line "N passed, N failed, N skipped".
-Standard library only.
+the demo, then the tests of Blender's side in every Blender this computer can have: the bpy wheels,
+each in a virtual environment of its own; the Blenders named in the environment variable BLENDER or
+found on the PATH; and those that ../shared/tools/real-blender.sh provides. A part that fails does
+not keep the later ones from running. Ends with a table and the line "N passed, N failed, N
+skipped". Standard library only.
 
-    --quick            only the Blender of the project's own environment
+    --quick            only the Blender of the project's own environment, and no demo
     --blender 4.5      only this Blender, and neither the checks nor pytest
     anything else      goes to pytest, and only pytest runs
 """
@@ -63,6 +63,7 @@ def checks(workshop: Workshop) -> Iterator[Outcome]:
 
 
 def _check(name: str, command: Sequence[str]) -> Outcome:
+    """A command that passes when its exit code says so."""
     code, _, seconds = _run(name, command, 600)
     return Outcome(name, passed=int(code == 0), failed=int(code != 0), seconds=seconds)
 
@@ -77,6 +78,11 @@ def pytest(workshop: Workshop, arguments: Sequence[str]) -> Outcome:
     failed = count.get("failed", 0) + count.get("error", 0) + count.get("errors", 0)
     skipped = count.get("skipped", 0) + count.get("xfailed", 0)
     return Outcome(name, count.get("passed", 0), failed or int(code != 0), skipped, seconds)
+
+
+def demo(workshop: Workshop) -> Outcome:
+    """The demo, from Suzanne to the .blend."""
+    return _check("demo", [str(workshop.blender), str(ROOT / "scripts" / "demo.py")])
 
 
 def wheels(workshop: Workshop, versions: Sequence[str], extension: Path) -> Iterator[Outcome]:
@@ -199,7 +205,8 @@ def _report(outcomes: Sequence[Outcome]) -> bool:
 def main() -> None:
     """Run what the command line asks for; the exit code is 1 if anything failed."""
     parser = argparse.ArgumentParser(
-        description="Every check and test of the project; other arguments go to pytest alone."
+        description="Every check and test of the project; other arguments go to pytest alone.",
+        allow_abbrev=False,
     )
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--quick", action="store_true", help="only the Blender of .venv")
@@ -214,6 +221,8 @@ def main() -> None:
         if not options.blender:
             outcomes += checks(workshop)
             outcomes.append(pytest(workshop, ()))
+        if not (options.blender or options.quick):
+            outcomes.append(demo(workshop))
         outcomes += _blenders(workshop, options)
     sys.exit(0 if _report(outcomes) else 1)
 

@@ -64,14 +64,32 @@ def test_blenders_side_of_the_worker_needs_numpy_alone():
     subprocess.run([sys.executable, "-I", "-c", code], check=True)
 
 
-@pytest.mark.parametrize("script", ["demo", "test", "build_extension", "read_cases"])
-def test_every_command_explains_itself_on_a_bare_python(script):
-    ran = subprocess.run(
-        [sys.executable, "-S", str(ROOT / "scripts" / f"{script}.py"), "--help"],
+def run_bare(script, *arguments):
+    """Start a script on a Python without any packages."""
+    return subprocess.run(
+        [sys.executable, "-S", str(ROOT / "scripts" / f"{script}.py"), *arguments],
         capture_output=True,
         text=True,
         check=False,
         env={"PATH": os.environ["PATH"]},
     )
+
+
+@pytest.mark.parametrize("script", ["demo", "test", "build_extension", "read_cases"])
+def test_every_command_explains_itself_on_a_bare_python(script):
+    ran = run_bare(script, "--help")
     assert ran.returncode == 0, ran.stderr
     assert "usage:" in ran.stdout
+
+
+def test_the_demo_refuses_wrong_files_before_it_installs_anything(tmp_path):
+    wrong = tmp_path / "shape.txt"
+    wrong.touch()
+    for arguments, sentence in (
+        (["--mesh", "nothing.obj"], "there is no file nothing.obj"),
+        (["--mesh", str(wrong)], f"{wrong} is none of .obj, .ply, .stl"),
+        (["--network", str(wrong)], f"{wrong} is none of .pth, .safetensors"),
+    ):
+        ran = run_bare("demo", *arguments)
+        assert ran.returncode == 2
+        assert sentence in ran.stderr
