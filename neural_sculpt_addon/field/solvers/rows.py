@@ -49,6 +49,11 @@ class Rows(NamedTuple):
     targets: Tensor  # (n + m,)
     weights: Tensor  # (n + m,), of the residuals, before they are squared
 
+    @property
+    def values(self) -> int:
+        """n."""
+        return len(self.points) - len(self.directions)
+
 
 class Sampler:
     """Pools of equations of one edit, and the draws from them."""
