@@ -45,7 +45,7 @@ def create_field(
 ) -> Object:
     """Add an object for a field that has no strokes yet, and select it in Object Mode.
 
-    `replaced`, the mesh whose place it takes, is hidden in the viewport.
+    `replaced`, the mesh whose place it takes, is hidden.
     """
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
@@ -104,13 +104,14 @@ def _fill(ob: Object, result: Message) -> None:
 
 def _present(ob: Object, replaced: Object | None) -> None:
     """Make the object the only selected and the active one, in the place of another."""
-    for other in bpy.context.selected_objects:
+    for other in bpy.context.selected_objects or ():
         other.select_set(False)
     ob.select_set(True)
     objects = bpy.context.view_layer.objects
     objects.active = ob
     if replaced is not None and replaced.name in objects:
         replaced.hide_set(True)
+        replaced.hide_render = True
 
 
 def _refuse_locked(ob: Object) -> None:

@@ -86,7 +86,7 @@ class NEURAL_SCULPT_OT_export(Operator):
 @contextmanager
 def _selected_alone(context: Context, ob: Object) -> Iterator[None]:
     """Blender's exporters take what is selected."""
-    selected = [*context.selected_objects]
+    selected = [*(context.selected_objects or ())]
     for other in selected:
         other.select_set(False)
     ob.select_set(True)

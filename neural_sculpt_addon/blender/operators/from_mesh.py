@@ -77,7 +77,8 @@ def read_source(
     source: Object, context: Context
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], Matrix]:
     """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh, and their frame in the world."""
-    frame = Matrix.LocRotScale(*source.matrix_world.decompose()[:2], None)
+    location, rotation, _ = source.matrix_world.decompose()
+    frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
     shape = frame.inverted() @ source.matrix_world
     evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
     try:
