@@ -14,7 +14,7 @@ SIZE = (900, 700)
 SAMPLES = 12
 SEEN_FROM = Vector((0.5, -1.0, 0.28)).normalized()
 LENS = 70.0  # mm on Blender's 36 mm sensor
-DISTANCE = 3.3  # of the camera, in radii of the field
+DISTANCE = 3.6  # of the camera, in radii of the field
 LIGHTS = (  # from, size in radii of the field, power per radius squared, color
     (Vector((-1.0, -0.55, 1.1)), 0.7, 95.0, (1.0, 0.94, 0.86)),  # key: from the side, for relief
     (Vector((1.2, -0.9, 0.1)), 2.5, 26.0, (0.8, 0.88, 1.0)),  # fill
