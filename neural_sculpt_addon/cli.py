@@ -95,6 +95,7 @@ def _apply(options: argparse.Namespace) -> None:
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.mesh, mesh_file.SUFFIXES)
     _check_output(options.report)
+    proxy.check_cells(options.resolution)
     network = checkpoint.load(options.network)
     strokes = parse_strokes(_read_text(options.strokes))
     result = edit.edit(

@@ -29,6 +29,7 @@ REACH = 0.5  # longest Newton step, in cells
 SETTLED = 0.02  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
 FLAT = 1e-6  # a gradient below this has no direction
+FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 4 GB
 BATCH = 1 << 15  # vertices between two looks at `progress`
 
 
@@ -44,8 +45,10 @@ class Proxy:
 def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Proxy:
     """The surface f = 0 within [-1, 1]^3, on a lattice of `cells` cells per axis.
 
-    SculptError when there is no surface, or the field's values are not finite.
+    SculptError when there is no surface, the field's values are not finite, or nobody could hold
+    so many cells.
     """
+    check_cells(cells)
     lattice = find_active(network, cells, lambda part, text: progress(0.6 * part, text))
     if not lattice.active.any():
         raise SculptError(
@@ -57,6 +60,14 @@ def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Pr
     _relax(mesh, lattice.spacing)
     _snap(mesh, network, lattice.spacing, lambda part, text: progress(0.75 + 0.25 * part, text))
     return Proxy(mesh.vertices, mesh.normals, mesh.triangles)
+
+
+def check_cells(cells: int) -> None:
+    """Refuse a resolution that makes no proxy. SculptError."""
+    if not FEWEST_CELLS <= cells <= MOST_CELLS:
+        raise SculptError(
+            f"The resolution is {cells} cells per axis; choose {FEWEST_CELLS} to {MOST_CELLS}."
+        )
 
 
 @dataclass

@@ -8,6 +8,7 @@ import pytest
 
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.prepare import Preparation, prepare
+from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import Problem, pose
 from neural_sculpt_addon.field.solvers import paper
 from neural_sculpt_addon.stroke.brush import Brush
@@ -28,6 +29,12 @@ class Sculpted(NamedTuple):
 def preparation():
     """Of a sphere whose network has units to spare for an edit."""
     return prepare(ball(0.5, spare=100))
+
+
+@pytest.fixture(scope="session")
+def ready():
+    """Of the sphere of radius 0.6 that the add-on ships: a network of the usual size."""
+    return prepare(primitive("sphere"))
 
 
 @pytest.fixture(scope="session")

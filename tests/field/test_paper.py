@@ -7,8 +7,6 @@ import torch
 
 from neural_sculpt_addon.field.metrics import find_surface
 from neural_sculpt_addon.field.network import Siren
-from neural_sculpt_addon.field.prepare import prepare
-from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.field.solvers.paper import WEIGHTS, loss, solve
 from neural_sculpt_addon.stroke.brush import Brush
@@ -69,13 +67,12 @@ def test_the_papers_weights():
     assert (WEIGHTS.eikonal, WEIGHTS.boundary) == (5, 5)
 
 
-def test_few_epochs_bring_the_surface_closer_to_its_target():
+def test_few_epochs_bring_the_surface_closer_to_its_target(ready):
     """Against a target in closed form: a sphere whose radius grows by s b(v / r) at the equator."""
-    network = primitive("sphere")
     turn = np.linspace(0, 2 * np.pi, 25)[:-1]
     equator = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     stroke = Stroke(equator, Brush(0.2, 0.04), closed=True)
-    edited = solve(pose(prepare(network), stroke), epochs=15)
+    edited = solve(pose(ready, stroke), epochs=15)
     random = np.random.default_rng(11)
     turn, latitude = random.uniform(0, 2 * np.pi, 4000), random.uniform(-0.2, 0.2, 4000)
     n = np.stack(
@@ -83,7 +80,7 @@ def test_few_epochs_bring_the_surface_closer_to_its_target():
     )
     t = 0.6 * 2 * np.abs(np.sin(latitude / 2)) / 0.2
     target = n * (0.6 + 0.04 * (1 - 10 * t**3 + 15 * t**4 - 6 * t**5))[:, None]
-    before = find_surface(network, target).distance.mean()
+    before = find_surface(ready.network, target).distance.mean()
     after = find_surface(edited, target).distance.mean()
     assert before == pytest.approx(np.linalg.norm(target, axis=1).mean() - 0.6, abs=2e-3)
     assert after < 0.4 * before

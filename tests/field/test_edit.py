@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Edits of several strokes, their reports, and how they end early."""
+
+import json
+
+import numpy as np
+import pytest
+import torch
+
+from neural_sculpt_addon.field.edit import SOLVERS, edit
+from neural_sculpt_addon.field.metrics import find_surface
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.stroke.stroke import Stroke
+
+MEASURES = {
+    *(
+        f"{word}_{measure}"
+        for word in ("tube", "cap", "reverse")
+        for measure in ("mean", "p95", "max")
+    ),
+    *("rim_mean", "drift_mean", "drift_p99", "drift_max", "normal_deg", "gradient"),
+    *("components_before", "components_after", "stroke", "solver", "seconds"),
+}
+
+
+def arc(latitude, name="", radius=0.5, **words):
+    turn = np.linspace(0, 1, 6)
+    flat = radius * np.cos(latitude)
+    points = [flat * np.cos(turn), flat * np.sin(turn), 0 * turn + radius * np.sin(latitude)]
+    return Stroke(np.stack(points, axis=1), Brush(0.1, 0.03), name=name, **words)
+
+
+def test_strokes_are_applied_one_after_another(preparation):
+    first, second = arc(0.0, "first"), arc(0.8, "second", seed=3)
+    network = preparation.network
+    both = edit(network, [first, second], solver="paper", epochs=2)
+    halfway = edit(network, [first], solver="paper", epochs=2)
+    end = edit(halfway.network, [second], solver="paper", epochs=2)
+    assert all(map(torch.equal, both.network.parameters, end.network.parameters))
+    assert not torch.equal(both.network.weights[0], halfway.network.weights[0])
+    assert [report["stroke"] for report in both.reports] == ["first", "second"]
+    for mine, alone in zip(both.reports, (*halfway.reports, *end.reports), strict=True):
+        assert set(mine) == MEASURES
+        assert {k: v for k, v in mine.items() if k != "seconds"} == {
+            k: v for k, v in alone.items() if k != "seconds"
+        }
+    assert json.loads(json.dumps(both.reports, allow_nan=False)) == list(both.reports)
+
+
+def test_a_preparation_changes_nothing_but_the_time(preparation):
+    fresh = edit(preparation.network, [arc(0.0)], solver="paper", epochs=1)
+    prepared = edit(
+        preparation.network, [arc(0.0)], solver="paper", epochs=1, preparation=preparation
+    )
+    assert all(map(torch.equal, fresh.network.parameters, prepared.network.parameters))
+
+
+def test_no_strokes_change_nothing(preparation):
+    result = edit(preparation.network, [])
+    assert result.network is preparation.network
+    assert result.reports == ()
+
+
+@pytest.mark.parametrize("solver", sorted(set(SOLVERS) - {"paper"}))
+def test_mirrored_strokes_by_every_solver(ready, solver):
+    """Without an edit the error is the mean displacement, a little under 0.03 / 2."""
+    before = [p.clone() for p in ready.network.parameters]
+    stroke = arc(0.5, radius=0.6, mirror=frozenset("Z"))
+    result = edit(ready.network, [stroke], solver=solver, preparation=ready)
+    (report,) = result.reports
+    assert report["solver"] == solver
+    assert report["tube_mean"] < 0.005
+    assert report["drift_mean"] < 0.003
+    assert all(map(torch.equal, before, ready.network.parameters))
+    for latitude in (0.5, -0.5):
+        top = (1 + 0.03 / 0.6) * arc(latitude, radius=0.6).points[3]
+        assert find_surface(result.network, [top]).distance[0] < 0.01
+
+
+def test_the_chamfer_distance_is_reported_when_asked_for(preparation):
+    (report,) = edit(
+        preparation.network,
+        [arc(0.0)],
+        solver="paper",
+        epochs=1,
+        preparation=preparation,
+        chamfer=True,
+    ).reports
+    assert set(report) == MEASURES | {"chamfer", "chamfer_floor"}
+    assert report["chamfer"] > 0.99 * report["chamfer_floor"] > 0
+
+
+def test_progress_rises_over_all_strokes(preparation):
+    seen = []
+    strokes = [arc(0.0), arc(0.5)]
+    edit(
+        preparation.network,
+        strokes,
+        solver="paper",
+        epochs=3,
+        progress=lambda fraction, message: seen.append((fraction, message)),
+    )
+    fractions = [fraction for fraction, _ in seen]
+    assert fractions == sorted(fractions)
+    assert fractions[0] == 0
+    assert 0.9 < fractions[-1] <= 1
+    assert all(message for _, message in seen)
+
+
+@pytest.mark.parametrize("last", [0, 3, 30])
+def test_cancelling_anywhere(preparation, last):
+    calls = 0
+
+    def progress(fraction, message):
+        nonlocal calls
+        calls += 1
+        if calls > last:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        edit(preparation.network, [arc(0.0)] * 3, solver="paper", epochs=20, progress=progress)
+    assert calls == last + 1
+
+
+def test_a_stroke_off_the_surface_ends_the_edit(preparation):
+    away = Stroke(np.array([[0.8, 0, 0], [0.8, 0.1, 0]]), Brush(0.05, 0.03))
+    with pytest.raises(SculptError, match="off the surface"):
+        edit(preparation.network, [away], preparation=preparation)
+
+
+@pytest.mark.parametrize(
+    ("words", "match"),
+    [
+        ({"solver": "newton"}, "no solver 'newton'"),
+        ({"solver": "paper", "epochs": 0}, "epochs"),
+        ({"solver": "quick", "epochs": 5}, "epochs"),
+    ],
+)
+def test_bad_choices(preparation, words, match):
+    with pytest.raises(SculptError, match=match):
+        edit(preparation.network, [arc(0.0)], **words)
