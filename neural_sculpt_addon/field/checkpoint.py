@@ -149,6 +149,8 @@ def _from_pth(data: bytes) -> Siren:
             "This is no intact checkpoint of plain weights; nothing in it was executed."
         ) from error
     try:
+        if not isinstance(checkpoint, Mapping):
+            raise TypeError("no dict")
         state = _plain(checkpoint["state_dict"])
         first, hidden = float(checkpoint["first_omega_0"]), float(checkpoint["hidden_omega_0"])
         count = len({key.split(".")[1] for key in state})
