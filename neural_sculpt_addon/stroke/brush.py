@@ -3,13 +3,9 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from .errors import SculptError
 from .modulation import Modulation
 from .profile import Profile
-from .shape import Array
 
 LARGEST_RADIUS = 1.0
 LARGEST_INTENSITY = 1.0
@@ -34,9 +30,3 @@ class Brush:
             raise SculptError(f"The radius is {self.radius}; it must be above 0 and at most 1.")
         if not abs(self.intensity) <= LARGEST_INTENSITY:
             raise SculptError(f"The intensity is {self.intensity}; it must lie between -1 and 1.")
-
-    def displacement(self, u: ArrayLike, v: ArrayLike) -> Array:
-        """d = m(u) s b(v / r) for u in [0, 1] and v in model space, broadcast together."""
-        return (
-            self.intensity * self.modulation(u) * self.profile(np.asarray(v, float) / self.radius)
-        )

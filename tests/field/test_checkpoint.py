@@ -24,7 +24,6 @@ from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import MODELS, pretrained
 
-
 pytestmark = pytest.mark.filterwarnings("ignore:.*weight_norm. is deprecated")
 
 
