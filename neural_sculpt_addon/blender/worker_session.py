@@ -151,18 +151,12 @@ class Session:
         if bpy.app.timers.is_registered(self._tick):
             bpy.app.timers.unregister(self._tick)
 
-    @property
-    def running(self) -> Job | None:
-        """The job that the worker is busy with."""
-        return self.jobs[0] if self.jobs else None
-
     def describe_worker(self) -> str:
         """The worker's state for the panel."""
         if self.client is None:
             return "Not started"
         if self.client.state is WorkerState.READY and self.client.hello:
-            hello = self.client.hello
-            return f"Ready: PyTorch {hello['torch']} on {hello['device']}"
+            return f"Ready on {self.client.hello['device'].upper()}"
         return self.client.state.value.capitalize()
 
     def _ensure_worker(self) -> None:
