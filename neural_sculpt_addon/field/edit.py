@@ -15,6 +15,7 @@ from .network import Siren
 from .prepare import Preparation, prepare
 from .problem import pose
 from .solvers import Solve, gauss_newton, paper
+from .solvers.gauss_newton import TOLERANCE
 
 SOLVERS: dict[str, Solve] = {
     "gauss_newton": gauss_newton.solve,
@@ -25,7 +26,11 @@ SOLVERS: dict[str, Solve] = {
 
 @dataclass(frozen=True)
 class Edit:
-    """The network after all strokes, and a report of each, ready for JSON (see metrics)."""
+    """The network after all strokes, and a report of each, ready for JSON.
+
+    A report has the measures of `metrics`, the seconds from the stroke's end to the weights,
+    whether the tolerance was met, and the network's widths, which may have grown.
+    """
 
     network: Siren
     reports: tuple[dict[str, Any], ...]
@@ -69,7 +74,14 @@ def edit(
         measures = metrics.measure(problem, network)
         if chamfer:
             measures |= metrics.chamfer(problem, network)
-        reports.append({"stroke": stroke.name, "solver": solver, "seconds": seconds, **measures})
+        report = {"stroke": stroke.name, "solver": solver, "seconds": seconds, **measures}
+        reports.append(
+            {
+                **report,
+                "tolerance_met": max(measures["tube_p95"], measures["cap_p95"] or 0) < TOLERANCE,
+                "widths": list(network.widths),
+            }
+        )
         preparation = None
     return Edit(network, tuple(reports))
 

@@ -28,21 +28,20 @@ The distance of a point from the zero set is the way that projection moves it; w
 not arrived, it is at least the first-order estimate |f| / |grad f|.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import igl
 import numpy as np
 import trimesh
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.displacement import displace
-from .evaluate import values_and_gradients
 from .network import Siren
 from .pieces import components
 from .prepare import CELLS
 from .problem import Problem
-from .projection import SMALLEST_GRADIENT, project
+from .projection import find_surface
 from .proxy import Proxy, extract
 from .surface import sample_surface
 from .tube import Tube
@@ -50,7 +49,6 @@ from .tube import Tube
 FAR = 1.4
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
-ARRIVED = 1e-4  # what the last Newton step may have been
 
 Array = NDArray[np.floating[Any]]
 
@@ -82,26 +80,6 @@ def measure(problem: Problem, edited: Siren) -> dict[str, Any]:
         "components_before": components(before.proxy),
         "components_after": components(proxy),
     }
-
-
-class Found(NamedTuple):
-    """The zero set as seen from points (N, 3)."""
-
-    distance: Array  # (N,), to it
-    normals: Array  # (N, 3), unit, where it was met
-    slope: Array  # (N,), |grad f| at the points themselves
-
-
-def find_surface(network: Siren, points: ArrayLike) -> Found:
-    """The zero set as seen from `points` (N, 3)."""
-    points = np.asarray(points, np.float32)
-    value, gradient = values_and_gradients(network, points)
-    slope = np.linalg.norm(gradient, axis=1)
-    surface = project(network, points, steps=8)
-    way = np.linalg.norm(surface.points - points, axis=1)
-    estimate = np.abs(value) / np.maximum(slope, SMALLEST_GRADIENT)
-    arrived = surface.distance < ARRIVED
-    return Found(np.where(arrived, way, np.maximum(way, estimate)), surface.normals, slope)
 
 
 def chamfer(problem: Problem, edited: Siren) -> dict[str, float]:

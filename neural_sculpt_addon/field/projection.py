@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .evaluate import values_and_gradients
 from .network import Siren
 
+ARRIVED = 1e-4  # what the last Newton step may have been
 SMALLEST_GRADIENT = 0.2  # below this a Newton step is no longer to be trusted
 
 
@@ -48,3 +49,23 @@ def project(
         if not len(moving):
             break
     return Projection(x, normals, distance)
+
+
+class Found(NamedTuple):
+    """The zero set as seen from points (N, 3)."""
+
+    distance: NDArray[np.float32]  # (N,), to it
+    normals: NDArray[np.float32]  # (N, 3), unit, where it was met
+    slope: NDArray[np.float32]  # (N,), |grad f| at the points themselves
+
+
+def find_surface(network: Siren, points: ArrayLike) -> Found:
+    """The zero set as seen from `points` (N, 3)."""
+    points = np.asarray(points, np.float32)
+    value, gradient = values_and_gradients(network, points)
+    slope = np.linalg.norm(gradient, axis=1)
+    surface = project(network, points, steps=8)
+    way = np.linalg.norm(surface.points - points, axis=1)
+    estimate = np.abs(value) / np.maximum(slope, SMALLEST_GRADIENT)
+    arrived = surface.distance < ARRIVED
+    return Found(np.where(arrived, way, np.maximum(way, estimate)), surface.normals, slope)

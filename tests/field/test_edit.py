@@ -14,6 +14,7 @@ from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
 
 MEASURES = {
+    *("tolerance_met", "widths"),
     *(
         f"{word}_{measure}"
         for word in ("tube", "cap", "reverse")

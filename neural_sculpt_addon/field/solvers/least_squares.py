@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeVar
 import torch
 from torch import Tensor
 
-RIDGE = 1e-3  # added to D, in means of each block
+RIDGE = 0.01  # added to D, in means of each block
 MOST_THREADS = 4
 T = TypeVar("T")
 
@@ -35,6 +35,10 @@ class Delta(NamedTuple):
     def dot(self, other: "Delta") -> Tensor:
         """The inner product."""
         return (self.inner * other.inner).sum() + (self.output * other.output).sum()
+
+    def times(self, factor: float) -> "Delta":
+        """A multiple."""
+        return Delta(factor * self.inner, factor * self.output)
 
     def scaled(self, other: "Delta") -> "Delta":
         """The product element by element."""

@@ -18,8 +18,10 @@ from scipy.spatial import KDTree
 from torch import Tensor
 
 from ..evaluate import values
+from ..network import Siren
 from ..pieces import Islands
 from ..problem import Problem
+from ..projection import find_surface
 from ..surface import Samples
 
 RIM_REACH = 2.2  # radii
@@ -27,6 +29,7 @@ RIM_SHARE = 0.25  # of the preserve rows
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
 SLOPE_LENGTH = 0.02  # what one unit of slope weighs, in units of length
+HELD_OUT = 40  # rows and columns of the tube that is never trained on
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 AROUND_WEIGHT = BOX_WEIGHT = 0.3  # the square of it is the weight in the sum
 
@@ -66,6 +69,8 @@ class Sampler:
         target = Samples(*(np.concatenate(part) for part in zip(*moved, strict=True)))
         amount = np.concatenate([tube.displacement.amount for tube in tubes])
         rim = problem.rim(RIM_REACH, int(2 * RIM_SHARE * counts.preserve), random)
+        fresh = problem.tubes(HELD_OUT, HELD_OUT, random)
+        self._held_out = np.concatenate([tube.target.points for tube in fresh])
         self._counts = counts
         self._device = problem.network.device
         self._generator = torch.Generator().manual_seed(problem.seed)
@@ -81,6 +86,11 @@ class Sampler:
         untouched = surface.points[problem.untouched(surface)]
         self.asked = np.concatenate([target.points[:: len(tubes)], untouched])
         """Samples (M, 3) of the whole surface that is asked for."""
+
+    def error(self, network: Siren) -> float:
+        """The 95th percentile of the distance of fresh targets from the zero set of `network`."""
+        error = find_surface(network, self._held_out).distance
+        return float(np.percentile(error, 95))
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Gauss-Newton solver, held against autograd and dense linear algebra, and at work."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.field import metrics
+from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.prepare import prepare
+from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
+from neural_sculpt_addon.field.solvers.layers import Layers
+from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Delta, Linear
+from neural_sculpt_addon.field.solvers.rows import Rows
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.errors import Cancelled
+from neural_sculpt_addon.stroke.stroke import Stroke
+
+WIDTHS = st.lists(st.integers(2, 7), min_size=1, max_size=3)
+
+
+def small(widths: list[int], seed: int) -> Siren:
+    generator = torch.Generator().manual_seed(seed)
+    network = Siren.random(widths, 3.0, generator)
+    return network.with_parameters([p.double() for p in network.parameters])
+
+
+def rows_of(values: int, slopes: int, seed: int) -> Rows:
+    generator = torch.Generator().manual_seed(seed)
+
+    def draw(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=generator, dtype=torch.float64)
+
+    count = values + slopes
+    directions = draw(slopes, 3)
+    return Rows(draw(count, 3), directions, draw(count), 0.1 + draw(count).abs())
+
+
+def residual_by_autograd(network: Siren, rows: Rows, inner: torch.Tensor, output: torch.Tensor):
+    """Weighted residual of value and derivative rows as a function of the unknowns."""
+    below = list(network.parameters[:-4])
+    whole = network.with_parameters(
+        [*below, inner[:, :-1], inner[:, -1], output[None, :-1], output[-1:]]
+    )
+    points = rows.points.clone().requires_grad_()
+    f = whole.value(points)
+    (gradient,) = torch.autograd.grad(f.sum(), points, create_graph=True)
+    n = rows.values
+    along = (gradient[n:] * rows.directions).sum(1)
+    return rows.weights * (rows.targets - torch.cat([f[:n], along]))
+
+
+def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
+    """J as a matrix, by applying it to unit vectors, and r."""
+    shape = linear.left.shape[1], linear.right.shape[1]
+    size, outputs = shape[0] * shape[1], linear.output.shape[1]
+    columns = []
+    for unit in torch.eye(size + outputs, dtype=linear.left.dtype):
+        columns.append(linear.apply(Delta(unit[:size].reshape(shape), unit[size:])))
+    return torch.stack(columns, 1), linear.residual
+
+
+def flat(delta: Delta) -> torch.Tensor:
+    return torch.cat([delta.inner.ravel(), delta.output])
+
+
+@settings(max_examples=25, deadline=None)
+@given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(0, 10**6))
+def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
+    network, rows = small(widths, seed), rows_of(values, slopes, seed)
+    layers = Layers.of(network)
+    linear = layers.linearise(rows)
+    inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
+    output = torch.cat([network.weights[-1][0], network.biases[-1]])
+
+    def residual(*unknowns: torch.Tensor) -> torch.Tensor:
+        return residual_by_autograd(network, rows, *unknowns)
+
+    torch.testing.assert_close(linear.residual, residual(inner, output).detach())
+    # J belongs to rotated coordinates: a change there is one of the network by `moved`
+    generator = torch.Generator().manual_seed(seed)
+    change = Delta(
+        torch.randn(inner.shape, generator=generator, dtype=torch.float64),
+        torch.randn(output.shape, generator=generator, dtype=torch.float64),
+    )
+    moved = layers.moved(change).network()
+    step = (
+        torch.cat([moved.weights[-2], moved.biases[-2][:, None]], 1) - inner,
+        torch.cat([moved.weights[-1][0], moved.biases[-1]]) - output,
+    )
+    _, slope = torch.autograd.functional.jvp(residual, (inner, output), step)
+    torch.testing.assert_close(linear.apply(change), -slope, rtol=1e-8, atol=1e-8)
+
+
+@settings(max_examples=25, deadline=None)
+@given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(1, 3), st.integers(0, 10**6))
+def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
+    linear = Layers.of(small(widths, seed)).linearise(rows_of(values, slopes, seed))
+    matrix, residual = dense(linear)
+    torch.testing.assert_close(flat(linear.transposed(residual)), matrix.T @ residual)
+    torch.testing.assert_close(flat(linear.diagonal()), (matrix**2).sum(0))
+    split = [flat(part.transposed(part.residual)) for part in linear.split(parts)]
+    torch.testing.assert_close(sum(split), matrix.T @ residual)
+
+
+@pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
+def test_the_solution_is_that_of_the_normal_equations(damping):
+    linear = Layers.of(small([4, 3], 5)).linearise(rows_of(9, 7, 5))
+    matrix, residual = dense(linear)
+    size = linear.left.shape[1] * linear.right.shape[1]
+    squares = (matrix**2).sum(0)
+    ridge = torch.cat([part.mean().expand(len(part)) for part in squares.split([size, 4])])
+    normal = matrix.T @ matrix + damping * torch.diag(squares + RIDGE * ridge)
+    exact = torch.linalg.solve(normal, matrix.T @ residual)
+    delta, promised = least_squares.solve(linear, damping, 60, lambda _: None)
+    torch.testing.assert_close(flat(delta), exact, rtol=1e-5, atol=1e-8)
+    decrease = residual @ residual - (matrix @ exact - residual).square().sum()
+    assert promised == pytest.approx(float(decrease), rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def preparation():
+    return prepare(primitive("sphere"))
+
+
+def equator(brush: Brush) -> Stroke:
+    """Along the equator of the sphere of radius 0.6."""
+    angle = np.linspace(0, 0.6, 5)
+    return Stroke(0.6 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1), brush, seed=3)
+
+
+@pytest.fixture(scope="module")
+def problem(preparation):
+    return pose(preparation, equator(Brush(0.12, 0.05)))
+
+
+@pytest.mark.parametrize("intensity", [0.05, -0.05])
+def test_the_tolerance_is_met_by_growing_if_need_be(preparation, intensity):
+    problem = pose(preparation, equator(Brush(0.1, intensity)))
+    edited = gauss_newton.solve(problem)
+    report = metrics.measure(problem, edited)
+    assert report["tube_p95"] < gauss_newton.TOLERANCE
+    assert report["drift_mean"] < 5e-4
+    assert report["gradient"] < 0.06
+    assert report["components_after"] == 1
+    assert edited.widths[0] in (128, 256, 512)
+
+
+def test_quick_comes_close(problem):
+    error = metrics.measure(problem, gauss_newton.solve(problem, setting=gauss_newton.QUICK))
+    assert error["tube_mean"] < 0.1 * 0.05  # a tenth of the height
+    assert error["drift_mean"] < 1e-3
+
+
+def test_the_same_seed_gives_the_same_weights(problem):
+    first, second = (
+        gauss_newton.solve(problem, setting=gauss_newton.QUICK).parameters for _ in range(2)
+    )
+    assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
+
+
+def test_what_lies_below_the_last_hidden_layer_is_kept(problem):
+    edited = gauss_newton.solve(problem, setting=gauss_newton.QUICK)
+    assert torch.equal(edited.weights[0], problem.network.weights[0])
+    assert torch.equal(edited.biases[0], problem.network.biases[0])
+    assert not torch.equal(edited.weights[1], problem.network.weights[1])
+
+
+def test_it_can_be_cancelled_at_every_iteration(problem):
+    calls = []
+
+    def stop(fraction: float, _: str) -> None:
+        calls.append(fraction)
+        if len(calls) == 3:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        gauss_newton.solve(problem, stop, gauss_newton.QUICK)
+    assert len(calls) == 3
+    assert calls == sorted(calls)
