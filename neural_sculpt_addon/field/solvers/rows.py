@@ -69,8 +69,7 @@ class Sampler:
         target = Samples(*(np.concatenate(part) for part in zip(*moved, strict=True)))
         amount = np.concatenate([tube.displacement.amount for tube in tubes])
         rim = problem.rim(RIM_REACH, int(2 * RIM_SHARE * counts.preserve), random)
-        fresh = problem.tubes(HELD_OUT, HELD_OUT, random)
-        self._held_out = np.concatenate([tube.target.points for tube in fresh])
+        self._problem = problem
         self._counts = counts
         self._device = problem.network.device
         self._generator = torch.Generator().manual_seed(problem.seed)
@@ -89,8 +88,10 @@ class Sampler:
 
     def error(self, network: Siren) -> float:
         """The 95th percentile of the distance of fresh targets from the zero set of `network`."""
-        error = find_surface(network, self._held_out).distance
-        return float(np.percentile(error, 95))
+        random = np.random.default_rng((self._problem.seed, HELD_OUT))
+        tubes = self._problem.tubes(HELD_OUT, HELD_OUT, random)
+        targets = np.concatenate([tube.target.points for tube in tubes])
+        return float(np.percentile(find_surface(network, targets).distance, 95))
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
