@@ -47,7 +47,6 @@ def fill(
     if CUSTOM_NORMALS:
         mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
         _write(mesh, "custom_normal", normals)
-    mesh.vertices[0].co = mesh.vertices[0].co  # 4.3 to 4.5 keep old bounds without it
     mesh.update(calc_edges=True)
 
 
