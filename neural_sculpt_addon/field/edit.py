@@ -19,7 +19,7 @@ from .solvers.gauss_newton import TOLERANCE
 
 SOLVERS: dict[str, Solve] = {
     "gauss_newton": gauss_newton.solve,
-    "quick": partial(gauss_newton.solve, setting=gauss_newton.QUICK),
+    "quick": gauss_newton.quick,
     "paper": paper.solve,
 }
 

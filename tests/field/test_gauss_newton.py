@@ -151,20 +151,20 @@ def test_the_tolerance_is_met_by_growing_if_need_be(preparation, intensity):
 
 
 def test_quick_comes_close(problem):
-    error = metrics.measure(problem, gauss_newton.solve(problem, setting=gauss_newton.QUICK))
+    error = metrics.measure(problem, gauss_newton.quick(problem))
     assert error["tube_mean"] < 0.1 * 0.05  # a tenth of the height
     assert error["drift_mean"] < 1e-3
 
 
 def test_the_same_seed_gives_the_same_weights(problem):
     first, second = (
-        gauss_newton.solve(problem, setting=gauss_newton.QUICK).parameters for _ in range(2)
+        gauss_newton.quick(problem).parameters for _ in range(2)
     )
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
 
 
 def test_what_lies_below_the_last_hidden_layer_is_kept(problem):
-    edited = gauss_newton.solve(problem, setting=gauss_newton.QUICK)
+    edited = gauss_newton.quick(problem)
     assert torch.equal(edited.weights[0], problem.network.weights[0])
     assert torch.equal(edited.biases[0], problem.network.biases[0])
     assert not torch.equal(edited.weights[1], problem.network.weights[1])
@@ -179,6 +179,6 @@ def test_it_can_be_cancelled_at_every_iteration(problem):
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        gauss_newton.solve(problem, stop, gauss_newton.QUICK)
+        gauss_newton.quick(problem, stop)
     assert len(calls) == 3
     assert calls == sorted(calls)

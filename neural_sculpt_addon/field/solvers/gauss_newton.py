@@ -25,7 +25,8 @@ from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
 WIDEST = 512  # units of the first layer
-REPAIR_STEPS = 3
+GROWTHS = 2  # how often at most the first layer is doubled
+REPAIRS = 3  # how often at most islands are looked for and removed
 DAMPING = 1.0  # lambda of the first step
 LEAST, MOST = 0.03, 300.0  # lambda
 POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step kept
@@ -35,73 +36,68 @@ HALVINGS = 5  # of a step
 
 
 @dataclass(frozen=True)
-class Setting:
-    """How much work is done.
-
-    steps, iterations: Gauss-Newton steps, and conjugate gradient iterations in each
-    counts:  rows in each step
-    growths: how often at most the first layer is doubled, to meet the tolerance
-    repairs: how often at most islands are looked for and removed
-    """
+class Course:
+    """Gauss-Newton steps, conjugate gradient iterations in each, and rows in each."""
 
     steps: int
     iterations: int
     counts: Counts
-    growths: int = 0
-    repairs: int = 0
 
 
-QUICK = Setting(5, 12, Counts(tube=1000, slope=700, preserve=2500, around=300, box=300))
-FINAL = Setting(
-    8, 20, Counts(tube=1800, slope=1500, preserve=5000, around=600, box=500), growths=2, repairs=3
-)
+FIRST = Course(5, 12, Counts(tube=1000, slope=700, preserve=2500, around=300, box=300))
+REFINE = Course(6, 16, Counts(tube=1500, slope=1000, preserve=3000, around=400, box=300))
+REPAIR = replace(REFINE, steps=3)
 
 
-def solve(problem: Problem, progress: Progress = silent, setting: Setting = FINAL) -> Siren:
-    """The network that solves `problem` as well as `setting` allows."""
-    sampler = Sampler(problem, setting.counts)
-    network = problem.network
-    rounds = setting.growths + 2  # the repairs count as one
+def quick(problem: Problem, progress: Progress = silent) -> Siren:
+    """What the artist sees first: a few steps, the network as wide as it is."""
+    sampler = Sampler(problem, FIRST.counts)
+    return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
+
+
+def solve(problem: Problem, progress: Progress = silent) -> Siren:
+    """The network that solves `problem` within TOLERANCE, grown if need be, or comes closest."""
     told = 0.0
 
-    def share(fraction: float) -> None:  # the way is not known beforehand: it never goes back
+    def share(fraction: float) -> None:  # repairs are not known beforehand; it never goes back
         nonlocal told
         told = max(told, fraction)
-        progress(told, "Sculpting")
+        progress(told, "Refining")
 
-    for growth in range(setting.growths + 1):
-        if growth:
-            if network.widths[0] >= WIDEST or sampler.error(network) <= TOLERANCE:
-                break
+    network = quick(problem, lambda part, _: share(0.2 * part))
+    sampler = Sampler(problem, REFINE.counts)
+    for growth in range(GROWTHS):
+        if sampler.error(network) > TOLERANCE and network.widths[0] < WIDEST:
             network = grow(network, (2 * network.widths[0], *network.widths[1:]))
+        elif growth:
+            break
         network = _improve(
-            network, sampler, setting, lambda part, done=growth: share((done + part) / rounds)
+            network, sampler, REFINE, lambda part, done=growth: share(0.2 + 0.35 * (done + part))
         )
-    for _ in range(setting.repairs):
+    for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)
         if not len(islands.points):
             break
         sampler.forbid(islands)
-        again = replace(setting, steps=REPAIR_STEPS)
-        network = _improve(network, sampler, again, lambda _: share(told))
+        network = _improve(network, sampler, REPAIR, lambda _: share(told))
     return network
 
 
 def _improve(
-    network: Siren, sampler: Sampler, setting: Setting, share: Callable[[float], None]
+    network: Siren, sampler: Sampler, course: Course, share: Callable[[float], None]
 ) -> Siren:
     """Gauss-Newton steps with Levenberg and Marquardt's rule for the damping."""
     layers, damping = Layers.of(network), DAMPING
     step = failures = 0
-    while step < setting.steps:
+    while step < course.steps:
         rows = sampler.draw()
         linear = layers.linearise(rows)
         delta, promised = least_squares.solve(
             linear,
             damping,
-            setting.iterations,
-            lambda part, done=step: share((done + part) / setting.steps),
+            course.iterations,
+            lambda part, done=step: share((done + part) / course.steps),
         )
         now = float(linear.residual.square().sum())
         layers, left = _search_line(layers, delta, rows, now)
