@@ -41,7 +41,7 @@ DAMAGE = (
 
 
 def to_bytes(network: Siren) -> bytes:
-    """The field in our own format (safetensors)."""
+    """The field in our own format (safetensors); the same field always gives the same bytes."""
     tensors = {}
     for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
         tensors[f"layers.{layer}.weight"] = weight.detach().cpu().contiguous()
@@ -52,7 +52,7 @@ def to_bytes(network: Siren) -> bytes:
         "omegas": json.dumps([float(omega) for omega in network.omegas]),
         "sign": "negative inside",
     }
-    return safetensors.torch.save(tensors, metadata)
+    return _sorted_metadata(safetensors.torch.save(tensors, metadata))
 
 
 def from_bytes(data: bytes) -> Siren:
@@ -131,6 +131,15 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def _sorted_metadata(data: bytes) -> bytes:
+    """The same safetensors file with its metadata, which the library writes in any order, sorted."""
+    size = int.from_bytes(data[:8], "little")
+    header = json.loads(data[8 : 8 + size])
+    header["__metadata__"] = dict(sorted(header["__metadata__"].items()))
+    text = json.dumps(header, separators=(",", ":")).encode()
+    return data[:8] + text.ljust(size) + data[8 + size :]
 
 
 def _metadata(data: bytes) -> dict[str, str]:

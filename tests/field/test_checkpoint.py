@@ -121,6 +121,11 @@ def test_learning_and_float64_networks_are_written_as_plain_float32():
     assert all(p.dtype == torch.float32 and not p.requires_grad for p in read.parameters)
 
 
+def test_the_same_field_gives_the_same_bytes():
+    network = Siren.random((8, 8), generator=torch.Generator().manual_seed(1))
+    assert len({to_bytes(network) for _ in range(20)}) == 1
+
+
 def test_our_format_is_safetensors_that_others_can_read(tmp_path):
     save(some_network(), tmp_path / "field.safetensors")
     with safetensors.safe_open(tmp_path / "field.safetensors", "np") as file:
