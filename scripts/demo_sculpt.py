@@ -59,7 +59,6 @@ def _fit(path: Path | None) -> bpy.types.Object:
         if len(meshes) > 1:
             bpy.ops.object.join()
     source = _active()
-    source.hide_render = True
     with _step(f"Fitting a neural field to {source.name}"):
         _operators().from_mesh(preset="NORMAL")
     return _active()

@@ -157,9 +157,7 @@ def test_quick_comes_close(problem):
 
 
 def test_the_same_seed_gives_the_same_weights(problem):
-    first, second = (
-        gauss_newton.quick(problem).parameters for _ in range(2)
-    )
+    first, second = (gauss_newton.quick(problem).parameters for _ in range(2))
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
 
 
