@@ -134,7 +134,7 @@ def _umask() -> int:
 
 
 def _sorted_metadata(data: bytes) -> bytes:
-    """The same safetensors file with its metadata, which the library writes in any order, sorted."""
+    """The same file with its metadata, which the library writes in any order, sorted."""
     size = int.from_bytes(data[:8], "little")
     header = json.loads(data[8 : 8 + size])
     header["__metadata__"] = dict(sorted(header["__metadata__"].items()))

@@ -68,7 +68,8 @@ def pinned_wheels(folder: Path, *torch_requires: str) -> None:
     """Empty wheels of all that the worker requires."""
     for line in REQUIREMENTS.read_text().splitlines():
         if line and not line.startswith("#"):
-            name, version = line.partition(";")[0].strip().split("==")
+            pin = line.partition("#")[0].partition(";")[0].strip()
+            name, version = pin.split("==")
             wheel(folder, name.replace("-", "_"), version, *(torch_requires * (name == "torch")))
 
 
