@@ -111,6 +111,8 @@ def _draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> N
 
 def _draw_report(layout: UILayout, text: str) -> None:
     report = json.loads(text or "{}")
+    if report.get("tolerance_met") is False:
+        layout.label(text="The last stroke was not fully reached", icon="ERROR")
     for key, label in REPORT.items():
         if isinstance(value := report.get(key), int | float):
             layout.label(text=f"{label}: {value:.3g}")
