@@ -23,7 +23,7 @@ from ..brush import current_brush
 from ..commit import add_strokes, new_revision
 from ..properties import NEURAL_SCULPT_PG_point, brush_of, field_of
 from ..recorder import Point, StrokeRecorder
-from ..worker_session import Job, Request, find, found
+from ..worker_session import Job, Request, find, found, session
 from .launch import CANCELLED, REGISTER, Outcome, active_field, editable_poll, fail, launch
 
 SOLVER = "gauss_newton"
@@ -79,7 +79,12 @@ class NEURAL_SCULPT_OT_stroke(Operator):
             return self.execute(context)
         if context.area is None or context.area.type != "VIEW_3D":
             return fail(self, "Strokes are drawn in a 3D viewport.")
-        self._target = active_field(context).session_uid
+        ob = active_field(context)
+        try:
+            session.submit(prepare_job(ob))
+        except SculptError as error:
+            return fail(self, error)
+        self._target = ob.session_uid
         self._recorder: StrokeRecorder | None = None
         context.window.cursor_modal_set("PAINT_CROSS")
         context.workspace.status_text_set("Draw on the field with the left mouse button; Esc: stop")
@@ -142,6 +147,16 @@ class NEURAL_SCULPT_OT_stroke(Operator):
                 name=self.name,
             ),
         )
+
+
+def prepare_job(ob: Object) -> Job:
+    """The job that, while the artist draws, prepares what only the unedited field determines."""
+    group = field_of(ob)
+    request: Request = (
+        {"revision": group.revision},
+        {"field": np.frombuffer(group.weights, np.uint8)},
+    )
+    return Job(JobKind.PREPARE, "Preparing", lambda: request, lambda _: None)
 
 
 def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
