@@ -21,6 +21,7 @@ import torch
 from torch import Tensor
 
 from ...stroke.progress import Progress, silent
+from ..adam import Adam
 from ..network import Siren
 from ..problem import Problem
 
@@ -60,13 +61,12 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
     preserve = [torch.from_numpy(array)[kept].to(device) for array in surface]
     parameters = [p.clone().requires_grad_() for p in problem.network.parameters]
     network = problem.network.with_parameters(parameters)
-    adam = torch.optim.Adam(parameters, lr=LEARNING_RATE)
+    adam = Adam(parameters)
     for epoch in range(epochs):
         progress(epoch / epochs, f"Epoch {epoch + 1} of {epochs}")
         box = (2 * torch.rand(BOX_SAMPLES, 3, generator=generator) - 1).to(device)  # (M, 3)
-        adam.zero_grad()
-        loss(network, tube, preserve, box).backward()
-        adam.step()
+        error = loss(network, tube, preserve, box)
+        adam.step(torch.autograd.grad(error, parameters), LEARNING_RATE)
     return problem.network.with_parameters([p.detach() for p in parameters])
 
 
