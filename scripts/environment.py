@@ -12,6 +12,7 @@ installed is the package's knowledge (`worker.environment`).
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -42,6 +43,11 @@ class Wheel:
     python: str
     pins: tuple[str, ...]
 
+    @property
+    def recipe(self) -> str:
+        """What the marker of its environment says."""
+        return " ".join(self.pins)
+
 
 BLENDERS = {
     "4.2": Wheel("3.11", ("bpy==4.2.23", "numpy==1.26.4")),
@@ -69,9 +75,12 @@ class Workshop:
 
 def ensure() -> Workshop:
     """The environment, made first where it is not complete. SculptError says what is missing."""
-    recipe = _recipe()
-    if not virtualenv.is_complete(VENV, recipe):
-        virtualenv.make(VENV, _base(), recipe, _install)
+    if not any(virtualenv.is_complete(VENV, BLENDERS[v].recipe) for v in OF_PYTHON.values()):
+        base, version = _base()
+        say(f"Making .venv, about 3 GB, once. The log is {VENV / virtualenv.LOG}")
+        _make_blender(VENV, base, version)
+    if not virtualenv.is_complete(WORKER, recipe := _worker_recipe()):
+        _make_worker(recipe)
         say("The environment is complete; the next start takes no time.\n")
     return Workshop(virtualenv.python_in(VENV), virtualenv.python_in(WORKER))
 
@@ -106,28 +115,27 @@ def blender(version: str) -> Path:
     if version == workshop.blender_version:
         return workshop.blender
     wheel, folder = BLENDERS[version], VENV / f"blender-{version}"
-    recipe = " ".join(wheel.pins)
-    if virtualenv.is_complete(folder, recipe):
-        return virtualenv.python_in(folder)
-    base = _find_python(wheel.python)
-    if base is None:
-        raise SculptError(f"there is no Python {wheel.python} on this computer")
-    return virtualenv.make(folder, base, recipe, lambda python: _install_blender(python, version))
+    if not virtualenv.is_complete(folder, wheel.recipe):
+        base = _find_python(wheel.python)
+        if base is None:
+            raise SculptError(f"there is no Python {wheel.python} on this computer")
+        _make_blender(folder, base, version)
+    return virtualenv.python_in(folder)
 
 
-def _base() -> Path:
-    """The Python to make `.venv` with: the one that is in it, or this one."""
+def _base() -> tuple[Path, str]:
+    """The Python to make `.venv` with, the one that is in it or this one, and its Blender."""
     if virtualenv.is_sound(VENV):
         python = virtualenv.python_in(VENV)
         if (version := virtualenv.version_of(python)) in OF_PYTHON:
-            return python
+            return python, OF_PYTHON[version]
         raise SculptError(
             f".venv is of Python {version}, for which there is no Blender. Remove it, and start"
             f" again with Python {' or '.join(OF_PYTHON)}."
         )
     version = ".".join(map(str, sys.version_info[:2]))
     if version in OF_PYTHON:
-        return Path(sys.executable)
+        return Path(sys.executable), OF_PYTHON[version]
     script = os.path.relpath(sys.argv[0])
     found = [f"{python} {script}" for python in map(_find_python, OF_PYTHON) if python]
     raise SculptError(
@@ -144,20 +152,28 @@ def _find_python(version: str) -> Path | None:
     return None
 
 
-def _install(python: Path) -> None:
-    """Fill `.venv`: Blender, the worker, the tools."""
-    say(f"Making .venv: about 3 GB, once; the log is {VENV / virtualenv.LOG}")
-    _install_blender(python, OF_PYTHON[virtualenv.version_of(python)])
-    say("Installing the worker, with PyTorch for the CPU:")
-    worker = worker_environment.create(WORKER, progress=_Steps())
-    say(f"  The worker has Python {'.'.join(map(str, worker.version))}, torch {worker.torch}.")
-    say("Installing the development tools:")
-    virtualenv.pip_install(worker.python, ["--requirement", str(DEVELOPMENT)])
+def _make_blender(folder: Path, base: Path, version: str) -> None:
+    def install(python: Path) -> None:
+        say(f"Installing Blender {version} as a module of Python {BLENDERS[version].python}:")
+        virtualenv.pip_install(python, BLENDERS[version].pins)
+
+    virtualenv.make(folder, base, BLENDERS[version].recipe, install)
 
 
-def _install_blender(python: Path, version: str) -> None:
-    say(f"Installing Blender {version} as a module of Python {BLENDERS[version].python}:")
-    virtualenv.pip_install(python, BLENDERS[version].pins)
+def _make_worker(recipe: str) -> None:
+    """Install the worker as an artist does, and the tools beside it."""
+    with virtualenv.locked(VENV):
+        if virtualenv.is_complete(WORKER, recipe):  # by another start, in the meantime
+            return
+        if WORKER.exists() and not virtualenv.is_sound(WORKER):
+            shutil.rmtree(WORKER)
+        say("Installing the worker, with PyTorch for the CPU:")
+        worker = worker_environment.create(WORKER, progress=_Steps())
+        say(f"  The worker has Python {'.'.join(map(str, worker.version))}, torch {worker.torch}.")
+        say("Installing the development tools:")
+        virtualenv.mark(WORKER, virtualenv.HALF_MADE)
+        virtualenv.pip_install(worker.python, ["--requirement", str(DEVELOPMENT)])
+        virtualenv.mark(WORKER, recipe)
 
 
 class _Steps:
@@ -174,7 +190,7 @@ class _Steps:
             self._last = message
 
 
-def _recipe() -> str:
-    """A hash of all that is pinned."""
-    pins = repr(BLENDERS) + worker_environment.REQUIREMENTS.read_text() + DEVELOPMENT.read_text()
-    return hashlib.sha256(pins.encode()).hexdigest()
+def _worker_recipe() -> str:
+    """All that is pinned for the worker and the tools, as a hash."""
+    pins = worker_environment.REQUIREMENTS.read_bytes() + DEVELOPMENT.read_bytes()
+    return hashlib.sha256(pins).hexdigest()

@@ -41,8 +41,8 @@ def is_sound(folder: Path) -> bool:
     return python_in(folder).exists() and _state(folder) != HALF_MADE
 
 
-def make(folder: Path, base: Path, recipe: str, install: Callable[[Path], None]) -> Path:
-    """The interpreter of a complete environment in `folder`; made with `base` where it is not.
+def make(folder: Path, base: Path, recipe: str, install: Callable[[Path], None]) -> None:
+    """Make the environment in `folder` with `base` and fill it, unless it is complete.
 
     `install` gets the environment's interpreter and puts into it what `recipe` stands for.
     SculptError when this computer lacks something.
@@ -50,16 +50,20 @@ def make(folder: Path, base: Path, recipe: str, install: Callable[[Path], None])
     python = python_in(folder)
     with locked(folder):
         if is_complete(folder, recipe):  # by another start, in the meantime
-            return python
+            return
         if not is_sound(folder):
             _empty(folder)
             _need_room(folder)
-        (folder / MARKER).write_text(HALF_MADE)
+        mark(folder, HALF_MADE)
         if not python.exists():
             _run([base, "-m", "venv", folder], folder)
         install(python)
-        (folder / MARKER).write_text(recipe)
-    return python
+        mark(folder, recipe)
+
+
+def mark(folder: Path, state: str) -> None:
+    """Write down what `folder` was made for, or that it is HALF_MADE."""
+    (folder / MARKER).write_text(state)
 
 
 def pip_install(python: Path, arguments: Sequence[str]) -> None:
@@ -121,11 +125,13 @@ def _state(folder: Path) -> str:
 
 
 def _empty(folder: Path) -> None:
+    """Remove all but the lock and the environments inside, which have markers of their own."""
     for entry in folder.iterdir():
-        if entry.is_dir() and not entry.is_symlink():
+        if entry.is_symlink() or entry.is_file():
+            if entry.name != LOCK:
+                entry.unlink()
+        elif not (entry / MARKER).exists():
             shutil.rmtree(entry)
-        elif entry.name != LOCK:
-            entry.unlink()
 
 
 def _config(python: Path) -> dict[str, str]:

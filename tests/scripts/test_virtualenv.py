@@ -46,7 +46,8 @@ def folder(template, tmp_path):
 
 def test_is_made_once_and_then_reused(folder):
     assert virtualenv.is_complete(folder, "recipe")
-    python = virtualenv.make(folder, BASE, "recipe", fail)
+    virtualenv.make(folder, BASE, "recipe", fail)
+    python = virtualenv.python_in(folder)
     assert python.exists() and (folder / "installed").exists()
     assert virtualenv.version_of(python) == ".".join(map(str, sys.version_info[:2]))
     assert virtualenv.home_of(python).samefile(sys.base_prefix)
@@ -78,7 +79,12 @@ def test_somebody_elses_environment_is_kept(folder):
 def test_without_its_python_it_is_made_again(folder):
     virtualenv.python_in(folder).unlink()
     assert not virtualenv.is_complete(folder, "recipe")
-    assert virtualenv.make(folder, BASE, "recipe", nothing).exists()
+    inner = folder / "inner"
+    inner.mkdir()
+    virtualenv.mark(inner, "an environment of its own")
+    virtualenv.make(folder, BASE, "recipe", nothing)
+    assert virtualenv.is_complete(folder, "recipe")
+    assert inner.exists()
     assert not (folder / "installed").exists()
 
 
