@@ -44,7 +44,7 @@ class Course:
     counts: Counts
 
 
-FIRST = Course(5, 12, Counts(tube=1000, slope=700, preserve=2500, around=300, box=300))
+FIRST = Course(5, 10, Counts(tube=800, slope=500, preserve=1800, around=200, box=200))
 REFINE = Course(6, 16, Counts(tube=1500, slope=1000, preserve=3000, around=400, box=300))
 REPAIR = replace(REFINE, steps=3)
 
