@@ -45,7 +45,7 @@ class Course:
 
 
 FIRST = Course(5, 10, Counts(tube=800, slope=500, preserve=1800, around=200, box=200))
-REFINE = Course(6, 16, Counts(tube=1500, slope=1000, preserve=3000, around=400, box=300))
+REFINE = Course(6, 16, Counts(tube=1500, slope=1000, preserve=4500, around=400, box=300))
 REPAIR = replace(REFINE, steps=3)
 
 
