@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene's brush settings frozen into a `stroke.Brush`."""
 
+from collections.abc import Sequence
+
+import numpy as np
 from bpy.types import Context
+from numpy.typing import NDArray
 
 from ..stroke.brush import Brush
 from ..stroke.modulation import Modulation
@@ -22,3 +26,18 @@ def current_brush(context: Context) -> Brush:
     else:
         modulation = Modulation(settings.modulation.lower())
     return Brush(settings.radius, settings.intensity, profile, modulation)
+
+
+def pressure_factors(context: Context, length: str, pressures: Sequence[float]) -> NDArray | None:
+    """Factors (K,) of "radius" or "intensity" for pressures (K,) in [0, 1].
+
+    None when the pen's pressure does not change it; linear until its curve was made.
+    """
+    settings = brush_of(context)
+    word = f"pressure_{length}"
+    if not getattr(settings, word):
+        return None
+    if settings.curves is None:
+        return np.asarray(pressures, float)
+    table = curve_store.table(settings.curves, word)
+    return np.interp(pressures, np.linspace(0, 1, len(table)), table)

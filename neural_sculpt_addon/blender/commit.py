@@ -18,10 +18,9 @@ from bpy.types import Mesh, Object
 from mathutils import Matrix
 
 from ..stroke.errors import SculptError
-from ..stroke.file import dump_strokes, parse_strokes
 from ..stroke.stroke import Stroke
 from ..worker.client import Message
-from . import proxy_mesh
+from . import proxy_mesh, stroke_list
 from .properties import field_of
 
 
@@ -56,7 +55,6 @@ def create_field(
             _present(ob, replaced)
     group = field_of(ob)
     group.base_weights = result.arrays["field"].tobytes()
-    group.strokes = dump_strokes(())
     group.source = new.source
     group.resolution = new.resolution
     _write(ob, result, new_revision(), report)
@@ -69,8 +67,7 @@ def add_strokes(
 ) -> None:
     """Append strokes whose edit is `result`. SculptError when the object is locked."""
     _refuse_locked(ob)
-    group = field_of(ob)
-    group.strokes = dump_strokes([*parse_strokes(group.strokes), *strokes])
+    stroke_list.append(ob, strokes)
     _write(ob, result, revision, result.fields["reports"][-1])
     _push_undo(label)
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The two curve widgets of the brush, and what they show as tables.
+"""The curve widgets of the brush, and what they show as tables.
 
 Blender has no curve property: the curves live in float curve nodes of a hidden node tree that the
 scene's brush points to. So they are saved, follow undo, and can be drawn in a panel.
-Profile: [-1, 1] x [-1, 1]. Modulation: [0, 1] x [0, 1].
+Profile: [-1, 1] x [-1, 1]. Modulation and what the pen's pressure does: [0, 1] x [0, 1].
 """
 
 from collections.abc import Sequence
@@ -17,20 +17,29 @@ from ..stroke.profile import Profile
 TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
 PROFILE = "profile"
 MODULATION = "modulation"
+PRESSURE_RADIUS = "pressure_radius"
+PRESSURE_INTENSITY = "pressure_intensity"
 SAMPLES = 257  # Blender's own table has 256 cells: a finer one gains nothing
 
-BOUNDS = {PROFILE: (-1.0, 1.0), MODULATION: (0.0, 1.0)}
+BOUNDS = {
+    PROFILE: (-1.0, 1.0),
+    MODULATION: (0.0, 1.0),
+    PRESSURE_RADIUS: (0.0, 1.0),
+    PRESSURE_INTENSITY: (0.0, 1.0),
+}
 """Of both axes of a widget."""
 
 _CUBIC = Profile("cubic")
 _FIRST_SHAPES = {
     PROFILE: tuple((v, float(_CUBIC(v))) for v in (-1.0, -0.75, -0.25, 0.0, 0.25, 0.75, 1.0)),
     MODULATION: ((0.0, 1.0), (1.0, 1.0)),
+    PRESSURE_RADIUS: ((0.0, 0.0), (1.0, 1.0)),
+    PRESSURE_INTENSITY: ((0.0, 0.0), (1.0, 1.0)),
 }
 
 
 def make_curves() -> NodeTree:
-    """A new hidden node tree with both curves in their first shape."""
+    """A new hidden node tree with all curves in their first shape."""
     tree = bpy.data.node_groups.new(TREE, "ShaderNodeTree")
     for name, points in _FIRST_SHAPES.items():
         node = tree.nodes.new("ShaderNodeFloatCurve")
@@ -40,7 +49,7 @@ def make_curves() -> NodeTree:
 
 
 def mapping(tree: NodeTree, name: str) -> CurveMapping:
-    """The curve that a widget shows; `name` is PROFILE or MODULATION."""
+    """The curve that a widget shows; `name` is one of BOUNDS."""
     node = tree.nodes[name]
     assert isinstance(node, bpy.types.ShaderNodeFloatCurve) and node.mapping is not None
     return node.mapping

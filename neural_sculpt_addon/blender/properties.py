@@ -11,6 +11,8 @@ from typing import Any
 
 import bpy
 from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
     EnumProperty,
     FloatProperty,
     FloatVectorProperty,
@@ -22,6 +24,7 @@ from bpy.types import Context, Object, PropertyGroup
 
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
+from ..stroke.stroke import Direction, Ends
 from . import curve_store
 
 GROUP = "neural_sculpt"
@@ -44,6 +47,15 @@ def resolution_property(description: str) -> Any:
     )
 
 
+class NEURAL_SCULPT_PG_listed_stroke(PropertyGroup):
+    """A stroke of a field's history; read and written by `stroke_list`."""
+
+    name: StringProperty(name="Name", description="Of the stroke; double-click to rename it")
+    muted: BoolProperty(name="Muted", description="The stroke is left out of the field")
+    uid: StringProperty(name="Identity", options={"HIDDEN"})
+    data: StringProperty(name="Stroke", description="As in a stroke file", options={"HIDDEN"})
+
+
 class NEURAL_SCULPT_PG_field(PropertyGroup):
     """A neural field. An object without weights is an ordinary object.
 
@@ -54,11 +66,12 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
 
     weights: StringProperty(name="Weights", subtype="BYTE_STRING", options={"HIDDEN"})
     base_weights: StringProperty(name="Base Weights", subtype="BYTE_STRING", options={"HIDDEN"})
-    strokes: StringProperty(
+    strokes: CollectionProperty(
+        type=NEURAL_SCULPT_PG_listed_stroke,
         name="Strokes",
-        description="All strokes since the base weights, as a stroke file",
-        options={"HIDDEN"},
+        description="All strokes since the base weights",
     )
+    active_stroke: IntProperty(name="Active Stroke", default=-1, options={"HIDDEN"})
     revision: StringProperty(
         name="Revision", description="Names this state of the weights", options={"HIDDEN"}
     )
@@ -83,7 +96,8 @@ def _choices(shape: type[Profile] | type[Modulation], word: str) -> list[tuple[s
 
 def _make_curves(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
     """Data-blocks may be made in an update, never while drawing a panel."""
-    if CURVE in (brush.profile, brush.modulation) and brush.curves is None:
+    chosen = CURVE in (brush.profile, brush.modulation)
+    if (chosen or brush.pressure_radius or brush.pressure_intensity) and brush.curves is None:
         brush.curves = curve_store.make_curves()
 
 
@@ -148,6 +162,64 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
         update=_make_curves,
     )
     curves: PointerProperty(type=bpy.types.NodeTree, options={"HIDDEN"})
+    input: EnumProperty(
+        name="Input",
+        description="How a stroke is drawn",
+        items=[
+            ("FREEHAND", "Freehand", "Hold the left mouse button and draw"),
+            ("POINTS", "Points", "Click control points and confirm with Enter"),
+        ],
+        default="FREEHAND",
+    )
+    spacing: FloatProperty(
+        name="Spacing",
+        description="Distance between the control points of a freehand stroke, in radii",
+        default=0.25,
+        min=0.05,
+        max=2.0,
+        subtype="FACTOR",
+    )
+    stabilizer: FloatProperty(
+        name="Stabilizer",
+        description="How far the stroke lags behind the pen to smooth it, in radii; 0 follows it",
+        default=0.0,
+        min=0.0,
+        max=2.0,
+        subtype="FACTOR",
+    )
+    pressure_radius: BoolProperty(
+        name="Pressure on Radius",
+        description="The pen's pressure changes the radius, by the curve",
+        update=_make_curves,
+    )
+    pressure_intensity: BoolProperty(
+        name="Pressure on Intensity",
+        description="The pen's pressure changes the intensity, by the curve",
+        default=True,
+        update=_make_curves,
+    )
+    ends: EnumProperty(
+        name="Ends",
+        description="What a stroke does beyond its first and last point",
+        items=[
+            (Ends.ROUND.name, "Round", "The profile goes around the ends"),
+            (Ends.FLAT.name, "Flat", "The stroke is cut off at its ends"),
+        ],
+        default=Ends.ROUND.name,
+    )
+    direction: EnumProperty(
+        name="Direction",
+        description="Along which normal the surface is displaced",
+        items=[
+            (Direction.SURFACE.name, "Surface", "Each point along its own normal"),
+            (
+                Direction.STROKE.name,
+                "Stroke",
+                "All points of a cross-section along the normal in its middle",
+            ),
+        ],
+        default=Direction.SURFACE.name,
+    )
 
 
 class NEURAL_SCULPT_PG_point(PropertyGroup):

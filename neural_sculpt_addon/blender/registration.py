@@ -24,12 +24,14 @@ from .properties import (
     GROUP,
     NEURAL_SCULPT_PG_brush,
     NEURAL_SCULPT_PG_field,
+    NEURAL_SCULPT_PG_listed_stroke,
     NEURAL_SCULPT_PG_point,
 )
 from .worker_session import session
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,
+    NEURAL_SCULPT_PG_listed_stroke,
     NEURAL_SCULPT_PG_field,
     NEURAL_SCULPT_PG_brush,
     NEURAL_SCULPT_PG_point,

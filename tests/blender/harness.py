@@ -5,6 +5,7 @@ Standard library, NumPy and bpy only. All tests go through operators and look at
 """
 
 import importlib
+import json
 import time
 import unittest
 from collections.abc import Callable, Iterator
@@ -145,8 +146,14 @@ def redo() -> None:
 def state(ob: Object) -> tuple[object, ...]:
     """Everything that makes the field, to compare exactly."""
     group = ob.neural_sculpt
-    properties = group.weights, group.base_weights, group.strokes, group.revision, group.report
+    listed = tuple((item.name, item.muted, item.uid, item.data) for item in group.strokes)
+    properties = group.weights, group.base_weights, listed, group.revision, group.report
     return *properties, vertices(ob).tobytes(), tuple(map(tuple, ob.matrix_world))
+
+
+def strokes_of(ob: Object) -> list[dict[str, object]]:
+    """The listed strokes as in a stroke file."""
+    return [json.loads(item.data) for item in ob.neural_sculpt.strokes]
 
 
 def field(name: str) -> Object:

@@ -17,16 +17,13 @@ from harness import (
     redo,
     state,
     stroke,
+    strokes_of,
     to_path,
     undo,
     vertices,
 )
 
 RADIUS, INTENSITY = 0.15, 0.06
-
-
-def strokes_of(ob: bpy.types.Object) -> list[dict[str, object]]:
-    return json.loads(ob.neural_sculpt.strokes)["strokes"]
 
 
 class Add(SculptCase):

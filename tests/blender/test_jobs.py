@@ -1,12 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Jobs in flight, as in a window: queue, cancel, undo, a killed worker, another file."""
 
-import json
 import os
 
 import bpy
 import numpy as np
-from harness import SculptCase, add, arc, field, module, push_undo, state, stroke, undo, vertices
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    field,
+    module,
+    push_undo,
+    state,
+    stroke,
+    strokes_of,
+    undo,
+    vertices,
+)
 
 RADIUS, INTENSITY = 0.15, 0.06
 
@@ -33,8 +44,7 @@ class Jobs(SculptCase):
         return float(size[(points @ middle) / size > 0.997].mean())
 
     def names(self) -> list[str]:
-        strokes = json.loads(field("Sphere").neural_sculpt.strokes)["strokes"]
-        return [kept.get("name") for kept in strokes]
+        return [kept["name"] for kept in strokes_of(field("Sphere"))]
 
     def wait_for_progress(self) -> None:
         self.pump(lambda: not self.session.jobs or self.session.jobs[0].fraction > 0)

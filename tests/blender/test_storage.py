@@ -66,6 +66,6 @@ class Storage(SculptCase):
             self.assertEqual(bpy.data.objects["Store"].copy().neural_sculpt.weights, value)
 
     def test_long_text(self) -> None:
-        group = bpy.data.objects["Store"].neural_sculpt
-        group.strokes = text = '{"é": "' + "ü" * 500_000 + '"}'
-        self.assertEqual(group.strokes, text)
+        item = bpy.data.objects["Store"].neural_sculpt.strokes.add()
+        item.data = text = '{"é": "' + "ü" * 500_000 + '"}'
+        self.assertEqual(item.data, text)

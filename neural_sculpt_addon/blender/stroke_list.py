@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The strokes of a field, in the order in which they were applied to its base weights.
+
+They are kept on the object, one item each, and are read and written here as plain values. The
+weights of the object are always what its unmuted strokes made of the base weights. Model space.
+"""
+
+import json
+import uuid
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+from bpy.types import Object
+
+from ..stroke.stroke import Stroke
+from .properties import field_of
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A stroke in the list. `uid` tells it from an equal one, wherever it is moved."""
+
+    stroke: Stroke
+    muted: bool = False
+    uid: str = field(default_factory=lambda: uuid.uuid4().hex)
+
+
+def entries(ob: Object) -> list[Entry]:
+    """All strokes of a field. SculptError when an item holds none, which no tool of ours wrote."""
+    return [
+        Entry(
+            replace(Stroke.from_json(json.loads(item.data)), name=item.name), item.muted, item.uid
+        )
+        for item in field_of(ob).strokes
+    ]
+
+
+def active_strokes(ob: Object) -> tuple[Stroke, ...]:
+    """The strokes that made the weights, in order."""
+    return unmuted(entries(ob))
+
+
+def unmuted(chosen: Sequence[Entry]) -> tuple[Stroke, ...]:
+    """The strokes that are applied, in order."""
+    return tuple(entry.stroke for entry in chosen if not entry.muted)
+
+
+def append(ob: Object, strokes: Iterable[Stroke]) -> None:
+    """Add strokes at the end, the last of which becomes the active one."""
+    group = field_of(ob)
+    for stroke in strokes:
+        _add(ob, Entry(stroke))
+    group.active_stroke = len(group.strokes) - 1
+
+
+def write(ob: Object, chosen: Iterable[Entry]) -> None:
+    """Replace the list; the stroke that was active remains so while it is there."""
+    group = field_of(ob)
+    active, index = active_uid(ob), group.active_stroke
+    group.strokes.clear()
+    for entry in chosen:
+        _add(ob, entry)
+    uids = [item.uid for item in group.strokes]
+    group.active_stroke = uids.index(active) if active in uids else min(index, len(uids) - 1)
+
+
+def active_uid(ob: Object) -> str:
+    """The uid of the stroke that is chosen in the list; empty when none is."""
+    group = field_of(ob)
+    chosen = 0 <= group.active_stroke < len(group.strokes)
+    return group.strokes[group.active_stroke].uid if chosen else ""
+
+
+def _add(ob: Object, entry: Entry) -> None:
+    item = field_of(ob).strokes.add()
+    item.name = entry.stroke.name or f"Stroke {len(field_of(ob).strokes)}"
+    item.muted, item.uid = entry.muted, entry.uid
+    item.data = json.dumps(entry.stroke.to_json(), allow_nan=False)
