@@ -64,6 +64,7 @@ def _rows(path: Path, methods: list[str]) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field import checkpoint, metrics
     from neural_sculpt_addon.field.prepare import prepare
     from neural_sculpt_addon.field.problem import pose
+    from neural_sculpt_addon.field.proxy import extract
     from neural_sculpt_addon.field.solvers.gauss_newton import TOLERANCE
     from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -77,7 +78,7 @@ def _rows(path: Path, methods: list[str]) -> Iterator[dict[str, Any]]:
             problem = pose(preparation, stroke)
             network = _solver(method)(problem, lambda _, __: None)
             seconds = time.perf_counter() - start
-            measures = metrics.measure(problem, network)
+            measures = metrics.measure(problem, network, extract(network))
             met = measures["tube_p95"] < TOLERANCE
             row = {"case": case["id"], "method": method, "seconds": seconds, "tolerance_met": met}
             yield row | {name: measures[name] for name in COLUMNS if name in measures}
@@ -90,7 +91,9 @@ def _solver(method: str) -> "Solve":
         "paper50": partial(paper.solve, epochs=50),
         "paper100": partial(paper.solve, epochs=100),
         "quick": gauss_newton.quick,
-        "final": gauss_newton.solve,
+        "final": lambda problem, progress: gauss_newton.refine(
+            problem, gauss_newton.quick(problem, progress), progress
+        ),
     }
     return solvers[method]
 

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Edits: strokes in, a new network and a report of each stroke out."""
+"""Edits: strokes in, a new network and a report of each stroke out.
+
+Each stroke is posed on what is known of the network before it, which carries the memory of the
+surface that the strokes so far asked for (see `memory`).
+"""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -11,29 +15,45 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from ..stroke.stroke import Stroke
 from . import metrics
+from .memory import follow
 from .network import Siren
-from .prepare import Preparation, prepare
-from .problem import pose
-from .solvers import Solve, gauss_newton, paper
+from .prepare import CELLS, Preparation, prepare
+from .problem import Problem, pose
+from .proxy import extract
+from .solvers import Refine, Solve, gauss_newton, paper
 from .solvers.gauss_newton import TOLERANCE
 
-SOLVERS: dict[str, Solve] = {
-    "gauss_newton": gauss_newton.solve,
-    "quick": gauss_newton.quick,
-    "paper": paper.solve,
+
+@dataclass(frozen=True)
+class Solver:
+    """How to solve a problem, and how to go on when its result has been shown."""
+
+    solve: Solve
+    refine: Refine | None = None
+
+
+SOLVERS = {
+    "gauss_newton": Solver(gauss_newton.quick, gauss_newton.refine),
+    "quick": Solver(gauss_newton.quick),
+    "paper": Solver(paper.solve),
 }
 
 
 @dataclass(frozen=True)
 class Edit:
-    """The network after all strokes, and a report of each, ready for JSON.
+    """What is known of the network after all strokes, and a report of each, ready for JSON.
 
     A report has the measures of `metrics`, the seconds from the stroke's end to the weights,
     whether the tolerance was met, and the network's widths, which may have grown.
     """
 
-    network: Siren
+    preparation: Preparation
     reports: tuple[dict[str, Any], ...]
+
+    @property
+    def network(self) -> Siren:
+        """The network after all strokes."""
+        return self.preparation.network
 
 
 def edit(
@@ -44,53 +64,77 @@ def edit(
     epochs: int | None = None,
     preparation: Preparation | None = None,
     chamfer: bool = False,
+    quick: Callable[[Edit], None] | None = None,
     progress: Progress = silent,
 ) -> Edit:
     """Apply `strokes` one after another.
 
-    preparation: of `network`, when it was made before
+    preparation: of `network`, when it is known already
     solver:      one of SOLVERS
     epochs:      of the paper's solver; its own default when None
     chamfer:     report the paper's Chamfer distance, too (seconds)
+    quick:       called once with the edit as it is before the last stroke is refined; not called
+                 by solvers that do not refine
 
     SculptError when a stroke does not lie on the surface or cannot be solved; Cancelled as soon as
     `progress` raises it. `network` itself is never changed.
     """
-    solve = _solver(solver, epochs)
-    reports = []
+    chosen = _solver(solver, epochs)
+    if preparation is None:
+        preparation = prepare(network, progress=lambda _, message: progress(0.0, message))
+    result = Edit(preparation, ())
     for number, stroke in enumerate(strokes):
 
-        def share(fraction: float, message: str, done: int = number) -> None:
-            progress((done + fraction) / len(strokes), message)
+        def share(part: float, message: str, done: int = number) -> None:
+            progress((done + part) / len(strokes), message)
 
-        if preparation is None:
-            share(0.0, "Preparing")
-            preparation = prepare(network, progress=lambda _, message: share(0.0, message))
         started = time.perf_counter()
-        problem = pose(preparation, stroke)
-        network = solve(problem, lambda fraction, message: share(0.95 * fraction, message))
+        problem = pose(result.preparation, stroke)
+        network = chosen.solve(problem, _part(share, 0.0, 0.3 if chosen.refine else 0.9))
         seconds = time.perf_counter() - started
-        share(0.95, "Measuring")
-        measures = metrics.measure(problem, network)
-        if chamfer:
-            measures |= metrics.chamfer(problem, network)
-        report = {"stroke": stroke.name, "solver": solver, "seconds": seconds, **measures}
-        reports.append(
-            {
-                **report,
-                "tolerance_met": measures["tube_p95"] < TOLERANCE,
-                "widths": list(network.widths),
-            }
-        )
-        preparation = None
-    return Edit(network, tuple(reports))
+        report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}
+        if chosen.refine is not None:
+            if quick is not None and number == len(strokes) - 1:
+                quick(_finish(result, problem, network, report | {"solver": "quick"}, share))
+            started = time.perf_counter()
+            network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
+            report["seconds"] += time.perf_counter() - started
+        result = _finish(result, problem, network, report, share, chamfer)
+    return result
 
 
-def _solver(name: str, epochs: int | None) -> Solve:
+def _finish(
+    before: Edit,
+    problem: Problem,
+    network: Siren,
+    report: dict[str, Any],
+    share: Progress,
+    chamfer: bool = False,
+) -> Edit:
+    """The edit `before` followed by one more stroke, measured and remembered."""
+    proxy = extract(network, CELLS, lambda _, message: share(0.9, message))
+    share(0.95, "Measuring")
+    measures = metrics.measure(problem, network, proxy)
+    if chamfer:
+        measures |= metrics.chamfer(problem, network, proxy)
+    verdict = {
+        "tolerance_met": measures["tube_p95"] < TOLERANCE,
+        "widths": list(network.widths),
+    }
+    preparation = follow(problem, network, proxy)
+    return Edit(preparation, (*before.reports, report | measures | verdict))
+
+
+def _part(share: Progress, start: float, end: float) -> Progress:
+    """Progress of the part from `start` to `end` of the whole."""
+    return lambda part, message: share(start + (end - start) * part, message)
+
+
+def _solver(name: str, epochs: int | None) -> Solver:
     if name not in SOLVERS:
         raise SculptError(f"There is no solver {name!r}; choose one of {', '.join(SOLVERS)}.")
     if epochs is None:
         return SOLVERS[name]
     if name != "paper" or epochs < 1:
         raise SculptError("Only the paper's solver has epochs, and it needs at least one.")
-    return partial(paper.solve, epochs=epochs)
+    return Solver(partial(paper.solve, epochs=epochs))

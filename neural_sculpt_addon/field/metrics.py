@@ -36,14 +36,12 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..stroke.displacement import displace
 from .network import Siren
 from .pieces import components
-from .prepare import CELLS
 from .problem import Problem
 from .projection import find_surface
-from .proxy import Proxy, extract
-from .surface import sample_surface
+from .proxy import Proxy
+from .surface import Samples, sample_surface
 from .tube import Tube
 
 FAR = 1.4
@@ -53,14 +51,15 @@ CHAMFER_SAMPLES = 100_000
 Array = NDArray[np.floating[Any]]
 
 
-def measure(problem: Problem, edited: Siren) -> dict[str, Any]:
+def measure(problem: Problem, edited: Siren, proxy: Proxy) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
+
+    proxy: of `edited`, at CELLS cells per axis
 
     A measure over an empty region (a closed stroke has no cap) is None.
     """
     before = problem.preparation
     tubes = problem.tubes(jitter=np.random.default_rng((problem.seed, FRESH)))
-    proxy = extract(edited, CELLS)
     beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
     target = np.concatenate([tube.target.points for tube in tubes])
     target_normals = np.concatenate([tube.target.normals for tube in tubes])
@@ -82,22 +81,14 @@ def measure(problem: Problem, edited: Siren) -> dict[str, Any]:
     }
 
 
-def chamfer(problem: Problem, edited: Siren) -> dict[str, float]:
+def chamfer(problem: Problem, edited: Siren, proxy: Proxy) -> dict[str, float]:
     """The paper's Chamfer distance of edited and displaced surface, and its noise floor."""
-    proxy, seed = problem.preparation.proxy, problem.seed
-    vertices, normals = proxy.vertices, proxy.normals
-    moved = vertices.astype(float)
-    largest = np.zeros(len(vertices))
-    for one in problem.laid:
-        displacement = displace(*one, vertices, normals)
-        wins = np.abs(displacement.amount) > largest
-        largest = np.where(wins, np.abs(displacement.amount), largest)
-        goal = vertices + displacement.amount[:, None] * displacement.direction
-        moved = np.where(wins[:, None], goal, moved)
-    mesh = trimesh.Trimesh(moved, proxy.triangles, process=False)
+    before, seed = problem.preparation.proxy, problem.seed
+    moved, _ = problem.displaced(Samples(before.vertices, before.normals))
+    mesh = trimesh.Trimesh(moved.points, before.triangles, process=False)
     first = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed)[0]
     second = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed + 1)[0]
-    surface = sample_surface(edited, extract(edited, CELLS), CHAMFER_SAMPLES, seed + 2)
+    surface = sample_surface(edited, proxy, CHAMFER_SAMPLES, seed + 2)
     return {
         "chamfer": _both_ways(first, surface.points),
         "chamfer_floor": _both_ways(first, second),

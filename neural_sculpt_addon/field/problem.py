@@ -20,7 +20,7 @@ from .lay import lay
 from .network import Siren
 from .prepare import Preparation
 from .surface import Samples
-from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
+from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
 
@@ -66,6 +66,21 @@ class Problem:
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
         return tubes
+
+    def displaced(self, surface: Samples) -> tuple[Samples, Array]:
+        """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched."""
+        moved = Samples(*(array.copy() for array in surface))
+        largest, stretch = np.zeros((2, len(moved.points)))
+        stretch += 1
+        for one in self.laid:
+            close = np.flatnonzero(_close(one, surface))
+            there = displace(*one, *surface.where(close))
+            wins = np.abs(there.amount) > largest[close]
+            won = close[wins]
+            goal, factor = displaced(self.network, *one, surface.where(won), there.where(wins))
+            moved.points[won], moved.normals[won], stretch[won] = *goal, factor
+            largest[won] = np.abs(there.amount[wins])
+        return moved, stretch
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""

@@ -62,7 +62,7 @@ def sample_tube(
 ) -> Tube:
     """The tube of a stroke laid on the surface as `path`; `jitter` moves samples in their cells."""
     surface, displacement, grid = _around(network, stroke, path, 1.0, rows, columns, jitter)
-    target = displaced(network, stroke, path, surface, displacement)
+    target, _ = displaced(network, stroke, path, surface, displacement)
     return Tube(surface, target, displacement, grid)
 
 
@@ -82,8 +82,9 @@ def sample_rim(
 
 def displaced(
     network: Siren, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
-) -> Samples:
-    """Where a stroke moves surface samples (N,), and the normals of the moved surface there.
+) -> tuple[Samples, Array]:
+    """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
+    by what factor (N,) it stretches the surface's area.
 
     The normal is the cross product of two tangents of the displaced surface, by central differences
     of p + d n over the tangent plane: it holds for every profile, end and direction alike.
@@ -103,9 +104,10 @@ def displaced(
             there = displace(stroke, path, points, normals)
             sides.append(points + there.amount[:, None] * there.direction)
         tangents.append(sides[0] - sides[1])
-    normals = np.cross(*tangents)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-    return Samples(moved.astype(np.float32), normals.astype(np.float32))
+    normals = np.cross(*tangents) / (2 * step) ** 2
+    stretch = np.linalg.norm(normals, axis=1)
+    normals /= np.maximum(stretch, 1e-12)[:, None]
+    return Samples(moved.astype(np.float32), normals.astype(np.float32)), stretch
 
 
 def _around(

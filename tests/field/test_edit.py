@@ -37,7 +37,7 @@ def test_strokes_are_applied_one_after_another(preparation):
     network = preparation.network
     both = edit(network, [first, second], solver="paper", epochs=2)
     halfway = edit(network, [first], solver="paper", epochs=2)
-    end = edit(halfway.network, [second], solver="paper", epochs=2)
+    end = edit(halfway.network, [second], solver="paper", epochs=2, preparation=halfway.preparation)
     assert all(map(torch.equal, both.network.parameters, end.network.parameters))
     assert not torch.equal(both.network.weights[0], halfway.network.weights[0])
     assert [report["stroke"] for report in both.reports] == ["first", "second"]
@@ -61,6 +61,20 @@ def test_no_strokes_change_nothing(preparation):
     result = edit(preparation.network, [])
     assert result.network is preparation.network
     assert result.reports == ()
+
+
+def test_the_last_stroke_is_shown_once_before_it_is_refined(ready):
+    strokes = [arc(0.0, "first", 0.6), arc(0.8, "second", 0.6)]
+    shown = []
+    result = edit(ready.network, strokes, preparation=ready, quick=shown.append)
+    (quick,) = shown
+    assert [report["solver"] for report in quick.reports] == ["gauss_newton", "quick"]
+    assert quick.reports[:1] == result.reports[:1]
+    assert quick.reports[1]["seconds"] < result.reports[1]["seconds"]
+    assert quick.reports[1]["tube_mean"] > result.reports[1]["tube_mean"]
+    again = edit(ready.network, strokes[:1], preparation=ready).preparation
+    alone = edit(again.network, strokes[1:], solver="quick", preparation=again)
+    assert all(map(torch.equal, quick.network.parameters, alone.network.parameters))
 
 
 @pytest.mark.parametrize("solver", sorted(set(SOLVERS) - {"paper"}))

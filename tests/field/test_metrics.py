@@ -29,6 +29,14 @@ def belt(radius, intensity, profile=EVERYWHERE):
     return Stroke(points, Brush(radius, intensity, profile), closed=True)
 
 
+def measured(problem, edited):
+    return metrics.measure(problem, edited, extract(edited))
+
+
+def chamfer(problem, edited):
+    return metrics.chamfer(problem, edited, extract(edited))
+
+
 def dense_mesh(network, cells=160, reach=0.62):
     """Marching cubes on every cell of a box, evaluated here and not by the proxy."""
     axis = np.linspace(-reach, reach, cells + 1, dtype=np.float32)
@@ -48,7 +56,7 @@ def to_mesh(points, vertices, triangles):
 def test_an_oracle_has_no_error(preparation):
     """A stroke that raises all of a sphere by 0.03, and the sphere that is 0.03 larger."""
     problem = pose(preparation, belt(0.9, 0.03))
-    report = metrics.measure(problem, ball(0.53))
+    report = measured(problem, ball(0.53))
     for measure in ("tube_mean", "tube_p95", "tube_max"):
         assert report[measure] < 2e-5
     assert report["normal_deg"] < 0.1
@@ -60,7 +68,7 @@ def test_an_oracle_has_no_error(preparation):
 
 def test_a_known_error_is_reported_as_it_is(preparation):
     """The edit was to raise a band by 0.03; instead the whole sphere grew by 0.01."""
-    report = metrics.measure(pose(preparation, belt(0.2, 0.03)), ball(0.51))
+    report = measured(pose(preparation, belt(0.2, 0.03)), ball(0.51))
     assert report["tube_mean"] == pytest.approx(0.02, rel=0.01)
     assert report["tube_max"] == pytest.approx(0.02, rel=0.02)
     assert report["reverse_mean"] == pytest.approx(0.02, rel=0.05)
@@ -71,7 +79,7 @@ def test_a_known_error_is_reported_as_it_is(preparation):
 
 def test_the_reverse_distance_is_of_the_stroke_alone(preparation):
     """The band is where it shall be; of the rest, which has moved, only its brink counts."""
-    report = metrics.measure(pose(preparation, belt(0.2, 0.03)), ball(0.53))
+    report = measured(pose(preparation, belt(0.2, 0.03)), ball(0.53))
     assert report["tube_max"] < 2e-5
     assert report["reverse_mean"] < 3e-3
     assert report["drift_mean"] == pytest.approx(0.03, rel=0.01)
@@ -80,7 +88,7 @@ def test_the_reverse_distance_is_of_the_stroke_alone(preparation):
 def test_no_edit_has_no_drift_and_the_whole_displacement_as_error(preparation):
     """The mean of b over the tube: 1/2 of a quintic falloff, since b(t) + b(1 - t) = 1."""
     stroke = belt(0.2, -0.03, Profile("quintic"))
-    report = metrics.measure(pose(preparation, stroke), preparation.network)
+    report = measured(pose(preparation, stroke), preparation.network)
     assert report["tube_mean"] == pytest.approx(0.015, rel=0.02)
     assert report["tube_max"] == pytest.approx(0.03, rel=0.005)
     assert report["drift_max"] < 1e-4
@@ -90,7 +98,7 @@ def test_no_edit_has_no_drift_and_the_whole_displacement_as_error(preparation):
 
 def test_a_dab_is_all_cap_and_its_tube_measures_are_the_same(preparation):
     stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, 0.03, EVERYWHERE))
-    report = metrics.measure(pose(preparation, stroke), preparation.network)
+    report = measured(pose(preparation, stroke), preparation.network)
     assert report["tube_mean"] == pytest.approx(0.03, rel=0.01)
     assert report["cap_mean"] == report["tube_mean"]
 
@@ -99,7 +107,7 @@ def test_caps_are_apart_from_the_core(preparation):
     turn = np.linspace(0, 1.5, 12)
     points = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     open_belt = Stroke(points, Brush(0.1, 0.03, EVERYWHERE))
-    report = metrics.measure(pose(preparation, open_belt), ball(0.53))
+    report = measured(pose(preparation, open_belt), ball(0.53))
     assert report["tube_mean"] < 1e-4
     assert report["cap_mean"] < 1e-4
     assert report["drift_mean"] == pytest.approx(0.03, rel=0.01)
@@ -107,7 +115,7 @@ def test_caps_are_apart_from_the_core(preparation):
 
 def test_the_report_agrees_with_a_dense_mesh_of_the_edited_field(sculpted):
     """Nothing in common with the measures but the edited network."""
-    report = metrics.measure(sculpted.problem, sculpted.network)
+    report = measured(sculpted.problem, sculpted.network)
     mesh = dense_mesh(sculpted.network)
     random = np.random.default_rng(5)
     turn = random.uniform(0, 2 * np.pi, 40_000)
@@ -180,7 +188,7 @@ def test_pretrained_shapes_are_in_one_piece(model):
 
 def test_the_chamfer_floor_is_that_of_random_points(preparation):
     """Of N random points on area A the nearest is 1/2 sqrt(A / N) away; there and back twice it."""
-    report = metrics.chamfer(pose(preparation, belt(0.9, 0.03)), ball(0.53))
+    report = chamfer(pose(preparation, belt(0.9, 0.03)), ball(0.53))
     floor = np.sqrt(4 * np.pi * 0.53**2 / 100_000)
     assert report["chamfer_floor"] == pytest.approx(floor, rel=0.01)
     assert report["chamfer"] == pytest.approx(floor, rel=0.01)
@@ -188,12 +196,12 @@ def test_the_chamfer_floor_is_that_of_random_points(preparation):
 
 def test_samples_of_both_surfaces_are_drawn_apart(preparation):
     """Without an edit, too, the distance is that of two samplings and not of one to itself."""
-    report = metrics.chamfer(pose(preparation, belt(0.2, 0.0)), preparation.network)
+    report = chamfer(pose(preparation, belt(0.2, 0.0)), preparation.network)
     assert report["chamfer"] == pytest.approx(report["chamfer_floor"], rel=0.02)
 
 
 def test_the_chamfer_distance_of_concentric_spheres(preparation):
-    report = metrics.chamfer(pose(preparation, belt(0.9, 0.0)), ball(0.55))
+    report = chamfer(pose(preparation, belt(0.9, 0.0)), ball(0.55))
     assert report["chamfer"] == pytest.approx(0.1, rel=0.02)
 
 
@@ -203,12 +211,12 @@ def test_the_known_floor_of_the_pretrained_sphere():
     problem = pose(
         prepare(network), Stroke(np.array([[-0.397437, -0.262747, 0.364709]]), Brush(0.08, 0.0))
     )
-    report = metrics.chamfer(problem, network)
+    report = chamfer(problem, network)
     assert report["chamfer_floor"] == pytest.approx(6.74e-3, rel=0.01)
     assert report["chamfer"] == pytest.approx(6.74e-3, rel=0.015)
 
 
 def test_the_same_seed_measures_the_same(sculpted):
-    first = metrics.measure(sculpted.problem, sculpted.network)
-    assert metrics.measure(sculpted.problem, sculpted.network) == first
+    first = measured(sculpted.problem, sculpted.network)
+    assert measured(sculpted.problem, sculpted.network) == first
     assert isinstance(sculpted.network, Siren)

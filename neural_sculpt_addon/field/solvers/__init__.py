@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Edit solvers: a problem in, a network out.
 
-A solver is a function `solve(problem, progress) -> Siren`. It draws random numbers only from the
-problem's seed, leaves the given network as it is and may raise Cancelled through `progress`.
+A solver is a function `solve(problem, progress) -> Siren`; one that continues from its result is
+`refine(problem, network, progress) -> Siren`. They draw random numbers only from the problem's
+seed, leave the given networks as they are and may raise Cancelled through `progress`.
 """
 
 from collections.abc import Callable
@@ -12,3 +13,4 @@ from ..network import Siren
 from ..problem import Problem
 
 Solve = Callable[[Problem, Progress], Siren]
+Refine = Callable[[Problem, Siren, Progress], Siren]

@@ -55,8 +55,8 @@ def quick(problem: Problem, progress: Progress = silent) -> Siren:
     return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
-def solve(problem: Problem, progress: Progress = silent) -> Siren:
-    """The network that solves `problem` within TOLERANCE, grown if need be, or comes closest."""
+def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Siren:
+    """Bring the result of `quick` within TOLERANCE, grown if need be, or as close as it comes."""
     told = 0.0
 
     def share(fraction: float) -> None:  # repairs are not known beforehand; it never goes back
@@ -64,7 +64,6 @@ def solve(problem: Problem, progress: Progress = silent) -> Siren:
         told = max(told, fraction)
         progress(told, "Refining")
 
-    network = quick(problem, lambda part, _: share(0.2 * part))
     sampler = Sampler(problem, REFINE.counts)
     for growth in range(GROWTHS):
         if sampler.error(network) > TOLERANCE and network.widths[0] < WIDEST:
@@ -72,7 +71,7 @@ def solve(problem: Problem, progress: Progress = silent) -> Siren:
         elif growth:
             break
         network = _improve(
-            network, sampler, REFINE, lambda part, done=growth: share(0.2 + 0.35 * (done + part))
+            network, sampler, REFINE, lambda part, done=growth: share(0.5 * (done + part))
         )
     for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
