@@ -3,7 +3,8 @@
 
 NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
 ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
-whatever happens to the worker: when it dies the client answers in its place.
+whatever happens to the worker: when it dies the client answers in its place. Ahead of that come any
+progress and at most one quick result.
 """
 
 import queue
@@ -124,8 +125,9 @@ class Client:
     ) -> Message:
         """Block until `job` has ended and return its final message.
 
-        A Cancelled raised by `on_progress` cancels the job. News of other jobs is kept for
-        `poll_once`. TimeoutError after `timeout` seconds, ValueError for a job that is not open.
+        A Cancelled raised by `on_progress` cancels the job; a quick result is passed over. News of
+        other jobs is kept for `poll_once`. TimeoutError after `timeout` seconds, ValueError for a
+        job that is not open.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -134,6 +136,8 @@ class Client:
                 self._inbox.remove(message)
                 if message.kind in FINAL:
                     return message
+                if message.kind is MessageKind.QUICK:
+                    continue
                 try:
                     on_progress(message.fields["fraction"], message.fields["message"])
                 except Cancelled:
@@ -180,8 +184,8 @@ class Client:
         self.state = WorkerState.DEAD
         self.hello = None
         self.problem = (
-            f"The worker stopped unexpectedly ({reason}). The model is unchanged; try again, or see"
-            f" {self.log}."
+            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; try again, or"
+            f" see {self.log}."
         )
         fields = {"message": self.problem, "detail": log_tail}
         for job in sorted(self._open):

@@ -19,13 +19,19 @@ from ..stroke.stroke import Stroke
 from .protocol import JobKind
 
 if TYPE_CHECKING:
+    from ..field.edit import Edit
     from ..field.network import Siren
     from ..field.prepare import Preparation
+    from ..field.proxy import Proxy
 
 T = TypeVar("T")
 
-PREPARATIONS = 8
-"""Revisions whose preparations are kept, some 10 MB each: a few objects and steps of undo."""
+PREPARATIONS = 16
+"""Revisions whose preparations are kept, some 10 MB each and two of each stroke: a few objects and
+steps of undo."""
+
+QUICK_AT = 0.34
+"""Progress of an edit of one stroke when its quick result is there."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,14 @@ class Payload:
     arrays: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
-Handler = Callable[[Payload, Progress], Payload]
+@dataclass(frozen=True)
+class Task(Payload):
+    """A job to be done. `quick` sends a first result ahead of the one that the handler returns."""
+
+    quick: Callable[[Payload], None] = field(kw_only=True)
+
+
+Handler = Callable[[Task, Progress], Payload]
 """Raises SculptError for the artist, Cancelled when `progress` did."""
 
 
@@ -63,21 +76,33 @@ class Jobs:
             JobKind.PREPARE: self.prepare,
         }
 
-    def edit(self, job: Payload, progress: Progress) -> Payload:
-        """strokes, solver, epochs, resolution, revision <field> -> reports <field, proxy>."""
+    def edit(self, job: Task, progress: Progress) -> Payload:
+        """strokes, solver, epochs, resolution, revision <field> -> reports <field, proxy>.
+
+        The result's revision is `result_revision`. With a `quick_revision`, the quick result comes
+        ahead in the same form. What is known of both is kept for the strokes to come.
+        """
         from ..field.edit import edit
 
-        strokes = [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)]
+        def answer(name: str, result: "Edit", progress: Progress) -> Payload:
+            revision = _get(job, name, str)
+            self._keep(revision, result.preparation)
+            arrays = _edited(result.preparation, job, progress)
+            return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
+
+        def send_quick(result: "Edit") -> None:
+            job.quick(answer("quick_revision", result, _part(progress, QUICK_AT, QUICK_AT)))
+
         result = edit(
             _network(job),
-            strokes,
+            [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)],
             solver=_get(job, "solver", str),
             epochs=job.fields.get("epochs"),
-            preparation=self._prepared(job, _part(progress, 0.0, 0.2)),
-            progress=_part(progress, 0.2, 0.8),
+            preparation=self._prepared(job, _part(progress, 0.0, 0.1)),
+            quick=send_quick if "quick_revision" in job.fields else None,
+            progress=_part(progress, 0.1, 0.9),
         )
-        arrays = _model(result.network, job, _part(progress, 0.8, 1.0))
-        return Payload({"reports": list(result.reports)}, arrays)
+        return answer("result_revision", result, _part(progress, 0.9, 1.0))
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <proxy>."""
@@ -131,12 +156,16 @@ class Jobs:
         from ..field.prepare import prepare
 
         revision = _get(job, "revision", str)
-        if revision not in self._preparations:
-            self._preparations[revision] = prepare(_network(job), progress=progress)
+        known = self._preparations.get(revision)
+        return self._keep(revision, known or prepare(_network(job), progress=progress))
+
+    def _keep(self, revision: str, preparation: "Preparation") -> "Preparation":
+        """Remember it, and forget the one that was not needed for longest."""
+        self._preparations[revision] = preparation
         self._preparations.move_to_end(revision)
-        while len(self._preparations) > PREPARATIONS:
+        if len(self._preparations) > PREPARATIONS:
             self._preparations.popitem(last=False)
-        return self._preparations[revision]
+        return preparation
 
 
 def _network(job: Payload) -> "Siren":
@@ -153,10 +182,23 @@ def _model(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.n
     return {"field": weights, **_proxy(network, job, progress)}
 
 
+def _edited(known: "Preparation", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
+    """The same of an edited field, whose proxy is known already at the usual resolution."""
+    from ..field.checkpoint import to_bytes
+    from ..field.prepare import CELLS
+
+    usual = _get(job, "resolution", int) == CELLS
+    proxy = _arrays(known.proxy) if usual else _proxy(known.network, job, progress)
+    return {"field": np.frombuffer(to_bytes(known.network), np.uint8), **proxy}
+
+
 def _proxy(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
     from ..field.proxy import extract
 
-    proxy = extract(network, _get(job, "resolution", int), progress)
+    return _arrays(extract(network, _get(job, "resolution", int), progress))
+
+
+def _arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
     return {"vertices": proxy.vertices, "normals": proxy.normals, "triangles": proxy.triangles}
 
 

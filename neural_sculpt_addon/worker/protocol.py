@@ -25,7 +25,7 @@ import numpy as np
 
 from ..stroke.errors import SculptError
 
-PROTOCOL = 1
+PROTOCOL = 2
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""
 
 MAX_HEADER = 4 << 20  # bytes
@@ -61,10 +61,14 @@ class ControlKind(StrEnum):
 
 
 class MessageKind(StrEnum):
-    """What the worker says: hello once, then per job any progress and one of the last three."""
+    """What the worker says: hello once, then per job any progress and one of the last three.
+
+    quick: a first result, at most once, ahead of the last message
+    """
 
     HELLO = "hello"
     PROGRESS = "progress"
+    QUICK = "quick"
     RESULT = "result"
     ERROR = "error"
     CANCELLED = "cancelled"

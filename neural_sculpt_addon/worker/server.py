@@ -19,13 +19,14 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Mapping
+from functools import partial
 from io import BufferedIOBase
 from typing import Any
 
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress
 from . import protocol
-from .jobs import Handler, Jobs, Payload, warm_up
+from .jobs import Handler, Jobs, Payload, Task, warm_up
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
 
 PROGRESS_SECONDS = 0.05
@@ -93,7 +94,8 @@ class Server:
         started = time.monotonic()
         try:
             handler = handlers[JobKind(job.kind)]
-            result = handler(Payload(job.fields, job.arrays), self._progress(job.job))
+            task = Task(job.fields, job.arrays, quick=partial(self._send_quick, job.job))
+            result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
         except SculptError as error:
@@ -104,8 +106,8 @@ class Server:
             logger.exception("%s failed", job.kind)
             return _error(
                 job.job,
-                f"The worker failed ({type(error).__name__}: {error}). The model is unchanged;"
-                " please report this with the worker's log.",
+                f"The worker failed ({type(error).__name__}: {error}). Please report this with the"
+                " worker's log.",
                 traceback.format_exc(),
             )
         logger.info("%s took %.2f s", job.kind, time.monotonic() - started)
@@ -126,6 +128,9 @@ class Server:
                 self._send(Message(MessageKind.PROGRESS, job, fields))
 
         return report
+
+    def _send_quick(self, job: int, result: Payload) -> None:
+        self._send(Message(MessageKind.QUICK, job, dict(result.fields), dict(result.arrays)))
 
     def _finish(self, answer: Message) -> None:
         """End the running job: from here on a cancel comes too late."""

@@ -41,6 +41,16 @@ def begun(client: Client, job: int) -> Message:
     return news[0]
 
 
+def with_quick_result(client: Client, seconds: float) -> int:
+    """A job that answers quickly and then goes on for `seconds`; it has given its quick result."""
+    job = client.submit(JobKind.EDIT, {"seconds": seconds}, {"a": np.arange(12.0).reshape(4, 3)})
+    news: list[Message] = []
+    until(lambda: news.extend(client.poll_once()) or news)
+    assert (news[0].kind, news[0].job, news[0].fields) == (MessageKind.QUICK, job, {"quick": True})
+    np.testing.assert_array_equal(news[0].arrays["a"], np.arange(12.0).reshape(4, 3))
+    return job
+
+
 def all_finals(client: Client, count: int) -> list[Message]:
     finals: list[Message] = []
 
@@ -111,6 +121,30 @@ def test_cancel_ends_the_running_job_and_spares_the_next(client):
     begun(client, job)
     after = client.submit(JobKind.MESH, {"n": 1})
     client.cancel(job)
+    assert [(m.job, m.kind) for m in all_finals(client, 2)] == [
+        (job, MessageKind.CANCELLED),
+        (after, MessageKind.RESULT),
+    ]
+
+
+def test_a_quick_result_comes_ahead_of_the_final_one(client):
+    job = with_quick_result(client, 0.1)
+    news: list[Message] = []
+    until(lambda: news.extend(client.poll_once()) or (news and news[-1].kind in FINAL))
+    assert news[-1].kind is MessageKind.RESULT
+    assert {message.job for message in news} == {job}
+    assert {message.kind for message in news[:-1]} <= {MessageKind.PROGRESS}
+
+
+def test_waiting_passes_over_a_quick_result(client):
+    job = client.submit(JobKind.EDIT, {"seconds": 0.1}, {"a": np.ones(3)})
+    assert finish(client, job).fields == {"slept": True}
+
+
+def test_cancel_after_the_quick_result_ends_the_job_and_spares_the_next(client):
+    job = with_quick_result(client, 600.0)
+    client.cancel(job)
+    after = client.submit(JobKind.MESH, {"n": 1})
     assert [(m.job, m.kind) for m in all_finals(client, 2)] == [
         (job, MessageKind.CANCELLED),
         (after, MessageKind.RESULT),
@@ -205,6 +239,15 @@ def test_a_worker_killed_in_mid_job_is_an_error_and_starts_again(client):
     assert "killed by SIGKILL" in answer.fields["message"]
     client.start()
     assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+@POSIX
+def test_a_worker_killed_after_the_quick_result_is_an_error(client):
+    job = with_quick_result(client, 600.0)
+    os.kill(client.pid, signal.SIGKILL)
+    answer = finish(client, job)
+    assert answer.kind is MessageKind.ERROR
+    assert "killed by SIGKILL" in answer.fields["message"]
 
 
 @POSIX

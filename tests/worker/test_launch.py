@@ -3,6 +3,7 @@
 
 import shutil
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import trimesh
 
 from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind
 from neural_sculpt_addon.worker.environment import worker_command
+from neural_sculpt_addon.worker.protocol import FINAL
 from tests.worker.support import PATIENCE, ROOT
 
 CELLS = 48
@@ -55,6 +57,23 @@ def edit_fields(**changes: object) -> dict:
         "revision": "a",
         "result_revision": "b",
     } | changes
+
+
+def streamed_fields(**changes: object) -> dict:
+    """Of an edit that shows a quick result first."""
+    fields = edit_fields(solver="gauss_newton", quick_revision="quick", result_revision="final")
+    return {name: value for name, value in fields.items() if name != "epochs"} | changes
+
+
+def until_quick(client: Client, job: int) -> Message:
+    """The quick result of a job, which must come before its last message."""
+    while True:
+        for message in client.poll_once():
+            assert message.job == job
+            assert message.kind not in FINAL, message.fields
+            if message.kind is MessageKind.QUICK:
+                return message
+        time.sleep(0.01)
 
 
 def radii(message: Message) -> np.ndarray:
@@ -118,6 +137,47 @@ def test_an_edit_can_be_cancelled_and_the_next_job_runs(client, sphere):
     client.cancel(job)
     assert client.wait(job, timeout=PATIENCE).kind is MessageKind.CANCELLED
     done(client, JobKind.MESH, {"resolution": 32, "revision": "a"}, field=field)
+
+
+def test_an_edit_shows_a_quick_result_and_then_a_closer_one(client, sphere):
+    job = client.submit(JobKind.EDIT, streamed_fields(), {"field": sphere.arrays["field"]})
+    quick = until_quick(client, job)
+    final = client.wait(job, timeout=PATIENCE)
+    assert final.kind is MessageKind.RESULT
+    assert (quick.fields["revision"], final.fields["revision"]) == ("quick", "final")
+    for message in (quick, final):
+        assert radii(message).max() == pytest.approx(0.65, abs=0.01)
+        alone = {"resolution": CELLS, "revision": message.fields["revision"]}
+        meshed = done(client, JobKind.MESH, alone, field=message.arrays["field"])
+        np.testing.assert_array_equal(meshed.arrays["vertices"], message.arrays["vertices"])
+    errors = [message.fields["reports"][0]["tube_mean"] for message in (quick, final)]
+    assert errors[1] < errors[0]
+
+
+def test_cancelled_after_its_quick_result_an_edit_is_built_upon_at_once(client, sphere):
+    """The worker knows the quick result, and prepares nothing for the next stroke."""
+    job = client.submit(JobKind.EDIT, streamed_fields(), {"field": sphere.arrays["field"]})
+    quick = until_quick(client, job)
+    client.cancel(job)
+    assert client.wait(job, timeout=PATIENCE).kind is MessageKind.CANCELLED
+    said: list[str] = []
+    fields = streamed_fields(revision="quick", quick_revision="q2", result_revision="r2")
+    job = client.submit(JobKind.EDIT, fields, {"field": quick.arrays["field"]})
+    final = client.wait(job, lambda _, message: said.append(message), timeout=PATIENCE)
+    assert final.kind is MessageKind.RESULT
+    assert said[0] == "Sculpting"
+    assert radii(final).max() == pytest.approx(0.70, abs=0.01)
+
+
+def test_an_edit_of_which_no_quick_result_is_wanted_gives_none(client, sphere):
+    fields = streamed_fields()
+    del fields["quick_revision"]
+    client.submit(JobKind.EDIT, fields, {"field": sphere.arrays["field"]})
+    kinds = set()
+    while not kinds & FINAL:
+        kinds |= {message.kind for message in client.poll_once()}
+        time.sleep(0.01)
+    assert kinds == {MessageKind.PROGRESS, MessageKind.RESULT}
 
 
 def test_a_mesh_becomes_a_field(client):
