@@ -17,6 +17,7 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress
 from ..stroke.stroke import Stroke
 from .protocol import JobKind
+from .replay import Replays
 
 if TYPE_CHECKING:
     from ..field.edit import Edit
@@ -64,11 +65,13 @@ class Jobs:
     def __init__(self) -> None:
         """Nothing is prepared yet."""
         self._preparations: OrderedDict[str, Preparation] = OrderedDict()
+        self._replays = Replays()
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""
         return {
             JobKind.EDIT: self.edit,
+            JobKind.REPLAY: self.replay,
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
             JobKind.LOAD: self.load,
@@ -103,6 +106,19 @@ class Jobs:
             progress=_part(progress, 0.1, 0.9),
         )
         return answer("result_revision", result, _part(progress, 0.9, 1.0))
+
+    def replay(self, job: Task, progress: Progress) -> Payload:
+        """strokes, solver, resolution <base field> -> revision, reports <field, proxy>."""
+        result = self._replays.run(
+            _array(job, "field").tobytes(),
+            [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)],
+            _get(job, "solver", str),
+            _part(progress, 0.0, 0.9),
+        )
+        revision = _get(job, "result_revision", str)
+        self._keep(revision, result.preparation)
+        arrays = _edited(result.preparation, job, _part(progress, 0.9, 1.0))
+        return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <proxy>."""

@@ -46,6 +46,7 @@ class JobKind(StrEnum):
     """What Blender asks the worker to do."""
 
     EDIT = "edit"
+    REPLAY = "replay"
     MESH = "mesh"
     FIT = "fit"
     LOAD = "load"
