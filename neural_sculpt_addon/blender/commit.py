@@ -22,6 +22,7 @@ from ..stroke.stroke import Stroke
 from ..worker.client import Message
 from . import proxy_mesh, stroke_list
 from .properties import field_of
+from .stroke_list import Entry
 
 
 def new_revision() -> str:
@@ -62,13 +63,45 @@ def create_field(
     return ob
 
 
-def add_strokes(
-    ob: Object, strokes: Iterable[Stroke], result: Message, revision: str, label: str
-) -> None:
+def add_strokes(ob: Object, strokes: Iterable[Stroke], result: Message, label: str) -> None:
     """Append strokes whose edit is `result`. SculptError when the object is locked."""
     _refuse_locked(ob)
     stroke_list.append(ob, strokes)
-    _write(ob, result, revision, result.fields["reports"][-1])
+    show(ob, result)
+    _push_undo(label)
+
+
+def show(ob: Object, result: Message) -> None:
+    """Write an edit's result, which is no undo step by itself."""
+    reports = result.fields["reports"]
+    _write(ob, result, result.fields["revision"], reports[-1] if reports else {})
+
+
+def set_history(
+    ob: Object, listed: Iterable[Entry], label: str, result: Message | None = None
+) -> None:
+    """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
+
+    Without a result the unmuted strokes must be the same as before.
+
+    SculptError when the object is locked.
+    """
+    _refuse_locked(ob)
+    stroke_list.write(ob, listed)
+    if result is not None:
+        show(ob, result)
+    _push_undo(label)
+
+
+def apply_to_base(ob: Object, label: str) -> None:
+    """Make the field as it is the base, and take the strokes that made it off the list.
+
+    SculptError when the object is locked.
+    """
+    _refuse_locked(ob)
+    group = field_of(ob)
+    group.base_weights = group.weights
+    stroke_list.write(ob, [entry for entry in stroke_list.entries(ob) if entry.muted])
     _push_undo(label)
 
 

@@ -2,7 +2,8 @@
 """Blender's undo, redo and load, as far as the worker must know of them.
 
 The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to cancel the jobs whose base is no longer there.
+remains is to show final results where undo brought their quick ones back, and to cancel the jobs
+whose base is no longer there.
 """
 
 import bpy
@@ -20,7 +21,7 @@ def follow(*_: object) -> None:
 @persistent
 def leave(*_: object) -> None:
     """Before another file is loaded."""
-    session.cancel(why="Cancelled, for another file was opened.")
+    session.leave_file()
 
 
 _HANDLERS = (("undo_post", follow), ("redo_post", follow), ("load_pre", leave))

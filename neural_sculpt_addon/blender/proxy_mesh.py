@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The proxy: triangles of the field's surface written into a Blender mesh, in model space."""
 
+import zlib
+
 import bpy
 import numpy as np
 from bpy.types import Mesh, Object
@@ -48,6 +50,20 @@ def fill(
         mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
         _write(mesh, "custom_normal", normals)
     mesh.update(calc_edges=True)
+
+
+def positions(ob: Object) -> NDArray[np.float32]:
+    """The vertices (V, 3) of the object's mesh, in model space."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
+
+
+def fingerprint(vertices: NDArray[np.float32]) -> int:
+    """A number that tells vertices (V, 3) from others."""
+    return zlib.crc32(np.asarray(vertices, np.float32).tobytes())
 
 
 def read(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

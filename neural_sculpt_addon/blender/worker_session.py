@@ -7,7 +7,12 @@ that edits an object remembers the object's session_uid and the revision it must
 a Blender reference: when the object is gone or an undo brought another revision, the result is
 dropped.
 
-In a window a timer calls `poll_once`; timers never run in the background, where operators wait.
+A quick result is applied as the job's result. While the worker goes on to the final one the job is
+refining: it stands in nobody's way, and ends at once when another job is about to change the same
+object. Its final result goes to all objects that show the quick one, see `finals`.
+
+In a window a timer calls `poll_once`; timers never run in the background, where operators wait and
+ask for no quick results.
 """
 
 import logging
@@ -25,8 +30,8 @@ from bpy.types import Object
 from ..stroke.errors import SculptError
 from ..worker import environment
 from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
-from ..worker.protocol import FINAL
 from . import preferences, redraw
+from .finals import Finals
 from .properties import field_of
 
 log = logging.getLogger(__name__)
@@ -42,6 +47,7 @@ class JobStatus(StrEnum):
 
     QUEUED = "queued"
     RUNNING = "running"
+    REFINING = "refining"  # its quick result is in the scene
     DONE = "done"
     FAILED = "failed"
     CANCELLED = "cancelled"
@@ -56,6 +62,7 @@ class Job:
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
     base:    revision that the target must have; set when the job is first of those on its target
+    quick:   the quick result, while the job is refining
     """
 
     kind: JobKind
@@ -68,10 +75,11 @@ class Job:
     fraction: float = 0.0
     message: str = ""
     number: int = field(default=-1, repr=False)
+    quick: Message | None = field(default=None, repr=False)
 
     @property
     def pending(self) -> bool:
-        """Whether the job has not ended yet."""
+        """Whether the job has no result yet."""
         return self.status in (JobStatus.QUEUED, JobStatus.RUNNING)
 
 
@@ -97,7 +105,8 @@ class Session:
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
-        self._in_flight: int | None = None  # what the worker has not ended yet, cancelled or not
+        self._finals = Finals()
+        self._news: deque[Message] = deque()  # of the worker, not yet heard
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
@@ -118,21 +127,40 @@ class Session:
     def cancel(self, target: int | None = None, why: str = "Cancelled.") -> None:
         """Cancel all jobs, or all on one target; what the worker still sends of them is ignored."""
         for job in [job for job in self.jobs if target is None or job.target == target]:
-            if job.status is JobStatus.RUNNING and self.client is not None:
-                self.client.cancel(job.number)
-            self._end(job, JobStatus.CANCELLED, why)
+            self.cancel_job(job, why)
+
+    def cancel_job(self, job: Job, why: str = "Cancelled.") -> None:
+        """Cancel one job that is pending."""
+        self._silence(job)
+        self._end(job, JobStatus.CANCELLED, why)
+
+    def pending(self, target: int | None) -> list[Job]:
+        """The jobs on an object that have no result yet."""
+        return [job for job in self.jobs if job.target == target and job.pending]
 
     def follow_history(self) -> None:
-        """Cancel the jobs whose object or base revision an undo or redo took away."""
-        for target in {job.target for job in self.jobs if job.target is not None}:
-            first = next(job for job in self.jobs if job.target == target)
+        """After undo and redo: show final results, cancel the jobs whose object or base is gone."""
+        self._bring_finals()
+        for target, first in self._firsts().items():
             ob = find(target)
             if ob is None or field_of(ob).revision != first.base:
-                self.cancel(target, f"{first.label} was cancelled: its field was undone.")
+                for job in self.pending(target):
+                    self.cancel_job(job, f"{first.label} was cancelled: its field was undone.")
+
+    def leave_file(self) -> None:
+        """Before another file is loaded."""
+        self.cancel(why="Cancelled, for another file was opened.")
+        self._finals.forget()
 
     def poll_once(self) -> None:
-        """Take what the worker sent. Never blocks, but for the time a result takes to apply."""
-        self._read_news()
+        """Take what the worker sent. Never blocks, but for the time that one result takes."""
+        if self.client is not None:
+            self._news.extend(self.client.poll_once())
+        while self._news:
+            message = self._news.popleft()
+            self._hear(message)
+            if message.arrays:
+                break  # the window has waited long enough
         self._advance()
 
     def restart(self) -> None:
@@ -147,7 +175,8 @@ class Session:
             self._end(job, JobStatus.CANCELLED, "The worker was stopped.")
         if self.client is not None:
             self.client.stop()
-            self.client = self._in_flight = None
+            self.client = None
+        self._news.clear()
         if bpy.app.timers.is_registered(self._tick):
             bpy.app.timers.unregister(self._tick)
 
@@ -164,30 +193,29 @@ class Session:
             if self.client.alive:
                 return
             self.client.stop()  # gives every open job its end
-            self._read_news()
+            for message in [*self._news, *self.client.poll_once()]:
+                self._hear(message)
+            self._news.clear()
         command = environment.worker_command(preferences.worker_python())
         client = Client(command, preferences.user_folder() / "worker.log")
         client.start()
         self.client = client
 
-    def _read_news(self) -> None:
-        for message in self.client.poll_once() if self.client is not None else ():
-            if message.job == self._in_flight and message.kind in FINAL:
-                self._in_flight = None
-            if self.jobs and message.job == self.jobs[0].number:
-                self._take(self.jobs[0], message)
+    def _firsts(self) -> dict[int, Job]:
+        """The first pending job on each object."""
+        return {job.target: job for job in reversed(self.jobs) if job.target and job.pending}
 
     def _advance(self) -> None:
-        """Let the first job begin, and tell the first of each target what it builds on."""
-        seen = set()
-        for job in [*self.jobs]:
-            if job.target is None or job.target in seen:
-                continue
-            seen.add(job.target)
-            ob = find(job.target)
+        """Let the first job begin, and tell the first of each object what it builds on."""
+        for target, job in self._firsts().items():
+            ob = find(target)
             if not job.base and ob is not None:
                 job.base = field_of(ob).revision
-        while self.jobs and self._in_flight is None:
+        for job in [job for job in self.jobs if job.status is JobStatus.REFINING]:
+            if any(other.kind is not JobKind.MESH for other in self.pending(job.target)):
+                self._silence(job)
+                self._end(job, JobStatus.DONE, "")
+        while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
             self._start(self.jobs[0])
 
     def _start(self, job: Job) -> None:
@@ -196,29 +224,63 @@ class Session:
             self._ensure_worker()
             assert self.client is not None
             fields, arrays = job.request()
-            job.number = self._in_flight = self.client.submit(job.kind, fields, arrays)
+            job.number = self.client.submit(job.kind, fields, arrays)
             job.status = JobStatus.RUNNING
         except SculptError as error:
             self._end(job, JobStatus.FAILED, str(error))
 
-    def _take(self, job: Job, message: Message) -> None:
+    def _hear(self, message: Message) -> None:
+        """Something of the first job; of others there is only what was sent before they ended."""
+        if not self.jobs or message.job != self.jobs[0].number:
+            return
+        job = self.jobs[0]
         if message.kind is MessageKind.PROGRESS:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
-            self._end(job, JobStatus.FAILED, message.fields["message"])
-        elif message.kind is MessageKind.RESULT:
-            status, text = JobStatus.FAILED, f"{job.label} failed; the system console says why."
-            try:
-                self._check_target(job)
-                job.apply(message)
-                status, text = JobStatus.DONE, ""
-            except SculptError as error:
-                text = str(error)
-            finally:
-                self._end(job, status, text)
+            kept = f"{job.label} keeps its quick result. " if job.quick else ""
+            self._end(job, JobStatus.FAILED, kept + message.fields["message"])
+        elif job.quick:
+            self._finals.remember(job.quick, message)
+            self._end(job, JobStatus.DONE, "")
+            self._bring_finals()
+        elif self._apply(job, message):
+            if message.kind is MessageKind.QUICK:
+                job.status, job.quick = JobStatus.REFINING, message
+            else:
+                self._end(job, JobStatus.DONE, "")
+        else:
+            self._silence(job)
+
+    def _apply(self, job: Job, message: Message) -> bool:
+        """Apply a result; when that cannot be, end the job."""
+        try:
+            self._check_target(job)
+            job.apply(message)
+        except SculptError as error:
+            self._end(job, JobStatus.FAILED, str(error))
+            return False
+        except Exception:  # a defect: the jobs to come must not suffer for it
+            log.exception("%s failed", job.label)
+            text = f"{job.label} failed; the system console says why."
+            self._end(job, JobStatus.FAILED, text)
+            return False
+        return True
+
+    def _bring_finals(self) -> None:
+        """Show final results where their quick ones are, and tell the jobs that build on those."""
+        self._finals.bring()
+        for target, job in self._firsts().items():
+            ob, final = find(target), self._finals.successor(job.base)
+            if ob is not None and field_of(ob).revision == final:
+                job.base = final
+
+    def _silence(self, job: Job) -> None:
+        """Let the worker stop a job; what it still sends of it is ignored."""
+        if job.number >= 0 and self.client is not None:
+            self.client.cancel(job.number)
 
     def _check_target(self, job: Job) -> None:
         if job.target is None:
