@@ -11,9 +11,12 @@ them:
 2. A flood. Where the corners of a face disagree, the cell on its other side is active too; such
    faces lead through every component of which the octree found a single cell.
 
+After an edit the flood alone finds what became of a surface that is known (`find_again`).
+
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
-Cells and points are linear indices into the padded array; a cell is named by its lowest corner.
+Cells and points are linear indices into the ringed lattice, n = cells + 3 points per axis; a cell
+is named by its lowest corner.
 """
 
 from dataclasses import dataclass
@@ -29,6 +32,8 @@ from .network import Siren
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 15  # points between two looks at `progress`; some 20 ms
 WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the descent
+UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
+INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # (8, 3)
 
 # Trilinear weights that carry a block's 8 corners to the 8 corners of each of its 8 children.
@@ -37,61 +42,96 @@ _TO_CHILDREN = np.prod(
     np.where(CORNERS[None] == 1, _CHILD_CORNERS, 1 - _CHILD_CORNERS), axis=2
 ).astype(np.float32)  # (corner * child, 8)
 
+# Whether the corners of a face disagree, for each sign code: (axis, side) -> (256,).
+_CODE_BITS = np.arange(256)[:, None] >> np.arange(8) & 1  # (256, 8)
+_MIXED_FACE = {
+    (axis, side): np.isin(_CODE_BITS[:, CORNERS[:, axis] == side].sum(axis=1), (1, 2, 3))
+    for axis in range(3)
+    for side in (0, 1)
+}
+
 
 @dataclass(frozen=True)
-class Lattice:
-    """Field values where they are known, and the active cells.
+class ActiveCells:
+    """All active cells of a lattice of `cells` cells per axis of the box [-1, 1]^3."""
 
-    values: (n, n, n) float32 with n = cells + 3, ring included; NaN where the field was not needed
-    active: (n, n, n) bool, true at the highest corner of every active cell (scikit-image's mask)
-    cells:  cells per axis of the box [-1, 1]^3
-    """
-
-    values: NDArray[np.float32]
-    active: NDArray[np.bool_]
     cells: int
+    index: NDArray[np.int32]  # (A,), rising
+    values: NDArray[np.float32]  # (8, A), f at the corners; never zero
 
     @property
     def spacing(self) -> float:
         """Edge of a cell in model space."""
         return 2 / self.cells
 
+    @property
+    def codes(self) -> NDArray[np.uint8]:
+        """Signs of the corners (A,): bit c is set when corner c is inside."""
+        return _codes(self.values)
 
-def find_active(network: Siren, cells: int, progress: Progress = silent) -> Lattice:
-    """The lattice of `cells` cells per axis with all active cells of `network` marked.
 
-    SculptError when the network yields values that are not finite.
-    """
+def steps(cells: int) -> NDArray[np.int32]:
+    """Index steps along each axis (3,) of a lattice of `cells` cells per axis."""
+    n = cells + 3
+    return np.array([n * n, n, 1], np.int32)
+
+
+def find_active(network: Siren, cells: int, progress: Progress = silent) -> ActiveCells:
+    """The active cells of `network`. SculptError when it yields values that are not finite."""
     search = _Search(network, cells, progress)
     search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
-    return Lattice(search.lattice, search.active, cells)
+    return search.result()
+
+
+def find_again(
+    known: ActiveCells, changed: NDArray[np.bool_], network: Siren, progress: Progress = silent
+) -> ActiveCells:
+    """The active cells after an edit that moved the surface in the `changed` (A,) ones.
+
+    Corners of cells that did not change keep their values, so the result is exactly that of one
+    lattice: closed wherever the surface is. Pieces born away from the known surface are not seen.
+    """
+    search = _Search(network, known.cells, progress)
+    corners = known.index + search.corners  # (8, A)
+    search.flat[corners] = known.values
+    search.flat[corners[:, changed]] = UNKNOWN
+    touched = (search.flat[corners] == UNKNOWN).any(axis=0)
+    search.mark(known.index[~touched])
+    search.evaluate(corners[:, touched].ravel())
+    search.flood(known.index[touched][_mixed(search.flat[corners[:, touched]])])
+    return search.result()
 
 
 class _Search:
-    """The state of one search: the values so far, the cells so far."""
+    """The state of one search: the values so far, the cells so far.
+
+    The arrays span the lattice, but of memory that nobody touches the system gives none.
+    """
 
     def __init__(self, network: Siren, cells: int, progress: Progress) -> None:
         self.network, self.cells, self.progress = network, cells, progress
-        n = cells + 3
-        self.lattice = np.full((n, n, n), np.nan, np.float32)
-        for axis in range(3):
-            np.moveaxis(self.lattice, axis, 0)[[0, -1]] = 1.0
-        self.active = np.zeros((n, n, n), bool)
-        self.steps = np.array([n * n, n, 1], np.int32)  # index step along each axis
-        self.flat = self.lattice.reshape(-1)  # a view
+        self.n = cells + 3
+        self.flat = np.zeros(self.n**3, np.float32)
         self.tags = self.flat.view(np.int32)  # the same memory
-        self.seen = self.active.reshape(-1)[self.steps.sum() :]  # a view: by a cell's lowest corner
+        self.seen = np.zeros(self.n**3, bool)
+        self.found = [np.empty(0, np.int32)]
+        self.steps = steps(cells)
         self.corners = (CORNERS @ self.steps).astype(np.int32)[:, None]  # (8, 1)
-        self.axis = np.linspace(-1, 1, cells + 1, dtype=np.float32)  # coordinates of the points
         self.spacing = 2 / cells
+        self.axis = np.zeros(self.n, np.float32)  # coordinates of the points, 2 in the ring
+        self.axis[1:-1] = np.linspace(-1, 1, cells + 1)
+        self.axis[[0, -1]] = 2
         self.root = _root_stride(cells)
         self.fraction = 0.0
 
+    def result(self) -> ActiveCells:
+        """All cells marked so far."""
+        index = np.unique(np.concatenate(self.found))
+        return ActiveCells(self.cells, index, self.flat[index + self.corners])
+
     def descend(self) -> NDArray[np.int32]:
         """Active cells found by the octree (A,)."""
-        root = np.arange(1, self.cells + 1, self.root)
-        blocks = _outer_sum(root, self.steps)  # (R,)
-        self.evaluate(_outer_sum(np.arange(1, self.cells + 2, self.root), self.steps))
+        blocks = self.outer_sum(np.arange(1, self.cells + 1, self.root))  # (R,)
         slope = self.slope()
         found = [np.empty(0, np.int32)]
         stack = [(self.root, part) for part in _parts(blocks)]
@@ -121,16 +161,19 @@ class _Search:
 
         A field steeper than a distance changes sign within a wider margin of f.
         """
-        value = self.lattice[1 : -1 : self.root, 1 : -1 : self.root, 1 : -1 : self.root]
+        points = self.outer_sum(np.arange(1, self.cells + 2, self.root))
+        self.evaluate(points)
+        size = self.cells // self.root + 1
+        value = self.flat[points].reshape(size, size, size)
         steepest = max(float(np.abs(np.diff(value, axis=axis)).max()) for axis in range(3))
         return max(1.0, steepest / (self.root * self.spacing))
 
     def ring_seeds(self) -> NDArray[np.int32]:
         """Cells of the ring beside a root point that is inside: seeds of the closing faces."""
-        points = _outer_sum(np.arange(1, self.cells + 2, self.root), self.steps)
-        index = np.stack(np.unravel_index(points, self.lattice.shape), axis=1)  # (P, 3)
-        on_face = ((index == 1) | (index == self.cells + 1)).any(axis=1)
-        points = points[on_face & (self.flat[points] <= 0)]
+        points = self.outer_sum(np.arange(1, self.cells + 2, self.root))
+        points = points[self.flat[points] < 0]
+        place = np.stack(np.unravel_index(points, (self.n,) * 3))  # (3, P)
+        points = points[((place == 1) | (place == self.cells + 1)).any(axis=0)]
         cells = np.unique(points - self.corners)
         self.evaluate((cells + self.corners).ravel())
         return cells[_mixed(self.flat[cells + self.corners])]
@@ -138,33 +181,47 @@ class _Search:
     def flood(self, frontier: NDArray[np.int32]) -> None:
         """Mark `frontier` (A,) and every cell reached from it through faces of mixed sign."""
         self.fraction = 0.9
-        sides = [(axis, side) for axis in range(3) for side in (0, 1)]
         while len(frontier):
-            self.seen[frontier] = True
-            value = self.flat[frontier + self.corners]  # (8, A)
-            reached = []
-            for axis, side in sides:
-                crossed = frontier[_mixed(value[CORNERS[:, axis] == side])]  # (4, A) corners of it
-                reached.append(crossed + (2 * side - 1) * self.steps[axis])
+            self.mark(frontier)
+            codes = _codes(self.flat[frontier + self.corners])  # (A,)
+            reached = [
+                frontier[mixed[codes]] + (2 * side - 1) * self.steps[axis]
+                for (axis, side), mixed in _MIXED_FACE.items()
+            ]
             frontier = np.concatenate(reached)
             frontier = np.unique(frontier[~self.seen[frontier]])
             self.evaluate((frontier + self.corners).ravel())
 
+    def mark(self, cells: NDArray[np.int32]) -> None:
+        """Say that `cells` (A,) are active."""
+        self.seen[cells] = True
+        self.found.append(cells)
+
     def evaluate(self, points: NDArray[np.int32]) -> None:
         """Make the field known at the lattice points (P,), which may repeat."""
-        unknown = points[np.isnan(self.flat[points])]
+        unknown = points[self.flat[points] == UNKNOWN]
         order = np.arange(len(unknown), dtype=np.int32)
         self.tags[unknown] = order  # of a point named twice the last writer stays,
         unknown = unknown[self.tags[unknown] == order]  # and the values soon overwrite the tags
         for start in range(0, len(unknown), BATCH):
             self.progress(self.fraction, "Searching the surface")
             part = unknown[start : start + BATCH]
-            index = np.unravel_index(part, self.lattice.shape)
-            x = np.stack([self.axis[i - 1] for i in index], axis=1)  # (P, 3)
+            x = np.empty((len(part), 3), np.float32)
+            row, k = np.divmod(part, np.int32(self.n))
+            i, j = np.divmod(row, np.int32(self.n))
+            for axis, place in enumerate((i, j, k)):
+                x[:, axis] = self.axis[place]
             value = values(self.network, x)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
+            value[value == 0] = INSIDE
+            value[x.max(axis=1) > 1] = OUTSIDE
             self.flat[part] = value
+
+    def outer_sum(self, place: NDArray[np.intp]) -> NDArray[np.int32]:
+        """All points (K^3,) whose three coordinates are in `place` (K,)."""
+        x, y, z = (place.astype(np.int32) * step for step in self.steps)
+        return (x[:, None, None] + y[:, None] + z).ravel()
 
 
 def _root_stride(cells: int) -> int:
@@ -175,20 +232,19 @@ def _root_stride(cells: int) -> int:
     return stride
 
 
-def _outer_sum(index: NDArray[np.intp], steps: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Linear indices of all points whose three coordinates are in `index` (K,) -> (K^3,)."""
-    x, y, z = (index.astype(np.int32) * step for step in steps)
-    return (x[:, None, None] + y[:, None] + z).ravel()
-
-
 def _parts(blocks: NDArray[np.int32]) -> list[NDArray[np.int32]]:
     return [blocks[i : i + WIDEST_LEVEL] for i in range(0, len(blocks), WIDEST_LEVEL)]
 
 
+def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Which of the 8 corners, on the first axis, are inside, as bits; zero counts as inside."""
+    return np.packbits(value <= 0, axis=0, bitorder="little")[0]
+
+
 def _mixed(value: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether the corners, on the first axis, disagree in sign; zero counts as inside."""
-    inside = value <= 0
-    return inside.any(axis=0) & ~inside.all(axis=0)
+    """Whether the 8 corners, on the first axis, disagree in sign."""
+    codes = _codes(value)
+    return (codes != 0) & (codes != 255)
 
 
 def _near(value: NDArray[np.float32], edge: float, slope: float) -> NDArray[np.bool_]:

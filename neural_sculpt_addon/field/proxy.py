@@ -3,10 +3,12 @@
 
     active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0
 
-Marching cubes (Lewiner et al. 2003, scikit-image) runs on the active cells only. It leaves some 6 %
-slivers, triangles below 5 degrees: moving each vertex in its tangent plane towards the mean of its
-neighbours removes them. One Newton step then brings the vertices to within 1e-5 of the surface, and
-its gradients are the normals.
+Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each vertex in its tangent
+plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
+within 1e-5 of the surface, and its gradients are the normals.
+
+`extract` does this from nothing. `follow` does it after an edit, where the surface moved; elsewhere
+each vertex takes one step along its normal, so that all of the mesh lies on the edited surface.
 
 Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
 is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
@@ -16,17 +18,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from skimage.measure import marching_cubes
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
-from .cells import Lattice, find_active
-from .evaluate import values_and_gradients
+from .cells import ActiveCells, find_active, find_again
+from .evaluate import values, values_and_gradients
+from .march import RawMesh, march
 from .network import Siren
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
-SETTLED = 0.02  # a vertex that moved less, in cells, needs no further step
+SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
 FLAT = 1e-6  # a gradient below this has no direction
 FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 4 GB
@@ -49,16 +51,17 @@ def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Pr
     so many cells.
     """
     check_cells(cells)
-    lattice = find_active(network, cells, lambda part, text: progress(0.6 * part, text))
-    if not lattice.active.any():
+    active = find_active(network, cells, lambda part, text: progress(0.6 * part, text))
+    if not len(active.index):
         raise SculptError(
             "The field has no surface in its box. Undo the last stroke or choose another model."
         )
     progress(0.6, "Meshing")
-    mesh = _march(lattice)
+    mesh = march(active)
+    mesh = _weld_caps(mesh) if mesh.cap.any() else mesh
     progress(0.7, "Meshing")
-    _relax(mesh, lattice.spacing)
-    _snap(mesh, network, lattice.spacing, lambda part, text: progress(0.75 + 0.25 * part, text))
+    _relax(mesh, active.spacing)
+    _snap(mesh, network, active.spacing, lambda part, text: progress(0.75 + 0.25 * part, text))
     return Proxy(mesh.vertices, mesh.normals, mesh.triangles)
 
 
@@ -70,31 +73,7 @@ def check_cells(cells: int) -> None:
         )
 
 
-@dataclass
-class _Mesh:
-    """A proxy in the making: `held` coordinates stay on their box face, `cap` vertices close it."""
-
-    vertices: NDArray[np.float32]  # (V, 3)
-    normals: NDArray[np.float32]  # (V, 3), rough until the vertices are snapped
-    triangles: NDArray[np.int32]  # (F, 3)
-    held: NDArray[np.bool_]  # (V, 3)
-    cap: NDArray[np.bool_]  # (V,)
-
-
-def _march(lattice: Lattice) -> _Mesh:
-    """Marching cubes on the active cells; what lies in the ring is drawn onto the box faces."""
-    index, triangles, inward, _ = marching_cubes(lattice.values, 0.0, mask=lattice.active)
-    cap = ((index < 1) | (index > lattice.cells + 1)).any(axis=1)  # (V,)
-    index = np.clip(index, 1, lattice.cells + 1)
-    held = (index == 1) | (index == lattice.cells + 1)  # (V, 3)
-    vertices = ((index - 1) * lattice.spacing - 1).astype(np.float32)
-    normals = np.where(cap[:, None], held * vertices, -inward)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    mesh = _Mesh(vertices, normals, np.ascontiguousarray(triangles), held, cap)
-    return _weld_caps(mesh) if cap.any() else mesh
-
-
-def _weld_caps(mesh: _Mesh) -> _Mesh:
+def _weld_caps(mesh: RawMesh) -> RawMesh:
     """Merge the cap vertices that meet at an edge or corner of the box."""
     name = np.arange(len(mesh.vertices))  # (V,)
     cap = np.flatnonzero(mesh.cap)
@@ -103,16 +82,17 @@ def _weld_caps(mesh: _Mesh) -> _Mesh:
     triangles = name[mesh.triangles]
     proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     used, triangles = np.unique(triangles[proper], return_inverse=True)
-    return _Mesh(
+    return RawMesh(
         mesh.vertices[used],
         mesh.normals[used],
         triangles.reshape(-1, 3).astype(np.int32),
+        mesh.edges[used],
         mesh.held[used],
         mesh.cap[used],
     )
 
 
-def _relax(mesh: _Mesh, spacing: float) -> None:
+def _relax(mesh: RawMesh, spacing: float) -> None:
     """Move each vertex within its tangent plane towards the mean of its neighbours.
 
     In a closed mesh of one winding every edge is walked once in each direction, so the sum over
@@ -135,7 +115,7 @@ def _relax(mesh: _Mesh, spacing: float) -> None:
     np.clip(mesh.vertices + move, -1, 1, out=mesh.vertices)
 
 
-def _snap(mesh: _Mesh, network: Siren, spacing: float, progress: Progress) -> None:
+def _snap(mesh: RawMesh, network: Siren, spacing: float, progress: Progress) -> None:
     """Newton steps onto f = 0, within the face for vertices held on one; normals from grad f."""
     moving = np.flatnonzero(~mesh.cap)
     for step in range(STEPS):

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Marching cubes (Lorensen and Cline 1987) on a list of active cells, all at once in NumPy.
+
+How a cell of each sign code is triangulated is asked of scikit-image, one cell at a time; what it
+would do on a dense array, cell after cell, is then a matter of looking up. Every crossed lattice
+edge has one owner, the active cell at its lower end, so vertices are welded without searching.
+
+Where the surface leaves the box, the ring's cells close it off: their vertices, the caps, are drawn
+onto the box faces. All lengths in model space.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+from skimage.measure import marching_cubes
+
+from .cells import CORNERS, ActiveCells, steps
+
+UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
+NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is snapped later
+
+
+@dataclass
+class RawMesh:
+    """A closed mesh of a lattice, whose vertices are near the surface.
+
+    The vertices are in the order of their edges, each named 3 * (point at its lower end) + axis.
+    """
+
+    vertices: NDArray[np.float32]  # (V, 3)
+    normals: NDArray[np.float32]  # (V, 3), unit, outward, rough
+    triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
+    edges: NDArray[np.int64]  # (V,), rising
+    held: NDArray[np.bool_]  # (V, 3), coordinates that stay on their box face
+    cap: NDArray[np.bool_]  # (V,)
+
+
+def march(active: ActiveCells) -> RawMesh:
+    """The surface within the active cells."""
+    codes = active.codes
+    crossed = codes[:, None] >> UPPER & 1 != codes[:, None] & 1  # (A, 3)
+    owner, axis = np.nonzero(crossed)  # (V,)
+    vertex = np.cumsum(crossed, dtype=np.int32).reshape(crossed.shape) - 1  # (A, 3)
+    triangles = _triangles(active, codes, vertex)
+    edges = 3 * active.index[owner].astype(np.int64) + axis
+    along = np.eye(3, dtype=bool)[axis]  # (V, 3)
+
+    low = active.values[0, owner]
+    high = active.values[UPPER[axis], owner]
+    part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
+    slope = np.empty((len(owner), 3), np.float32)  # of the trilinear field
+    for other, corner in enumerate(UPPER):
+        at_low = active.values[corner, owner] - low
+        at_high = active.values[UPPER[axis] | corner, owner] - high
+        slope[:, other] = (1 - part) * at_low + part * at_high
+    slope[along] = high - low
+    normals = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+
+    place = np.stack(np.unravel_index(active.index, (active.cells + 3,) * 3), axis=1)[owner]
+    cap = ((place == 0) | (place == active.cells + 1))[along]
+    held = (place == 1) | (place == active.cells + 1)
+    held[along] = cap
+    axis_points = np.linspace(-1, 1, active.cells + 1, dtype=np.float32)
+    vertices = axis_points[np.clip(place - 1, 0, active.cells)]
+    vertices[along] += np.where(cap, 0, part * np.float32(active.spacing))
+    normals[cap] = held[cap] * vertices[cap]
+    normals[cap] /= np.linalg.norm(normals[cap], axis=1, keepdims=True)
+    return RawMesh(vertices, normals, triangles, edges, held, cap)
+
+
+def _triangles(
+    active: ActiveCells, codes: NDArray[np.uint8], vertex: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Triangles (F, 3), cell by cell, given the vertices (A, 3) that each cell owns."""
+    count, table = _table()
+    counts = count[codes]  # (A,)
+    cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
+    first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
+    number = np.arange(len(cell), dtype=np.int32) - first[cell]  # (F,), within its cell
+    edge = table[codes[cell], number]  # (F, 3), 3 * corner + axis
+    row = np.empty((active.cells + 3) ** 3, np.int32)  # of a cell among the active ones
+    row[active.index] = np.arange(len(active.index), dtype=np.int32)
+    offset = np.repeat((CORNERS @ steps(active.cells)).astype(np.int32), 3)  # (24,)
+    owner = row[active.index[cell][:, None] + offset[edge]]  # (F, 3)
+    return vertex.ravel()[3 * owner + edge % 3]
+
+
+@cache
+def _table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Triangles of each sign code: how many (256,), and their edges (256, 5, 3)."""
+    count = np.zeros(256, np.int32)
+    table = np.zeros((256, 5, 3), np.int32)
+    for code in range(1, 255):
+        cube = np.where(code >> np.arange(8) & 1, -1.0, 1.0).reshape(2, 2, 2)
+        middles, triangles, _, _ = marching_cubes(cube, 0.0, method="lorensen")
+        axis = np.argmax(middles == 0.5, axis=1)
+        corner = np.floor(middles).astype(int) @ UPPER
+        count[code] = len(triangles)
+        table[code, : len(triangles)] = (3 * corner + axis)[triangles]
+    return count, table
