@@ -16,6 +16,7 @@ from ..stroke.displacement import displace
 from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
 from ..stroke.stroke import Ends, Stroke
+from .evaluate import values_and_gradients
 from .lay import lay
 from .network import Siren
 from .prepare import Preparation
@@ -68,8 +69,15 @@ class Problem:
         return tubes
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
-        """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched."""
+        """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
+
+        Their normals are those of the network: samples of the surface that was asked for may lie
+        beside what the network made of it.
+        """
         moved = Samples(*(array.copy() for array in surface))
+        _, gradient = values_and_gradients(self.network, surface.points)
+        normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+        surface = Samples(surface.points, normals)
         largest, stretch = np.zeros((2, len(moved.points)))
         stretch += 1
         for one in self.laid:

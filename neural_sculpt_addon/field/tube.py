@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..stroke.curve import Array
 from ..stroke.displacement import Displacement, displace, local_radius
 from ..stroke.path import Path
-from ..stroke.stroke import Ends, Stroke
+from ..stroke.stroke import Direction, Ends, Stroke
 from .evaluate import values_and_gradients
 from .network import Siren
 from .projection import project
@@ -22,7 +22,9 @@ from .surface import Samples
 
 ROWS, COLUMNS = 99, 101
 MOST_CAP_ROWS = 99
+ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
 ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
+BEND = 5e-4  # between two normals whose difference tells the curvature
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 
 
@@ -86,8 +88,9 @@ def displaced(
     """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
     by what factor (N,) it stretches the surface's area.
 
-    The normal is the cross product of two tangents of the displaced surface, by central differences
-    of p + d n over the tangent plane: it holds for every profile, end and direction alike.
+    The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
+    surface. Their derivatives are differences, so this holds for every profile and end alike;
+    `samples` have the normals of `network`, of which dw/dt is a one-sided difference.
     """
     moved = samples.points + displacement.amount[:, None] * displacement.direction
     step = stroke.brush.radius / 64
@@ -96,15 +99,21 @@ def displaced(
     second = np.cross(samples.normals, first)
     tangents = []
     for axis in (first, second):
-        sides = []
-        for sign in (1.0, -1.0):
-            points = samples.points + sign * step * axis
-            _, gradient = values_and_gradients(network, points)
+        ahead, behind = (
+            displace(stroke, path, samples.points + sign * step * axis, samples.normals)
+            for sign in (1, -1)
+        )
+        slope = (ahead.amount - behind.amount) / (2 * step)
+        if stroke.direction is Direction.STROKE:
+            bend = (ahead.direction - behind.direction) / (2 * step)
+        else:
+            _, gradient = values_and_gradients(network, samples.points + BEND * axis)
             normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-            there = displace(stroke, path, points, normals)
-            sides.append(points + there.amount[:, None] * there.direction)
-        tangents.append(sides[0] - sides[1])
-    normals = np.cross(*tangents) / (2 * step) ** 2
+            bend = (normals - samples.normals) / BEND
+        tangents.append(
+            axis + slope[:, None] * displacement.direction + displacement.amount[:, None] * bend
+        )
+    normals = np.cross(*tangents)
     stretch = np.linalg.norm(normals, axis=1)
     normals /= np.maximum(stretch, 1e-12)[:, None]
     return Samples(moved.astype(np.float32), normals.astype(np.float32)), stretch
@@ -121,7 +130,7 @@ def _around(
 ) -> tuple[Samples, Displacement, NDArray[np.intp]]:
     """Surface samples within `reach` radii of the path, and their places in the grid."""
     along, across = _grid(stroke, path, reach, rows, columns, jitter)
-    surface = project(network, _offset(stroke, path, along, across))
+    surface = project(network, _offset(stroke, path, along, across), tolerance=ARRIVED)
     samples = Samples(surface.points, surface.normals)
     displacement = displace(stroke, path, *samples)
     kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)

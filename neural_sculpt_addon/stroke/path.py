@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .curve import Array, arc_length
 
+CHUNK = 1024  # points whose distances from all vertices are looked at together
 DEGENERATE = 1e-3  # sine of the angle between u and n below which v is carried on
 
 
@@ -97,13 +98,15 @@ def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:
     """Index of the segment of `path` nearest to each x, and the place on it in [0, 1].
 
     The segment is one of the two at the nearest vertex; |a - b|^2 expanded, so a product of
-    matrices finds that vertex.
+    matrices finds that vertex, in chunks that fit the cache.
     """
     squares = np.einsum("ij,ij->i", path, path)
+    factor = np.vstack([-2 * path.T, squares])  # (4, N)
+    homogeneous = np.column_stack([x, np.ones(len(x))])  # (M, 4)
     vertex = np.empty(len(x), int)
-    for start in range(0, len(x), 8192):
-        part = slice(start, start + 8192)
-        vertex[part] = np.argmin(squares - 2 * x[part] @ path.T, axis=1)
+    for start in range(0, len(x), CHUNK):
+        part = slice(start, start + CHUNK)
+        vertex[part] = np.argmin(homogeneous[part] @ factor, axis=1)
     best = np.full(len(x), np.inf)
     index, place = np.zeros(len(x), int), np.zeros(len(x))
     count = len(path) - 1
