@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from bpy.types import Context
+from bpy.types import Context, NodeTree
 from numpy.typing import NDArray
 
 from ..stroke.brush import Brush
@@ -17,15 +17,26 @@ from .properties import CURVE, brush_of
 def current_brush(context: Context) -> Brush:
     """The brush as the panel shows it; lengths in model space."""
     settings = brush_of(context)
-    if settings.profile == CURVE:
-        profile = Profile(table=curve_store.table(settings.curves, curve_store.PROFILE))
-    else:
-        profile = Profile(settings.profile.lower())
-    if settings.modulation == CURVE:
-        modulation = Modulation(table=curve_store.table(settings.curves, curve_store.MODULATION))
-    else:
-        modulation = Modulation(settings.modulation.lower())
-    return Brush(settings.radius, settings.intensity, profile, modulation)
+    return Brush(
+        settings.radius,
+        settings.intensity,
+        profile(settings.profile, settings.curves),
+        modulation(settings.modulation, settings.curves),
+    )
+
+
+def profile(choice: str, curves: NodeTree) -> Profile:
+    """What a choice of profile means; `curves` are needed for CURVE alone."""
+    if choice == CURVE:
+        return Profile(table=curve_store.table(curves, curve_store.PROFILE))
+    return Profile(choice.lower())
+
+
+def modulation(choice: str, curves: NodeTree) -> Modulation:
+    """What a choice of modulation means; `curves` are needed for CURVE alone."""
+    if choice == CURVE:
+        return Modulation(table=curve_store.table(curves, curve_store.MODULATION))
+    return Modulation(choice.lower())
 
 
 def pressure_factors(context: Context, length: str, pressures: Sequence[float]) -> NDArray | None:

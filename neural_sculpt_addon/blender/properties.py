@@ -20,7 +20,7 @@ from bpy.props import (
     PointerProperty,
     StringProperty,
 )
-from bpy.types import Context, Object, PropertyGroup
+from bpy.types import Context, NodeTree, Object, PropertyGroup
 
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
@@ -86,7 +86,9 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
     )
 
 
-def _choices(shape: type[Profile] | type[Modulation], word: str) -> list[tuple[str, str, str]]:
+def shape_choices(shape: type[Profile] | type[Modulation]) -> list[tuple[str, str, str]]:
+    """Items of an enum: the named shapes and the curve widget."""
+    word = shape.WORD
     named = [
         (name.upper(), name.replace("_", " ").title(), f"The {name.replace('_', ' ')} {word}")
         for name in shape.FORMULAS
@@ -97,8 +99,8 @@ def _choices(shape: type[Profile] | type[Modulation], word: str) -> list[tuple[s
 def _make_curves(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
     """Data-blocks may be made in an update, never while drawing a panel."""
     chosen = CURVE in (brush.profile, brush.modulation)
-    if (chosen or brush.pressure_radius or brush.pressure_intensity) and brush.curves is None:
-        brush.curves = curve_store.make_curves()
+    if chosen or brush.pressure_radius or brush.pressure_intensity:
+        ensure_curves(brush)
 
 
 def _scene_units(length: str) -> dict[str, Any]:
@@ -108,19 +110,18 @@ def _scene_units(length: str) -> dict[str, Any]:
         ob = bpy.context.active_object
         return world_scale(ob) if ob is not None and is_field(ob) else 1.0
 
-    def get(brush: "NEURAL_SCULPT_PG_brush") -> float:
-        return getattr(brush, length) * scale()
+    def get(owner: Any) -> float:
+        return getattr(owner, length) * scale()
 
-    def put(brush: "NEURAL_SCULPT_PG_brush", value: float) -> None:
-        setattr(brush, length, value / scale())
+    def put(owner: Any, value: float) -> None:
+        setattr(owner, length, value / scale())
 
     return {"get": get, "set": put, "subtype": "DISTANCE", "precision": 3}
 
 
-class NEURAL_SCULPT_PG_brush(PropertyGroup):
-    """The brush of the next stroke; lengths are stored in model space."""
-
-    radius: FloatProperty(
+def radius_property() -> Any:
+    """Half width of a stroke."""
+    return FloatProperty(
         name="Radius",
         description="Half width of the stroke, in model space",
         default=0.1,
@@ -128,7 +129,11 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
         soft_max=0.5,
         max=1.0,
     )
-    intensity: FloatProperty(
+
+
+def intensity_property() -> Any:
+    """Height of a stroke."""
+    return FloatProperty(
         name="Intensity",
         description="Height of the stroke, in model space; negative carves",
         default=0.05,
@@ -137,31 +142,78 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
         soft_max=0.2,
         max=1.0,
     )
-    scene_radius: FloatProperty(
+
+
+def scene_radius_property() -> Any:
+    """The `radius` beside it, in scene units."""
+    return FloatProperty(
         name="Radius",
         description="Half width of the stroke, on the active field",
         **_scene_units("radius"),
     )
-    scene_intensity: FloatProperty(
+
+
+def scene_intensity_property() -> Any:
+    """The `intensity` beside it, in scene units."""
+    return FloatProperty(
         name="Intensity",
         description="Height of the stroke, on the active field; negative carves",
         **_scene_units("intensity"),
     )
+
+
+def ends_property() -> Any:
+    """Name of a `stroke.Ends`."""
+    return EnumProperty(
+        name="Ends",
+        description="What a stroke does beyond its first and last point",
+        items=[
+            (Ends.ROUND.name, "Round", "The profile goes around the ends"),
+            (Ends.FLAT.name, "Flat", "The stroke is cut off at its ends"),
+        ],
+        default=Ends.ROUND.name,
+    )
+
+
+def direction_property() -> Any:
+    """Name of a `stroke.Direction`."""
+    return EnumProperty(
+        name="Direction",
+        description="Along which normal the surface is displaced",
+        items=[
+            (Direction.SURFACE.name, "Surface", "Each point along its own normal"),
+            (
+                Direction.STROKE.name,
+                "Stroke",
+                "All points of a cross-section along the normal in its middle",
+            ),
+        ],
+        default=Direction.SURFACE.name,
+    )
+
+
+class NEURAL_SCULPT_PG_brush(PropertyGroup):
+    """The brush of the next stroke; lengths are stored in model space."""
+
+    radius: radius_property()
+    intensity: intensity_property()
+    scene_radius: scene_radius_property()
+    scene_intensity: scene_intensity_property()
     profile: EnumProperty(
         name="Profile",
         description="Cross-section of the stroke",
-        items=_choices(Profile, "profile"),
+        items=shape_choices(Profile),
         default="QUINTIC",
         update=_make_curves,
     )
     modulation: EnumProperty(
         name="Modulation",
         description="Strength along the stroke",
-        items=_choices(Modulation, "modulation"),
+        items=shape_choices(Modulation),
         default="IDENTITY",
         update=_make_curves,
     )
-    curves: PointerProperty(type=bpy.types.NodeTree, options={"HIDDEN"})
+    curves: PointerProperty(type=NodeTree, options={"HIDDEN"})
     input: EnumProperty(
         name="Input",
         description="How a stroke is drawn",
@@ -187,6 +239,10 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
         max=2.0,
         subtype="FACTOR",
     )
+    adjust: BoolProperty(
+        name="Adjust",
+        description="A freehand stroke, too, can be edited until Enter confirms it",
+    )
     pressure_radius: BoolProperty(
         name="Pressure on Radius",
         description="The pen's pressure changes the radius, by the curve",
@@ -198,28 +254,15 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
         default=True,
         update=_make_curves,
     )
-    ends: EnumProperty(
-        name="Ends",
-        description="What a stroke does beyond its first and last point",
-        items=[
-            (Ends.ROUND.name, "Round", "The profile goes around the ends"),
-            (Ends.FLAT.name, "Flat", "The stroke is cut off at its ends"),
-        ],
-        default=Ends.ROUND.name,
-    )
-    direction: EnumProperty(
-        name="Direction",
-        description="Along which normal the surface is displaced",
-        items=[
-            (Direction.SURFACE.name, "Surface", "Each point along its own normal"),
-            (
-                Direction.STROKE.name,
-                "Stroke",
-                "All points of a cross-section along the normal in its middle",
-            ),
-        ],
-        default=Direction.SURFACE.name,
-    )
+    ends: ends_property()
+    direction: direction_property()
+
+
+def ensure_curves(brush: NEURAL_SCULPT_PG_brush) -> NodeTree:
+    """The curves of the brush, made when there are none; not to be called while drawing."""
+    if brush.curves is None:
+        brush.curves = curve_store.make_curves()
+    return brush.curves
 
 
 class NEURAL_SCULPT_PG_point(PropertyGroup):

@@ -8,9 +8,18 @@ from bpy.types import Object, Scene
 from . import history, menus
 from .operators import install_worker
 from .operators.add import NEURAL_SCULPT_OT_add
+from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
+from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
+from .operators.history import (
+    NEURAL_SCULPT_OT_delete_stroke,
+    NEURAL_SCULPT_OT_duplicate_stroke,
+    NEURAL_SCULPT_OT_move_stroke,
+    NEURAL_SCULPT_OT_mute_stroke,
+    NEURAL_SCULPT_OT_solo_stroke,
+)
 from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
@@ -38,6 +47,13 @@ CLASSES = (
     NEURAL_SCULPT_OT_add,
     NEURAL_SCULPT_OT_from_mesh,
     NEURAL_SCULPT_OT_stroke,
+    NEURAL_SCULPT_OT_mute_stroke,
+    NEURAL_SCULPT_OT_solo_stroke,
+    NEURAL_SCULPT_OT_delete_stroke,
+    NEURAL_SCULPT_OT_duplicate_stroke,
+    NEURAL_SCULPT_OT_move_stroke,
+    NEURAL_SCULPT_OT_edit_stroke,
+    NEURAL_SCULPT_OT_apply_to_base,
     NEURAL_SCULPT_OT_remesh,
     NEURAL_SCULPT_OT_export,
     NEURAL_SCULPT_OT_cancel,

@@ -45,6 +45,44 @@ def unmuted(chosen: Sequence[Entry]) -> tuple[Stroke, ...]:
     return tuple(entry.stroke for entry in chosen if not entry.muted)
 
 
+def muted(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with one stroke muted, or heard again."""
+    return [replace(e, muted=not e.muted) if e.uid == uid else e for e in listed]
+
+
+def soloed(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with all other strokes muted; when they are already, with none muted."""
+    alone = [entry.uid for entry in listed if not entry.muted] == [uid]
+    return [replace(entry, muted=not alone and entry.uid != uid) for entry in listed]
+
+
+def deleted(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list without one stroke."""
+    return [entry for entry in listed if entry.uid != uid]
+
+
+def duplicated(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with a copy of one stroke right after it."""
+    return [
+        copy for e in listed for copy in ((e, Entry(e.stroke, e.muted)) if e.uid == uid else (e,))
+    ]
+
+
+def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
+    """The list with one stroke `step` places farther down, as far as there are any."""
+    index = next((i for i, entry in enumerate(listed) if entry.uid == uid), None)
+    if index is None:
+        return [*listed]
+    rest = deleted(listed, uid)
+    rest.insert(min(max(index + step, 0), len(rest)), listed[index])
+    return rest
+
+
+def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
+    """The list with another stroke in the place of one."""
+    return [replace(entry, stroke=stroke) if entry.uid == uid else entry for entry in listed]
+
+
 def append(ob: Object, strokes: Iterable[Stroke]) -> None:
     """Add strokes at the end, the last of which becomes the active one."""
     group = field_of(ob)

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Change the settings of a stroke that was drawn before; the strokes are replayed with it.
+
+Radius and intensity are given in model space; the dialog shows them in scene units.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from bpy.props import EnumProperty
+from bpy.types import Context, Event, Operator
+
+from ...stroke.errors import SculptError
+from ...stroke.modulation import Modulation
+from ...stroke.profile import Profile
+from ...stroke.stroke import AXES, Direction, Ends, Stroke
+from .. import curve_store, stroke_list
+from ..brush import modulation, profile
+from ..properties import (
+    CURVE,
+    brush_of,
+    direction_property,
+    ends_property,
+    ensure_curves,
+    intensity_property,
+    radius_property,
+    scene_intensity_property,
+    scene_radius_property,
+    shape_choices,
+)
+from .history import chosen_uid, launch_change, listed_poll, uid_property
+from .launch import REGISTER, Outcome, active_field, fail
+
+KEEP = "KEEP"
+
+
+def _choices(shape: type[Profile] | type[Modulation], description: str) -> Any:
+    keep = KEEP, "As It Is", f"The {shape.WORD} that the stroke was drawn with"
+    return EnumProperty(
+        name=shape.WORD.title(), description=description, items=[keep, *shape_choices(shape)]
+    )
+
+
+class NEURAL_SCULPT_OT_edit_stroke(Operator):
+    """Change the settings of the stroke, wherever it stands in the list"""
+
+    bl_idname = "neural_sculpt.edit_stroke"
+    bl_label = "Edit Stroke"
+    bl_options = REGISTER
+
+    uid: uid_property()
+    radius: radius_property()
+    intensity: intensity_property()
+    scene_radius: scene_radius_property()
+    scene_intensity: scene_intensity_property()
+    profile: _choices(Profile, "Cross-section of the stroke")
+    modulation: _choices(Modulation, "Strength along the stroke")
+    ends: ends_property()
+    direction: direction_property()
+    mirror: EnumProperty(
+        name="Mirror",
+        description="Axes across whose planes the stroke is repeated",
+        items=[(axis, axis, f"Across the plane {axis.lower()} = 0") for axis in AXES],
+        options={"ENUM_FLAG"},
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field with strokes."""
+        return listed_poll(cls, context)
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Show the stroke as it is and let the artist change it."""
+        self.uid = chosen_uid(self, context)
+        try:
+            stroke = self._stroke(context)
+        except SculptError as error:
+            return fail(self, error)
+        self.radius, self.intensity = stroke.brush.radius, stroke.brush.intensity
+        self.profile = stroke.brush.profile.name.upper() or KEEP
+        self.modulation = stroke.brush.modulation.name.upper() or KEEP
+        self.ends, self.direction = stroke.ends.name, stroke.direction.name
+        self.mirror = set(stroke.mirror)
+        ensure_curves(brush_of(context))
+        return context.window_manager.invoke_props_dialog(self, width=320)
+
+    def draw(self, context: Context) -> None:
+        """The settings, with the curve of the brush where that is chosen."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "scene_radius")
+        layout.prop(self, "scene_intensity")
+        curves = brush_of(context).curves
+        for word in (curve_store.PROFILE, curve_store.MODULATION):
+            layout.prop(self, word)
+            if getattr(self, word) == CURVE and curves is not None:
+                layout.template_curve_mapping(curves.nodes[word], "mapping")
+        layout.prop(self, "ends")
+        layout.prop(self, "direction")
+        layout.row().prop(self, "mirror")
+
+    def execute(self, context: Context) -> Outcome:
+        """Replay the strokes with what was given; the rest of the stroke stays as it is."""
+        uid = chosen_uid(self, context)
+        try:
+            stroke = self._changed(self._stroke(context), context)
+        except SculptError as error:
+            return fail(self, error)
+        return launch_change(self, context, partial(stroke_list.changed, uid=uid, stroke=stroke))
+
+    def _stroke(self, context: Context) -> Stroke:
+        uid = chosen_uid(self, context)
+        for entry in stroke_list.entries(active_field(context)):
+            if entry.uid == uid:
+                return entry.stroke
+        raise SculptError("The stroke is no longer in the list. Choose another one.")
+
+    def _changed(self, stroke: Stroke, context: Context) -> Stroke:
+        given = self.properties.is_property_set
+        brush, curves = stroke.brush, ensure_curves(brush_of(context))
+        for length in ("radius", "intensity"):
+            value = getattr(self, length)
+            if given(length) and value != np.float32(getattr(brush, length)):
+                brush = replace(brush, **{length: value})
+        if self.profile != KEEP:
+            brush = replace(brush, profile=profile(self.profile, curves))
+        if self.modulation != KEEP:
+            brush = replace(brush, modulation=modulation(self.modulation, curves))
+        return replace(
+            stroke,
+            brush=brush,
+            ends=Ends[self.ends] if given("ends") else stroke.ends,
+            direction=Direction[self.direction] if given("direction") else stroke.direction,
+            mirror=frozenset(self.mirror) if given("mirror") else stroke.mirror,
+        )

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Change the list of strokes: mute, solo, delete, duplicate, move. The worker replays the rest.
+
+Each operator takes the uid of a stroke, or works on the one that is chosen in the list.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+from functools import partial
+from typing import Any
+
+from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Operator
+
+from ...stroke.errors import SculptError
+from .. import stroke_list
+from ..properties import field_of
+from ..replay import Change, change_history
+from .launch import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, launch
+
+
+def listed_poll(cls: type[Operator], context: Context) -> bool:
+    """Whether the active object is a field that can be changed and has strokes."""
+    if not editable_poll(cls, context):
+        return False
+    if not len(field_of(active_field(context)).strokes):
+        cls.poll_message_set("This field has no strokes yet")
+        return False
+    return True
+
+
+def launch_change(operator: Operator, context: Context, change: Change) -> Outcome:
+    """Change the history of the active field."""
+    try:
+        job = change_history(active_field(context), operator.bl_label, change)
+    except SculptError as error:
+        return fail(operator, error)
+    return FINISHED if job is None else launch(operator, job)
+
+
+def uid_property() -> Any:
+    """The stroke that an operator works on."""
+    return StringProperty(
+        name="Stroke",
+        description="Identity of the stroke, empty for the one chosen in the list",
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+
+def chosen_uid(operator: Any, context: Context) -> str:
+    """Of the stroke that the operator was given, or else of the one chosen in the list."""
+    return operator.uid or stroke_list.active_uid(active_field(context))
+
+
+class _ListOperator(Operator):
+    bl_options = REGISTER
+
+    uid: uid_property()
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field with strokes."""
+        return listed_poll(cls, context)
+
+    def execute(self, context: Context) -> Outcome:
+        """Change the list and have the strokes replayed."""
+        uid = chosen_uid(self, context)
+        return launch_change(self, context, self.change(uid))
+
+    def change(self, uid: str) -> Change:
+        """What becomes of the list; must not hold on to the operator, which is gone by then."""
+        raise NotImplementedError
+
+
+class NEURAL_SCULPT_OT_mute_stroke(_ListOperator):
+    """Leave the stroke out of the field, or take it in again"""
+
+    bl_idname = "neural_sculpt.mute_stroke"
+    bl_label = "Mute Stroke"
+
+    def change(self, uid: str) -> Change:
+        """Mute it, or no longer."""
+        return partial(stroke_list.muted, uid=uid)
+
+
+class NEURAL_SCULPT_OT_solo_stroke(_ListOperator):
+    """Leave all other strokes out of the field, or take all in again"""
+
+    bl_idname = "neural_sculpt.solo_stroke"
+    bl_label = "Solo Stroke"
+
+    def change(self, uid: str) -> Change:
+        """Mute the others, or none."""
+        return partial(stroke_list.soloed, uid=uid)
+
+
+class NEURAL_SCULPT_OT_delete_stroke(_ListOperator):
+    """Remove the stroke from the field and from the list"""
+
+    bl_idname = "neural_sculpt.delete_stroke"
+    bl_label = "Delete Stroke"
+
+    def change(self, uid: str) -> Change:
+        """Leave it out."""
+        return partial(stroke_list.deleted, uid=uid)
+
+
+class NEURAL_SCULPT_OT_duplicate_stroke(_ListOperator):
+    """Apply the stroke once more, right after itself"""
+
+    bl_idname = "neural_sculpt.duplicate_stroke"
+    bl_label = "Duplicate Stroke"
+
+    def change(self, uid: str) -> Change:
+        """Add a copy."""
+        return partial(stroke_list.duplicated, uid=uid)
+
+
+class NEURAL_SCULPT_OT_move_stroke(_ListOperator):
+    """Apply the stroke earlier or later than its neighbor"""
+
+    bl_idname = "neural_sculpt.move_stroke"
+    bl_label = "Move Stroke"
+
+    direction: EnumProperty(
+        name="Direction",
+        description="Where to",
+        items=[
+            ("UP", "Up", "One stroke earlier"),
+            ("DOWN", "Down", "One stroke later"),
+        ],
+    )
+
+    def change(self, uid: str) -> Change:
+        """Move it by one place."""
+        return partial(stroke_list.moved, uid=uid, step=-1 if self.direction == "UP" else 1)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Changes of a field's history: the list changes together with the weights that it makes, or not at
+all.
+
+A change is a function from the old list to the new one. When it leaves the unmuted strokes as they
+are it is made at once; otherwise the worker replays them from the base weights. A change that is
+asked for while a replay still waits or runs joins it, so that many of them cost one replay.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from bpy.types import Object
+
+from ..worker.client import JobKind, Message
+from . import stroke_list
+from .commit import new_revision, set_history
+from .properties import field_of
+from .stroke_jobs import SOLVER
+from .stroke_list import Entry
+from .worker_session import Job, Request, found, session
+
+Change = Callable[[Sequence[Entry]], Sequence[Entry]]
+
+
+@dataclass(eq=False)
+class Replay(Job):
+    """The job of one or more changes."""
+
+    changes: list[Change] = field(default_factory=list)
+
+
+def change_history(ob: Object, label: str, change: Change) -> Job | None:
+    """Change the history of `ob`; the job to launch, None when there is nothing to compute.
+
+    label: of the undo step
+
+    SculptError when the change cannot be made.
+    """
+    target = ob.session_uid
+    pending = session.pending(target)
+    listed = stroke_list.entries(ob)
+    wanted = change(listed)
+    if not pending and stroke_list.unmuted(wanted) == stroke_list.unmuted(listed):
+        if wanted != listed:
+            set_history(ob, wanted, label)
+        return None
+    changes = [change]
+    if pending and isinstance(joined := pending[-1], Replay):
+        changes = [*joined.changes, change]
+        session.cancel_job(joined)
+    return _replay_job(target, label, changes)
+
+
+def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
+    def changed() -> Sequence[Entry]:
+        listed: Sequence[Entry] = stroke_list.entries(found(target))
+        for change in changes:
+            listed = change(listed)
+        return listed
+
+    def request() -> Request:
+        group = field_of(found(target))
+        strokes = stroke_list.unmuted(changed())
+        fields: dict[str, Any] = {
+            "strokes": [stroke.to_json() for stroke in strokes],
+            "solver": SOLVER,
+            "resolution": group.resolution,
+            "result_revision": new_revision(),
+        }
+        return fields, {"field": np.frombuffer(group.base_weights, np.uint8)}
+
+    def apply(result: Message) -> None:
+        set_history(found(target), changed(), label, result)
+
+    return Replay(JobKind.REPLAY, label, request, apply, target=target, changes=changes)

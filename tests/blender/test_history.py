@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of strokes: mute, solo, rename, delete, order, duplicate, edit again, apply to base."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from unittest.mock import patch
+
+import bpy
+import numpy as np
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    field,
+    module,
+    push_undo,
+    redo,
+    state,
+    stroke,
+    strokes_of,
+    undo,
+    vertices,
+)
+
+RADIUS, INTENSITY = 0.15, 0.06
+SIZE = 0.6  # of the sphere
+TILTS = {"One": 0.0, "Two": 1.2, "Three": 2.4}
+ops = bpy.ops.neural_sculpt
+
+
+class History(SculptCase):
+    """Three strokes on a sphere, far from one another; drawn once, by the quick solver."""
+
+    drawn_file: str = ""
+
+    def setUp(self) -> None:
+        super().setUp()
+        for name in ("blender.stroke_jobs", "blender.replay"):
+            solver = patch.object(module(name), "SOLVER", "quick")
+            solver.start()
+            self.addCleanup(solver.stop)
+        if not History.drawn_file:
+            History.drawn_file = self.draw()
+        bpy.ops.wm.open_mainfile(filepath=History.drawn_file)
+        push_undo("Open")
+        self.ob = field("Sphere")
+        self.drawn = state(self.ob)
+
+    def draw(self) -> str:
+        """The file in which all tests begin."""
+        folder = TemporaryDirectory()
+        self.addClassCleanup(folder.cleanup)
+        ob = add("SPHERE")
+        for name, tilt in TILTS.items():
+            stroke(arc(ob, tilt=tilt), radius=RADIUS, intensity=INTENSITY, name=name)
+        path = str(Path(folder.name) / "drawn.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        return path
+
+    def uid(self, name: str) -> str:
+        return next(item.uid for item in field("Sphere").neural_sculpt.strokes if item.name == name)
+
+    def names(self) -> list[str]:
+        return [item.name for item in field("Sphere").neural_sculpt.strokes]
+
+    def heights(self) -> dict[str, float]:
+        """Height of the field in the middle of each stroke, in intensities."""
+        points = vertices(field("Sphere"))
+        size = np.linalg.norm(points, axis=1)
+        heights = {}
+        for name, tilt in TILTS.items():
+            middle = np.array([0, np.sin(-tilt), np.cos(tilt)])
+            near = (points @ middle) / size > 0.997
+            heights[name] = (float(size[near].mean()) - SIZE) / INTENSITY
+        return heights
+
+    def assert_heights(self, **wanted: float) -> None:
+        heights = self.heights()
+        for name, height in wanted.items():
+            self.assertAlmostEqual(heights[name], height, delta=0.3, msg=str(heights))
+
+    def test_mute_and_unmute(self) -> None:
+        self.assert_heights(One=1, Two=1, Three=1)
+        ops.mute_stroke(uid=self.uid("Two"))
+        muted = state(self.ob)
+        self.assert_heights(One=1, Two=0, Three=1)
+        self.assertEqual([item.muted for item in self.ob.neural_sculpt.strokes], [0, 1, 0])
+        ops.mute_stroke(uid=self.uid("Two"))
+        self.assert_heights(One=1, Two=1, Three=1)
+        undo()
+        self.assertEqual(state(field("Sphere")), muted)
+        undo()
+        self.assertEqual(state(field("Sphere")), self.drawn)
+        redo()
+        self.assertEqual(state(field("Sphere")), muted)
+
+    def test_all_muted_is_the_base(self) -> None:
+        for name in TILTS:
+            ops.mute_stroke(uid=self.uid(name))
+        group = field("Sphere").neural_sculpt
+        self.assertEqual(group.weights, group.base_weights)
+        size = np.linalg.norm(vertices(field("Sphere")), axis=1)
+        np.testing.assert_allclose(size, SIZE, atol=0.01)
+        self.assertEqual(group.report, "{}")
+
+    def test_solo(self) -> None:
+        ops.solo_stroke(uid=self.uid("Two"))
+        self.assert_heights(One=0, Two=1, Three=0)
+        ops.solo_stroke(uid=self.uid("Two"))
+        self.assert_heights(One=1, Two=1, Three=1)
+        self.assertEqual(self.names(), [*TILTS])
+
+    def test_delete(self) -> None:
+        self.ob.neural_sculpt.active_stroke = 1
+        ops.delete_stroke()
+        self.assertEqual(self.names(), ["One", "Three"])
+        self.assert_heights(One=1, Two=0, Three=1)
+        undo()
+        self.assertEqual(state(field("Sphere")), self.drawn)
+
+    def test_duplicate(self) -> None:
+        ops.duplicate_stroke(uid=self.uid("Three"))
+        self.assertEqual(self.names(), [*TILTS, "Three"])
+        self.assertEqual(len({item.uid for item in self.ob.neural_sculpt.strokes}), 4)
+        self.assert_heights(One=1, Two=1, Three=2)
+
+    def test_order_and_the_chosen_stroke(self) -> None:
+        self.ob.neural_sculpt.active_stroke = 2
+        ops.move_stroke(direction="UP")
+        self.assertEqual(self.names(), ["One", "Three", "Two"])
+        self.assertEqual(self.ob.neural_sculpt.active_stroke, 1, "it is chosen still")
+        self.assertNotEqual(self.ob.neural_sculpt.revision, self.drawn[3])
+        self.assert_heights(One=1, Two=1, Three=1)
+        moved = state(self.ob)
+        ops.move_stroke(uid=self.uid("Two"), direction="DOWN")
+        self.assertEqual(state(self.ob), moved, "it is the last already")
+
+    def test_what_changes_no_stroke_that_is_heard_needs_no_replay(self) -> None:
+        ops.mute_stroke(uid=self.uid("Two"))
+        muted = state(self.ob)
+        self.session.stop()
+        ops.move_stroke(uid=self.uid("Two"), direction="DOWN")
+        self.assertEqual(self.names(), ["One", "Three", "Two"])
+        ops.delete_stroke(uid=self.uid("Two"))
+        self.assertEqual(self.names(), ["One", "Three"])
+        self.assertIsNone(self.session.client, "no worker was needed")
+        self.assertEqual(state(self.ob)[5], muted[5])
+        undo()
+        undo()
+        self.assertEqual(state(field("Sphere")), muted)
+
+    def test_rename(self) -> None:
+        self.ob.neural_sculpt.strokes[1].name = "Brow"
+        ops.mute_stroke(uid=self.uid("One"))
+        self.assertEqual(self.names(), ["One", "Brow", "Three"])
+        self.assertEqual(strokes_of(self.ob)[1]["name"], "Brow")
+
+    def test_edit_again(self) -> None:
+        before = strokes_of(self.ob)
+        ops.edit_stroke(uid=self.uid("Three"), intensity=-INTENSITY, profile="LINEAR")
+        self.assert_heights(One=1, Two=1, Three=-0.8)
+        after = strokes_of(self.ob)
+        self.assertEqual(after[:2], before[:2])
+        changed = {key for key in after[2] if after[2].get(key) != before[2].get(key)}
+        self.assertEqual(changed, {"intensity", "profile"})
+        undo()
+        self.assertEqual(state(field("Sphere")), self.drawn)
+
+    def test_edit_again_without_a_change(self) -> None:
+        ops.edit_stroke(uid=self.uid("Three"))
+        self.assertEqual(state(self.ob), self.drawn)
+
+    def test_apply_to_base(self) -> None:
+        ops.mute_stroke(uid=self.uid("Two"))
+        muted = state(self.ob)
+        ops.apply_to_base()
+        group = self.ob.neural_sculpt
+        self.assertEqual(self.names(), ["Two"])
+        self.assertEqual(group.base_weights, group.weights)
+        self.assertEqual(state(self.ob)[5], muted[5])
+        ops.mute_stroke(uid=self.uid("Two"))
+        self.assert_heights(One=1, Two=1, Three=1)
+        undo()
+        undo()
+        self.assertEqual(state(field("Sphere")), muted)
+
+    def test_a_stroke_that_is_off_the_surface_leaves_all_as_it_was(self) -> None:
+        ops.stroke(stroke_json=self.floating())
+        before = state(self.ob)
+        with self.assertRaisesRegex(RuntimeError, "Floating"):
+            ops.mute_stroke(uid=self.uid("Three"))
+        self.assertEqual(state(self.ob), before)
+
+    def floating(self) -> str:
+        """A stroke file with one on top of the stroke "Three", which is nowhere without it."""
+        self.skipTest("todo")
+
+    def test_cancel(self) -> None:
+        with self.as_in_a_window():
+            ops.mute_stroke(uid=self.uid("One"))
+            self.pump(lambda: not self.session.jobs or self.session.jobs[0].fraction > 0)
+            self.assertTrue(self.session.jobs)
+            self.assertEqual(state(self.ob), self.drawn)
+            ops.cancel()
+            self.finish()
+        self.assertEqual(state(self.ob), self.drawn)
+
+    def test_changes_that_wait_are_one_replay(self) -> None:
+        with self.as_in_a_window():
+            ops.delete_stroke(uid=self.uid("One"))
+            ops.mute_stroke(uid=self.uid("Two"))
+            ops.edit_stroke(uid=self.uid("Three"), intensity=-INTENSITY)
+            self.assertEqual(len(self.session.jobs), 1)
+            self.finish()
+        self.assertEqual(self.names(), ["Two", "Three"])
+        self.assert_heights(One=0, Two=0, Three=-1)
+        undo()
+        self.assertEqual(state(field("Sphere")), self.drawn)
+
+    def test_a_stroke_drawn_meanwhile_comes_after(self) -> None:
+        with self.as_in_a_window():
+            ops.delete_stroke(uid=self.uid("One"))
+            stroke(arc(self.ob), radius=RADIUS, intensity=-INTENSITY, name="Four")
+            self.finish()
+        self.assertEqual(self.names(), ["Two", "Three", "Four"])
+        self.assert_heights(One=-1, Two=1, Three=1)
+
+    def test_only_fields_with_strokes(self) -> None:
+        add("SPHERE")
+        for operator in (ops.mute_stroke, ops.edit_stroke, ops.apply_to_base):
+            self.assertFalse(operator.poll())
