@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure Neural Sculpt on this machine: python3 scripts/benchmark.py edit.
+"""Measure Neural Sculpt on this machine: python3 scripts/benchmark.py NAME.
 
 Each benchmark is a module `benchmark_NAME` whose docstring says what it measures, with
 `add_options(parser)` and `run(options)`; the latter runs in the worker's environment.
@@ -8,9 +8,10 @@ Each benchmark is a module `benchmark_NAME` whose docstring says what it measure
 import argparse
 
 import benchmark_edit
+import benchmark_fit
 import environment
 
-BENCHMARKS = {"edit": benchmark_edit}
+BENCHMARKS = {"edit": benchmark_edit, "fit": benchmark_fit}
 
 
 def main() -> None:

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from neural_sculpt_addon.field import fit_distance
 from neural_sculpt_addon.field.checkpoint import save
+from neural_sculpt_addon.field.course import Course, follow
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import fit_mesh
-from neural_sculpt_addon.field.fit_distance import BOX, Course, Samples
+from neural_sculpt_addon.field.fit_distance import BOX, OMEGAS, Learner, Samples
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
+from neural_sculpt_addon.stroke.progress import silent
 
 Array = NDArray[np.float64]
 
@@ -74,12 +75,14 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Siren:
     gradient = np.stack(
         [(distance(points + step) - distance(points - step)) / (2 * STEP) for step in steps], axis=1
     )
-    arrays = (points, distance(points), gradient, np.ones(len(points)))
+    arrays = (points, distance(points), gradient[: len(near)])
     samples = Samples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
-    *_, (network, _) = fit_distance.learn(samples, COURSE, seed=0)
-    error = np.abs(values(network, points) - distance(points))[: len(near)]
+    network = Siren.random(omega=OMEGAS, generator=torch.Generator().manual_seed(0))
+    learner = Learner(samples, network, COURSE.batch, seed=0)
+    follow(learner, COURSE, silent)
+    error = np.abs(values(learner.network, points) - distance(points))[: len(near)]
     print(f"  error near the surface: mean {error.mean():.1e}, max {error.max():.1e}")
-    return network
+    return learner.network
 
 
 def fit_suzanne() -> Siren:

@@ -9,7 +9,7 @@ where the longest side is 1.7, and mesh space = scale * model space + center.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
@@ -22,10 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from . import fit_distance, fit_paper
-from .fit_distance import Course
+from .course import Course, Preview, follow
 from .fit_report import report
 from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
+from .mesh_thicken import thicken
 from .network import Siren
 
 
@@ -46,7 +47,7 @@ class Preset(StrEnum):
 
 COURSES = {
     (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 20_000, 1.5e-3),
-    (Method.DISTANCE, Preset.NORMAL): Course(1200, 384, 40_000, 1.2e-3),
+    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3),
     (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3),
     (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3),
     (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3),
@@ -76,10 +77,14 @@ def fit_mesh(
     thickness: float | None = None,
     seed: int = 0,
     progress: Progress = silent,
+    preview: Preview | None = None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Fit:
     """Fit a field to the mesh of `vertices` (V, 3) and `triangles` (F, 3).
 
-    thickness: mesh units; makes a solid of a sheet, which has no inside of its own
+    thickness: mesh units; makes solids of open pieces, for a sheet has no inside of its own
+    preview:   given the network now and then while it learns, and its error
+    enough:    once it is true, the network of the moment is kept (see `course.follow`)
     The same seed gives the same weights. SculptError for a mesh that has no inside to be found.
     """
     start = time.monotonic()
@@ -89,30 +94,26 @@ def fit_mesh(
     mesh = clean(vertices, triangles)
     if thickness is not None and not 0 < thickness < np.inf:
         raise SculptError("The thickness of a sheet must be a positive number.")
-    thickness = None if thickness is None else thickness / mesh.scale
-    distance = MeshDistance(mesh, thickness, rng, _part(progress, 0.02, 0.08))
+    mesh = mesh if thickness is None else thicken(mesh, thickness / mesh.scale)
+    distance = MeshDistance(mesh, rng, _part(progress, 0.02, 0.08))
     with _one_thread():
+        random = torch.Generator().manual_seed(seed)
         if Method(method) is Method.DISTANCE:
+            network = Siren.random(omega=fit_distance.OMEGAS, generator=random)
             samples = fit_distance.sample(
                 distance, course.samples, rng, _part(progress, 0.08, 0.15)
             )
-            learning = fit_distance.learn(samples, course, seed)
+            learner = fit_distance.Learner(samples, network, course.batch, seed)
         else:
-            points, normals = (_float(array) for array in distance.surface(course.samples, rng))
-            learning = fit_paper.learn(points, normals, course, seed)
-        network = _follow(learning, course.steps, _part(progress, 0.15, 0.92))
-        quality = report(network, distance, rng, _part(progress, 0.92, 1.0))
+            network = Siren.random(generator=random)
+            surface = distance.surface(course.samples, rng)
+            points, normals = _float(surface.points), _float(surface.normals)
+            learner = fit_paper.Learner(points, normals, network, course.batch, seed)
+        follow(learner, course, _part(progress, 0.15, 0.92), preview, enough)
+        quality = report(learner.network, distance, rng, _part(progress, 0.92, 1.0))
     x, y, z = (float(coordinate) for coordinate in mesh.center)
-    seconds = time.monotonic() - start
-    return Fit(network, mesh.scale, (x, y, z), {**quality, **mesh.repairs, "seconds": seconds})
-
-
-def _follow(learning: Iterator[tuple[Siren, float]], steps: int, progress: Progress) -> Siren:
-    """Run the steps, telling the current error; the network after the last of them."""
-    for step in range(1, steps):
-        _, error = next(learning)
-        progress(step / steps, f"Fitting, error {error:.4f}")
-    return next(learning)[0]
+    quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
+    return Fit(learner.network, mesh.scale, (x, y, z), quality)
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

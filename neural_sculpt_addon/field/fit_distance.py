@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fit by distance: a network learns the value and the gradient of a mesh's signed distance.
 
-    L = mean( (f - d)^2 / (|d| + SOFTNESS) + GRADIENT_WEIGHT |grad f - grad d|^2 )
+    L = mean( (f - d)^2 / (|d| + SOFTNESS) ) + GRADIENT_WEIGHT mean( |grad f - grad d|^2 )
 
 The samples crowd near the surface and the weight falls with the distance from it. The gradient of
-the distance points away from the closest point, so it costs nothing and teaches the normals. The
-derivatives of L by the weights, second derivatives of the network among them, are written out: one
-pass up, one down, and the same back, a quarter faster than autograd (the oracle in the tests).
-Model space.
+the distance points away from the closest point, so it costs nothing and teaches the normals; only
+the samples near the surface learn it, for it doubles the work. The derivatives of L by the weights,
+second derivatives of the network among them, are written out: one pass up, one down, and the same
+back (autograd is the oracle in the tests). Model space.
 """
 
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,23 +22,13 @@ from .adam import Adam
 from .mesh_distance import MeshDistance
 from .network import Siren
 
-OMEGAS = (42.0, 30.0)  # of the first layer and the second: a little more detail than 30, 30
+OMEGAS = (48.0, 30.0)  # of the first layer and the second: more detail than 30, 30
 NEAR, AROUND = 0.01, 0.06  # standard deviations of the samples' distance from the surface
-NEAR_SHARE, AROUND_SHARE = 0.45, 0.25  # the rest is uniform in the sampled box
+NEAR_SHARE, AROUND_SHARE = 0.65, 0.15  # the rest is uniform in the sampled box
 BOX = 1.15  # half the edge of the sampled box; with 1, islands grow on the faces of the real box
 SOFTNESS = 0.03
-GRADIENT_WEIGHT = 0.03
-BETAS = (0.95, 0.99)
-
-
-@dataclass(frozen=True)
-class Course:
-    """How long to learn: Adam steps, samples in each, samples in all, first learning rate."""
-
-    steps: int
-    batch: int
-    samples: int
-    rate: float
+GRADIENT_WEIGHT = 0.045
+BETAS = (0.9, 0.98)
 
 
 @dataclass(frozen=True)
@@ -49,13 +37,7 @@ class Samples:
 
     points: Tensor  # (N, 3)
     values: Tensor  # (N,)
-    gradients: Tensor  # (N, 3)
-    certain: Tensor  # (N,), 0 where the gradient is a guess
-
-    def __getitem__(self, index: Tensor) -> "Samples":
-        return Samples(
-            self.points[index], self.values[index], self.gradients[index], self.certain[index]
-        )
+    gradients: Tensor  # (M, 3), of the first M points, which are those close to the surface
 
 
 def sample(
@@ -69,78 +51,98 @@ def sample(
     rest = rng.uniform(-BOX, BOX, (count - near - around, 3))
     points = np.concatenate([points, rest]).clip(-BOX, BOX)
     found = distance(points, progress)
-    return Samples(*(_float(array) for array in (points, *found)))
+    close = found.certain & (np.arange(count) < near + around)
+    order = np.argsort(~close, kind="stable")
+    gradients = found.gradient[order[: close.sum()]]
+    return Samples(*(_float(array) for array in (points[order], found.value[order], gradients)))
 
 
-def learn(samples: Samples, course: Course, seed: int) -> Iterator[tuple[Siren, float]]:
-    """Adam on `samples`, one torch thread; yields the network and its error as it goes.
+class Learner:
+    """Adam on samples. `network` is the one that learns: its tensors change with each step."""
 
-    The error is the mean |f - d| near the surface, model units, over the latest steps. The tensors
-    of the yielded network change in place until the iterator ends.
-    """
-    generator = torch.Generator().manual_seed(seed)
-    network = Siren.random(omega=OMEGAS, generator=generator)
-    parameters = list(network.parameters)
-    adam = Adam(parameters, BETAS)
-    order, position, error = torch.empty(0, dtype=torch.int64), 0, math.nan
-    for step in range(course.steps):
-        if position + course.batch > len(order):
-            order, position = torch.randperm(len(samples.points), generator=generator), 0
-        batch = samples[order[position : position + course.batch]]
-        position += course.batch
-        latest, slopes = loss_gradients(network, batch)
-        adam.step(slopes, course.rate * cosine(step / course.steps))
-        error = latest if math.isnan(error) else 0.95 * error + 0.05 * latest
-        yield network, error
+    def __init__(self, samples: Samples, network: Siren, batch: int, seed: int) -> None:
+        """Learn from `batch` samples at a time; one torch thread does best."""
+        generator = torch.Generator().manual_seed(seed)
+        sizes = [tensor.numel() for tensor in network.parameters]
+        self._weights = torch.cat([tensor.flatten() for tensor in network.parameters])  # one tensor
+        views = zip(self._weights.split(sizes), network.parameters, strict=True)
+        self.network = network.with_parameters([view.view_as(like) for view, like in views])
+        self._samples = samples
+        self._adam = Adam([self._weights], BETAS)
+        count, close = len(samples.points), len(samples.gradients)
+        taught = round(batch * close / count)
+        self._close = _Deck(range(close), taught, generator)
+        self._others = _Deck(range(close, count), batch - taught, generator)
+
+    def step(self, rate: float) -> float:
+        """One step of learning rate `rate`; the mean |f - d| of its close samples before it."""
+        close = self._close.deal()
+        index = torch.cat([close, self._others.deal()])
+        samples = self._samples
+        batch = Samples(samples.points[index], samples.values[index], samples.gradients[close])
+        error, slopes = loss_gradients(self.network, batch)
+        self._adam.step([torch.cat([slope.flatten() for slope in slopes])], rate)
+        return error
 
 
-def cosine(fraction: float) -> float:
-    """The share of the first learning rate that is left after `fraction` of the steps."""
-    return 0.5 * (1 + math.cos(math.pi * fraction))
+class _Deck:
+    """Indices dealt `hand` at a time, each once before any comes again."""
+
+    def __init__(self, indices: range, hand: int, generator: torch.Generator) -> None:
+        self._indices, self._hand, self._generator = indices, hand, generator
+        self._rest = torch.empty(0, dtype=torch.int64)
+
+    def deal(self) -> Tensor:
+        """The next indices (hand,), fewer when there are not so many."""
+        if len(self._rest) < self._hand:
+            count = len(self._indices)
+            self._rest = self._indices.start + torch.randperm(count, generator=self._generator)
+        dealt, self._rest = self._rest[: self._hand], self._rest[self._hand :]
+        return dealt
 
 
 @torch.no_grad()
 def loss_gradients(network: Siren, batch: Samples) -> tuple[float, list[Tensor]]:
-    """The mean |f - d| near the surface, and dL / dparameter in the order of the parameters.
+    """The mean |f - d| of the close samples, and dL / dparameter in the order of the parameters.
 
-    Notation: h_k = sin z_k, s_k = cos z_k, z_k = omega_k (W_k h_{k-1} + b_k); going down,
-    u_L = w, p_k = u_k s_k, u_{k-1} = p_k omega_k W_k, grad f = u_0. A bar is dL / d(quantity).
+    Notation: h_k = sin z_k, s_k = cos z_k, z_k = omega_k (W_k h_{k-1} + b_k); going down, for the
+    close samples only, u_L = w, p_k = u_k s_k, u_{k-1} = p_k omega_k W_k, grad f = u_0. A bar is
+    dL / d(quantity).
     """
-    count, layers = len(batch.points), len(network.omegas)
+    count, close = len(batch.points), len(batch.gradients)
     scaled = [w * omega for w, omega in zip(network.weights, network.omegas, strict=False)]
     h, s = [batch.points], []
     for weight, bias, omega in zip(scaled, network.biases, network.omegas, strict=False):
         z = torch.addmm(omega * bias, h[-1], weight.T)  # (N, width)
         s.append(torch.cos(z))
         h.append(z.sin_())
-    value = torch.addmv(network.biases[-1], h[-1], network.weights[-1][0])  # (N,)
-    u, p = [network.weights[-1]], []  # from the top down
+    last = network.weights[-1]  # (1, width)
+    off = torch.addmv(network.biases[-1], h[-1], last[0]).sub_(batch.values)  # (N,)
+    u, p = [last], []  # from the top down
     for weight, slope in zip(reversed(scaled), reversed(s), strict=True):
-        p.append(u[-1] * slope)  # (N, width)
-        u.append(p[-1] @ weight)  # (N, width below)
+        p.append(u[-1] * slope[:close])  # (M, width)
+        u.append(p[-1] @ weight)  # (M, width below)
     u, p = u[::-1], p[::-1]
 
-    off = value - batch.values  # (N,)
-    nearness = 1 / (batch.values.abs() + SOFTNESS)  # (N,)
-    value_bar = 2 / count * nearness * off  # (N,)
-    u_bar = 2 / count * GRADIENT_WEIGHT * batch.certain[:, None] * (u[0] - batch.gradients)
+    value_bar = 2 / count * off / (batch.values.abs() + SOFTNESS)  # (N,)
+    u_bar = (u[0] - batch.gradients).mul_(2 / max(close, 1) * GRADIENT_WEIGHT)  # (M, 3)
 
     weight_bars, s_bars = [], []
-    for layer in range(layers):  # back up through the gradient
-        p_bar = u_bar @ scaled[layer].T  # (N, width)
-        weight_bars.append(p[layer].T @ u_bar)  # (out, in)
-        s_bars.append(p_bar * u[layer + 1])
-        u_bar = p_bar * s[layer]
+    for weight, slope, above, down in zip(scaled, s, u[1:], p, strict=True):  # up the gradient
+        p_bar = u_bar @ weight.T  # (M, width)
+        weight_bars.append(down.T @ u_bar)  # (out, in)
+        u_bar = p_bar * slope[:close]
+        s_bars.append(p_bar.mul_(above))
     slopes = [value_bar.sum()[None], (u_bar.sum(dim=0) + value_bar @ h[-1])[None]]
-    h_bar = value_bar[:, None] * network.weights[-1]
-    for layer in reversed(range(layers)):  # back down through the value
-        z_bar = h_bar * s[layer] - s_bars[layer] * h[layer + 1]  # (N, width)
+    h_bar = value_bar[:, None] * last
+    for layer in reversed(range(len(scaled))):  # back down through the value
+        z_bar = h_bar.mul_(s[layer])  # (N, width)
+        z_bar[:close].sub_(s_bars[layer].mul_(h[layer + 1][:close]))
         omega = network.omegas[layer]
         slopes.append(omega * z_bar.sum(dim=0))
-        slopes.append(omega * (weight_bars[layer] + z_bar.T @ h[layer]))
-        h_bar = z_bar @ scaled[layer]
-    near = batch.values.abs() < AROUND
-    return float(off[near].abs().mean()), slopes[::-1]
+        slopes.append(omega * weight_bars[layer].addmm_(z_bar.T, h[layer]))
+        h_bar = z_bar @ scaled[layer] if layer else z_bar
+    return float(off[: close or count].abs().mean()), slopes[::-1]
 
 
 def _float(array: NDArray) -> Tensor:

@@ -12,45 +12,41 @@ far away the surface is, so it converges slowly and the sign may go wrong in the
 comparison. Model space.
 """
 
-import math
-from collections.abc import Iterator
-
 import torch
 from torch import Tensor
 from torch.nn.functional import cosine_similarity
 
 from .adam import Adam
-from .fit_distance import Course, cosine
 from .network import Siren
 
 SURFACE, NORMAL, EIKONAL, BOUNDARY = 1500.0, 2.5, 5.0, 5.0
 SHARPNESS = 100.0  # of the boundary loss
 
 
-def learn(
-    points: Tensor, normals: Tensor, course: Course, seed: int
-) -> Iterator[tuple[Siren, float]]:
-    """Adam on surface `points` (N, 3) with `normals` (N, 3); yields as `fit_distance.learn` does.
+class Learner:
+    """Adam on a surface. `network` is the one that learns: its tensors change with each step."""
 
-    The error is the mean |f| on the surface.
-    """
-    generator = torch.Generator().manual_seed(seed)
-    network = Siren.random(generator=generator)
-    parameters = [parameter.requires_grad_() for parameter in network.parameters]
-    adam = Adam(parameters)
-    error = math.nan
-    for step in range(course.steps):
-        chosen = torch.randint(len(points), (course.batch,), generator=generator)
-        box = 2 * torch.rand(course.batch, 3, generator=generator) - 1  # (B, 3)
-        value, gradient = network.value_and_gradient(torch.cat([points[chosen], box]))
-        on, off = value[: course.batch], value[course.batch :]
-        total = paper_loss(
-            on, gradient[: course.batch], normals[chosen], off, gradient[course.batch :]
-        )
-        adam.step(torch.autograd.grad(total, parameters), course.rate * cosine(step / course.steps))
-        latest = float(on.detach().abs().mean())
-        error = latest if math.isnan(error) else 0.95 * error + 0.05 * latest
-        yield network.with_parameters([parameter.detach() for parameter in parameters]), error
+    def __init__(
+        self, points: Tensor, normals: Tensor, network: Siren, batch: int, seed: int
+    ) -> None:
+        """Learn from `batch` of the surface `points` (N, 3), `normals` (N, 3) at a time."""
+        self.network = network
+        self._points, self._normals, self._batch = points, normals, batch
+        self._generator = torch.Generator().manual_seed(seed)
+        self._adam = Adam(network.parameters)
+
+    def step(self, rate: float) -> float:
+        """One step of learning rate `rate`; the mean |f| on its surface points before it."""
+        chosen = torch.randint(len(self._points), (self._batch,), generator=self._generator)
+        box = 2 * torch.rand(self._batch, 3, generator=self._generator) - 1  # (B, 3)
+        leaves = [tensor.detach().requires_grad_() for tensor in self.network.parameters]
+        network = self.network.with_parameters(leaves)
+        value, gradient = network.value_and_gradient(torch.cat([self._points[chosen], box]))
+        on, off = value.split(self._batch)
+        on_gradient, off_gradient = gradient.split(self._batch)
+        total = paper_loss(on, on_gradient, self._normals[chosen], off, off_gradient)
+        self._adam.step(torch.autograd.grad(total, leaves), rate)
+        return float(on.detach().abs().mean())
 
 
 def paper_loss(

@@ -10,16 +10,15 @@ components                        connected pieces of the zero level, on a coars
 """
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .evaluate import values
 from .mesh_distance import MeshDistance
 from .network import Siren
+from .pieces import components
 from .projection import project
-from .proxy import Proxy, extract
+from .proxy import extract
 
 SURFACE_SAMPLES = 8192
 VOLUME_SAMPLES = 16384
@@ -31,7 +30,7 @@ def report(
     network: Siren, distance: MeshDistance, rng: np.random.Generator, progress: Progress = silent
 ) -> dict[str, float | int]:
     """Quality of `network` against the mesh, ready for JSON; see the module's docstring."""
-    points, normals = distance.surface(SURFACE_SAMPLES, rng)
+    points, normals, _ = distance.surface(SURFACE_SAMPLES, rng)
     found = project(network, points)
     error = np.linalg.norm(found.points - points, axis=1)  # (N,)
     cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
@@ -48,14 +47,6 @@ def report(
         "sign_errors": float(wrong[clear].mean()),
         "components": _components(network, progress),
     }
-
-
-def components(proxy: Proxy) -> int:
-    """Number of connected pieces of a proxy."""
-    corner, following = proxy.triangles.ravel(), np.roll(proxy.triangles, 1, axis=1).ravel()
-    size = len(proxy.vertices)
-    edges = csr_matrix((np.ones(len(corner), bool), (corner, following)), (size, size))
-    return int(connected_components(edges, directed=False, return_labels=False))
 
 
 def _components(network: Siren, progress: Progress) -> int:

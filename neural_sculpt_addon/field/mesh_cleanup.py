@@ -26,11 +26,13 @@ CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a vo
 class CleanMesh:
     """A welded triangle mesh in model space; every piece that encloses a volume faces outward.
 
-    mesh space = scale * model space + center. `repairs` counts what was done, by name.
+    mesh space = scale * model space + center. A piece is what hangs together by edges of two faces.
+    `repairs` counts what was done, by name.
     """
 
     vertices: NDArray[np.float64]  # (V, 3)
     triangles: NDArray[np.int64]  # (F, 3)
+    pieces: NDArray[np.int64]  # (F,), the piece of each face
     scale: float
     center: NDArray[np.float64]  # (3,)
     repairs: dict[str, int]
@@ -56,9 +58,9 @@ def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
         raise SculptError("All faces of the mesh have zero area. Choose a mesh with a surface.")
     faces = _drop_doubled(faces)
     doubled = count - len(faces)
-    faces, flipped = _orient(points, faces)
+    faces, pieces, flipped = _orient(points, faces)
     repairs = {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
-    return CleanMesh(points, faces, scale, center, repairs)
+    return CleanMesh(points, faces, pieces, scale, center, repairs)
 
 
 def areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -145,12 +147,14 @@ def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     return faces[np.sort(order[is_new])]
 
 
-def _orient(points: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
-    """Wind each piece consistently, its positive side outward; also the number of faces turned.
+def _orient(
+    points: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """Each piece wound consistently, its positive side outward; the pieces; how many were turned.
 
-    A piece is what hangs together by edges of two faces. The area vectors of a closed piece cancel,
-    and the sign of its volume about its own centroid tells the outer side; half a sphere has 0.5,
-    a sheet 1. A piece that encloses nothing keeps the side that most of its area had.
+    The area vectors of a closed piece cancel, and the sign of its volume about its own centroid
+    tells the outer side; half a sphere has 0.5, a sheet 1. A piece that encloses nothing keeps the
+    side that most of its area had.
     """
     wound, piece = (np.asarray(array) for array in igl.bfs_orient(faces))
     of_piece = csr_matrix((np.ones(len(faces)), (piece, np.arange(len(faces)))))  # (P, F)
@@ -165,4 +169,4 @@ def _orient(points: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDAr
     majority = of_piece @ np.where(same, area, -area)  # (P,)
     turn = np.where(closed, volume < 0, majority < 0)[piece]  # (F,)
     wound = np.where(turn[:, None], wound[:, ::-1], wound)
-    return np.ascontiguousarray(wound), int(np.sum(turn == same))
+    return np.ascontiguousarray(wound), piece, int(np.sum(turn == same))

@@ -5,7 +5,8 @@ The magnitude is the exact distance to the triangles (libigl's AABB tree). The s
 winding number (Barill et al., "Fast winding numbers for soups and clouds", 2018): near 1 inside,
 near 0 outside, and smoothly in between across a hole, which it closes like a soap film. Faces with
 the inside on both sides (inner walls, pieces stuck into each other) are no part of the surface and
-are dropped first. A sheet has no inside at all; it needs a thickness. Model space throughout.
+are dropped first. A sheet has no inside at all; it needs a thickness first (`mesh_thicken`). Model
+space throughout.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,10 +26,12 @@ BATCH = 1024  # queries between two looks at `progress`
 BESIDE = 2e-3  # how far beside a face its two sides are looked at
 PROBES = 4000  # places at which the whole mesh is judged
 INNER = 0.8  # mean |winding number| of a face's sides, from which on both are inside
+WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside
 SPLITS = 4  # times at most that a face partly inside is divided in four,
 FINE = 0.02  # while an edge is longer than this
-SHEET = 0.4  # share of the surface with both sides in doubt, from which on a mesh is a sheet
+SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
+SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
 
 # Barycentric weights: a face's middle and three places near its corners; its four quarters.
@@ -51,6 +54,7 @@ class Surface(NamedTuple):
 
     points: Array  # (N, 3)
     normals: Array  # (N, 3)
+    faces: NDArray[np.intp]  # (N,), on which they lie
 
 
 class Distance(NamedTuple):
@@ -62,26 +66,23 @@ class Distance(NamedTuple):
 
 
 class MeshDistance:
-    """The signed distance to a clean mesh, or to a sheet of some thickness.
-
-    thickness: model units; None for a mesh that encloses something
-    Raises SculptError when such a mesh turns out to be an open sheet.
-    """
+    """The signed distance to a clean mesh. SculptError when much of it is an open sheet."""
 
     def __init__(
-        self,
-        mesh: CleanMesh,
-        thickness: float | None,
-        rng: np.random.Generator,
-        progress: Progress = silent,
+        self, mesh: CleanMesh, rng: np.random.Generator, progress: Progress = silent
     ) -> None:
+        """Judge the mesh by `PROBES` random places, and drop what is no outer surface."""
         self.vertices, self.faces = mesh.vertices, mesh.triangles
-        self.offset = None if thickness is None else thickness / 2
-        self.threshold = 0.5
-        if self.offset is None:
-            self._drop_inner_faces(rng, progress)
-            self.winding = _winding(self.vertices, self.faces)
-            self.threshold = _threshold(self.surface(PROBES, rng), self.winding, progress)
+        self._winding = _winding(self.vertices, self.faces)
+        probes = self.surface(PROBES, rng)
+        sides = self._sides(probes, progress)
+        _refuse_sheets(sides, mesh.pieces[probes.faces])
+        if (sides.mean(axis=0) > INNER).mean() > WALLS:
+            self._drop_inner_faces(progress)
+            self._winding = _winding(self.vertices, self.faces)
+            sides = self._sides(self.surface(PROBES, rng), progress)
+        # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
+        self._threshold = float(np.clip(np.median(sides.max(axis=0)) / 2, 0.25, 0.5))
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
 
@@ -98,48 +99,42 @@ class MeshDistance:
         return Distance(value, gradient, certain)
 
     def surface(self, count: int, rng: np.random.Generator) -> Surface:
-        """`count` points of the zero level, on both sides of a sheet."""
+        """`count` points of the mesh."""
         corners = self.vertices[self.faces]
         area = areas(corners)
-        place = np.searchsorted(np.cumsum(area) / area.sum(), rng.random(count))
-        corners = corners[np.minimum(place, len(area) - 1)]  # (N, 3, 3)
+        faces = np.searchsorted(np.cumsum(area) / area.sum(), rng.random(count))
+        faces = np.minimum(faces, len(area) - 1)
+        corners = corners[faces]  # (N, 3, 3)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
-        points = np.einsum("nk,nkd->nd", weights, corners)
-        normal = _unit(normals(corners))
-        if self.offset is not None:
-            normal = normal * rng.choice([-1.0, 1.0], (count, 1))
-            points = points + self.offset * normal
-        return Surface(points, normal)
+        return Surface(np.einsum("nk,nkd->nd", weights, corners), _unit(normals(corners)), faces)
 
     def _measure(self, points: Array) -> Distance:
         found = self._tree.squared_distance(self.vertices, self.faces, points)
         square, face, closest = (np.asarray(array) for array in found)
         distance = np.sqrt(square)  # (N,)
-        away: Array = points - closest  # (N, 3)
         touching = distance < 1e-7
-        if self.offset is not None:
-            sign = np.ones(len(points))
-        else:
-            inside = np.abs(self.winding(points)) - self.threshold
-            sign = np.clip(-inside / (FILM * self.threshold), -1, 1)
-        certain = np.abs(sign) == 1
+        inside = np.abs(self._winding(points)) - self._threshold
+        sign = np.clip(-inside / (FILM * self._threshold), -1, 1)
+        away: Array = points - closest  # (N, 3)
         gradient = _unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
         gradient[touching] = _unit(normals(self.vertices[self.faces[face[touching]]]))
-        return Distance(sign * distance - (self.offset or 0.0), gradient, certain | touching)
+        return Distance(sign * distance, gradient, (np.abs(sign) == 1) | touching)
 
-    def _drop_inner_faces(self, rng: np.random.Generator, progress: Progress) -> None:
+    def _sides(self, probes: Surface, progress: Progress) -> Array:
+        """|winding number| just behind and just before each of the probes (2, N)."""
+        progress(0.0, "Looking for the inside")
+        step = BESIDE * probes.normals
+        sides = np.concatenate([probes.points - step, probes.points + step])
+        return np.abs(self._winding(sides)).reshape(2, -1)
+
+    def _drop_inner_faces(self, progress: Progress) -> None:
         """Keep the outer surface: faces of which at least one side is outside.
 
         Faces that are partly inside are divided. The quarters share no vertices with their
         neighbours, which neither the distance nor the winding number minds.
         """
-        winding = _winding(self.vertices, self.faces)
-        corners = self.vertices[self.faces]
-        probes = corners[rng.integers(0, len(corners), min(PROBES, len(corners)))]
-        if not _inner(probes, winding, progress).any():
-            return
-        kept, pending = [], corners
+        winding, kept, pending = self._winding, [], self.vertices[self.faces]
         for _ in range(SPLITS):
             edges = np.linalg.norm(pending - np.roll(pending, 1, axis=1), axis=2)  # (F, 3)
             large = edges.max(axis=1) > FINE
@@ -178,18 +173,17 @@ def _inner(
     return inner
 
 
-def _threshold(surface: Surface, winding: Callable[[Array], Array], progress: Progress) -> float:
-    """Half of the |winding number| just inside: 0.5 for a closed mesh, less for one with holes."""
-    progress(0.0, "Looking for the inside")
-    sides = np.concatenate([surface.points + side * BESIDE * surface.normals for side in (-1, 1)])
-    number = np.abs(winding(sides)).reshape(2, -1)  # (side, N)
-    doubtful = ((number > DOUBTFUL[0]) & (number < DOUBTFUL[1])).all(axis=0)  # (N,)
-    if doubtful.mean() > SHEET:
+def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
+    """SculptError when too many of the probes, with these `sides` (2, N), lie on sheets."""
+    doubtful = ((sides > DOUBTFUL[0]) & (sides < DOUBTFUL[1])).all(axis=0)  # (N,)
+    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful)
+    share = float((in_doubt > SHEET * probes)[pieces].mean())
+    if share > SCRAP:
+        part = "The mesh" if share > 0.99 else f"A part of the mesh ({share:.0%} of its area)"
         raise SculptError(
-            "The mesh is an open sheet, so it has no inside to sculpt."
-            " Close it, or give it a thickness (Solidify modifier)."
+            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness, or close"
+            " or delete it."
         )
-    return float(np.clip(np.median(number.max(axis=0)) / 2, 0.25, 0.5))
 
 
 def _morton_order(points: Array) -> NDArray[np.intp]:

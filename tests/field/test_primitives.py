@@ -6,7 +6,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.fit_report import components
+from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES, primitive
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError

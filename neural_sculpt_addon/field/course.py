@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long a fit learns, and what it tells meanwhile.
+
+The learning rate falls along a cosine to zero. A fit that is ended early falls to zero, too, within
+a few steps more: weights at a high rate still tremble around their best.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..stroke.progress import Progress
+from .network import Siren
+
+SETTLING = 120  # steps after an early end
+PREVIEW_SECONDS = 0.6  # between two previews
+SMOOTHING = 0.95  # share of the older steps in the error that is told
+
+Preview = Callable[[Siren, float], None]
+"""Called with the network as it is now, to be kept, and its error in model units."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Steps, samples in each, samples in all, first learning rate."""
+
+    steps: int
+    batch: int
+    samples: int
+    rate: float
+
+
+class Learner(Protocol):
+    """What takes the steps."""
+
+    network: Siren
+
+    def step(self, rate: float) -> float:
+        """One step of learning rate `rate`; the error before it, model units."""
+        ...
+
+
+def follow(
+    learner: Learner,
+    course: Course,
+    progress: Progress,
+    preview: Preview | None = None,
+    enough: Callable[[], bool] = lambda: False,
+) -> None:
+    """Take the steps of the course, or as many as the artist waits for.
+
+    enough: looked at before every step; once it is true, the learner settles where it is
+    """
+    error, shown = math.nan, time.monotonic()
+    for step in range(course.steps):
+        rate = course.rate * cosine(step / course.steps)
+        if enough():
+            for settling in range(SETTLING):
+                learner.step(rate * cosine(settling / SETTLING))
+            return
+        latest = learner.step(rate)
+        error = latest if step == 0 else SMOOTHING * error + (1 - SMOOTHING) * latest
+        progress((step + 1) / course.steps, f"Fitting, error {error:.4f}")
+        if preview is not None and time.monotonic() - shown > PREVIEW_SECONDS:
+            tensors = [tensor.clone() for tensor in learner.network.parameters]
+            preview(learner.network.with_parameters(tensors), error)
+            shown = time.monotonic()
+
+
+def cosine(fraction: float) -> float:
+    """The share of the first learning rate that is left after `fraction` of the steps."""
+    return 0.5 * (1 + math.cos(math.pi * fraction))

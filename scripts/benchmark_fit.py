@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fit benchmark: meshes become fields, in our way and in the paper's, in one run.
+
+Lengths are in model space, where the longest side is 1.7 and half the box is 1; seconds are those
+of the wall, with one torch thread, for all from cleaning the mesh to the quality report. The ratios
+are the paper's figure by ours in the same preset. `--damaged` fits one mesh after doing to it what
+bad files do: `true_mean` is then the distance of the unharmed mesh from the field, where the damage
+leaves a shape that should be found again, and `peak_mb` the memory that the process has had so far.
+"""
+
+import argparse
+import json
+import resource
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from damaged_meshes import Mesh
+
+    from neural_sculpt_addon.field.fit import Fit
+
+MESHES = Path(__file__).resolve().parents[2] / "shared" / "data" / "meshes"
+MEASURES = ("error_mean", "error_p95", "error_max", "normal_deg", "sign_errors", "components")
+RATIOS = ("seconds_ratio", "error_ratio")
+DAMAGED = "stanford-bunny.obj"
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `benchmark.py fit`."""
+    parser.add_argument("meshes", nargs="*", type=Path, help=f"default: all of {MESHES}")
+    parser.add_argument("--preset", choices=("draft", "normal", "fine"), default="normal")
+    parser.add_argument("--json", type=Path, help="write one object per row")
+    parser.add_argument("--no-paper", action="store_true", help="our way alone, without ratios")
+    parser.add_argument("--damaged", action="store_true", help="what is wrong with bad files")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the table, and write the rows where `--json` says."""
+    import torch
+
+    torch.set_num_threads(1)
+    if options.damaged:
+        paths = options.meshes or [MESHES / DAMAGED]
+        columns = ("seconds", *MEASURES, "true_mean", "peak_mb")
+        found = _damaged_rows(_existing(paths), options.preset)
+    else:
+        columns = ("seconds", *MEASURES, *(() if options.no_paper else RATIOS))
+        paths = options.meshes or sorted(MESHES.glob("*.obj")) or [MESHES]
+        found = _rows(_existing(paths), options.preset, not options.no_paper)
+    print("lengths in 1e-3 of model space\n" + _line("mesh", "method", columns))
+    rows = []
+    for row in found:
+        rows.append(row)
+        cells = [_short(row, column) for column in columns] if "message" not in row else []
+        print(_line(row["mesh"], row["method"], cells) + row.get("message", ""), flush=True)
+    if options.json:
+        options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+
+
+def _existing(paths: list[Path]) -> list[Path]:
+    for path in paths:
+        if not path.is_file():
+            sys.exit(f"There is no mesh {path}; name files of your own.")
+    return paths
+
+
+def _rows(paths: list[Path], preset: str, paper: bool) -> Iterator[dict[str, Any]]:
+    """Every mesh in the paper's way, if wanted, and in ours."""
+    from neural_sculpt_addon.field.mesh_file import read
+
+    for path in paths:
+        mesh = read(path)
+        theirs = _fit(path.stem, "paper", mesh, preset)[0] if paper else None
+        ours = _fit(path.stem, "distance", mesh, preset)[0]
+        if theirs:
+            yield theirs
+            ours["seconds_ratio"] = theirs["seconds"] / ours["seconds"]
+            ours["error_ratio"] = theirs["error_mean"] / ours["error_mean"]
+        yield ours
+
+
+def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
+    """What becomes of a mesh after each damage, and of what is no solid at all."""
+    import numpy as np
+    from damaged_meshes import DAMAGES, HOPELESS, IN_PLACE, sheet
+
+    from neural_sculpt_addon.field.mesh_cleanup import clean
+    from neural_sculpt_addon.field.mesh_distance import MeshDistance
+    from neural_sculpt_addon.field.mesh_file import read
+    from neural_sculpt_addon.field.projection import project
+    from neural_sculpt_addon.stroke.errors import SculptError
+
+    yield _fit("sheet, thick", "distance", sheet(), preset, thickness=0.1)[0]
+    for name, mesh in HOPELESS.items():
+        try:
+            yield _fit(name, "distance", mesh, preset)[0]
+        except SculptError as error:
+            yield {"mesh": name, "method": "distance", "preset": preset, "message": str(error)}
+    for path in paths:
+        vertices, faces = read(path)
+        good = clean(vertices, faces)
+        points = MeshDistance(good, np.random.default_rng(0)).surface(
+            8192, np.random.default_rng(1)
+        )
+        points = good.scale * points.points + good.center
+        for name, damage in DAMAGES.items():
+            mesh = damage(vertices, faces, np.random.default_rng(0))
+            row, fit = _fit(name, "distance", mesh, preset)
+            if name in IN_PLACE:
+                start = (points - fit.center) / fit.scale
+                gap = np.linalg.norm(project(fit.network, start).points - start, axis=1)
+                row["true_mean"] = float(gap.mean())
+            yield {**row, "source": path.stem}
+
+
+def _fit(
+    name: str, method: str, mesh: "Mesh", preset: str, thickness: float | None = None
+) -> "tuple[dict[str, Any], Fit]":
+    from neural_sculpt_addon.field.fit import fit_mesh
+
+    start = time.perf_counter()
+    fit = fit_mesh(*mesh, method=method, preset=preset, thickness=thickness)
+    seconds = time.perf_counter() - start
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
+    row = {"mesh": name, "method": method, "preset": preset, "faces": len(mesh[1])}
+    measures = {column: fit.report[column] for column in MEASURES}
+    return {**row, "seconds": seconds, **measures, "peak_mb": peak}, fit
+
+
+def _line(mesh: str, method: str, cells: Any) -> str:
+    return f"{mesh:<16}{method:<9}" + " ".join(f"{cell[:13]:>13}" for cell in cells)
+
+
+def _short(row: dict[str, Any], column: str) -> str:
+    if column not in row:
+        return "-"
+    scale = 1e3 if column.startswith(("error_m", "error_p", "true")) else 1.0
+    return f"{scale * row[column]:.3g}"
