@@ -4,40 +4,43 @@
 First the checks (ruff, basedpyright, import-linter), then pytest in the Python that has torch, then
 the demo, then the tests of Blender's side in every Blender this computer can have: the bpy wheels,
 each in a virtual environment of its own; the Blenders named in the environment variable BLENDER or
-found on the PATH; and those that ../shared/tools/real-blender.sh provides. A part that fails does
+found on the PATH; and those that ../shared/tools/real-blender.sh provides. The last two also run
+the tests that draw in a window, whose pictures go to test-output/window/. A part that fails does
 not keep the later ones from running. Ends with a table and the line "N passed, N failed, N
 skipped". Standard library only.
 
     --quick            only the Blender of the project's own environment, and no demo
     --blender 4.5      only this Blender, and neither the checks nor pytest
+    --window           only the tests in a window
     anything else      goes to pytest, and only pytest runs
 """
 
 import argparse
 import os
 import re
-import shutil
-import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import blenders
 import build_extension
 import environment
+import screen
 from environment import ROOT, Workshop
-from virtualenv import home_of, say, version_of
+from virtualenv import say, version_of
 
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker.environment import ENVIRONMENT_VARIABLE
 
 BLENDER_TESTS = ROOT / "tests" / "run_in_blender.py"
-REAL_BLENDER = ROOT.parent / "shared" / "tools" / "real-blender.sh"
+WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"
+WINDOW_PICTURES = ROOT / "test-output" / "window"
 PYTEST_SECONDS = 2400
 BLENDER_SECONDS = 900
+WINDOW_SECONDS = 900
 
 
 @dataclass(frozen=True)
@@ -98,37 +101,39 @@ def wheels(workshop: Workshop, versions: Sequence[str], extension: Path) -> Iter
 
 
 def installed(workshop: Workshop, extension: Path) -> Iterator[Outcome]:
-    """The same in the Blenders that are installed here."""
-    named = [name for name in os.environ.get("BLENDER", "").split(os.pathsep) if name]
-    found = named or [path for path in [shutil.which("blender")] if path]
-    for program in found:
-        name = f"Blender ({program})"
-        if shutil.which(program):
-            yield _in_blender(name, [program, *_script(extension)], _variables(workshop))
+    """The same in the Blenders that are programs of this computer."""
+    for program in blenders.programs(workshop):
+        if program.missing:
+            yield _without(program.name, program)
         else:
-            yield Outcome(name, failed=1, note="the variable BLENDER names it, but it cannot run")
-    if not found:
-        yield _left_out("installed Blender", "none on the PATH or in the variable BLENDER")
+            command = [*program.command, *_script(extension)]
+            yield _in_blender(program.name, command, program.variables)
 
 
-def from_debian(workshop: Workshop, extension: Path) -> Iterator[Outcome]:
-    """The same in Debian's Blenders, each in a folder of its own."""
-    home = home_of(workshop.worker)
-    for suite, version in (("sid", "5.2"), ("trixie", "4.3")):
-        name = f"Blender {version} (Debian {suite})"
-        if not REAL_BLENDER.exists():
-            yield _left_out(name, f"there is no {os.path.relpath(REAL_BLENDER, ROOT)}")
-        elif not hasattr(os, "geteuid") or os.geteuid() != 0:
-            yield _left_out(name, "it takes root")
-        elif home == Path("/usr"):
-            yield _left_out(name, f"the worker's Python, of {home}, is not seen inside its folder")
-        else:
-            variables = _variables(workshop) | {
-                "REAL_BLENDER_SUITE": suite,
-                "REAL_BLENDER_BIND": os.pathsep.join(map(str, (ROOT, home))),
-            }
-            command = ["bash", str(REAL_BLENDER), "exec", "--", "blender", *_script(extension)]
-            yield _in_blender(name, command, variables)
+def windows(workshop: Workshop, extension: Path) -> Iterator[Outcome]:
+    """The tests that draw by hand, in the same Blenders with a window on a virtual screen."""
+    if missing := screen.why_none():
+        yield _left_out("window tests", missing)
+        return
+    if not screen.has_person():
+        say("\nNo xdotool (apt-get install xdotool): the test as a person is left out.")
+    for program in blenders.programs(workshop):
+        name = f"window of {program.name}"
+        if program.missing:
+            yield _without(name, program)
+            continue
+        pictures = WINDOW_PICTURES / re.sub(r"\W+", "-", program.name).strip("-").lower()
+        with screen.virtual_screen() as on_screen:
+            variables = {**program.variables, **on_screen}
+            given = [str(extension), str(pictures)]
+            command = screen.window_command(program, WINDOW_TESTS, given)
+            yield _in_blender(name, command, variables, WINDOW_SECONDS)
+
+
+def _without(name: str, program: blenders.Program) -> Outcome:
+    if program.named:
+        return Outcome(name, failed=1, note=program.missing)
+    return _left_out(name, program.missing)
 
 
 def _script(extension: Path) -> list[str]:
@@ -142,10 +147,15 @@ def _variables(workshop: Workshop) -> dict[str, str]:
     return {ENVIRONMENT_VARIABLE: str(workshop.worker)}
 
 
-def _in_blender(name: str, command: Sequence[str], variables: Mapping[str, str]) -> Outcome:
+def _in_blender(
+    name: str,
+    command: Sequence[str],
+    variables: Mapping[str, str],
+    limit: float = BLENDER_SECONDS,
+) -> Outcome:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user:
         variables = {**variables, "BLENDER_USER_RESOURCES": user}
-        code, lines, seconds = _run(name, command, BLENDER_SECONDS, variables)
+        code, lines, seconds = _run(name, command, limit, variables)
     pattern = re.compile(r"Blender \S+: (\d+) passed, (\d+) failed, (\d+) skipped")
     found = next((match for line in reversed(lines) if (match := pattern.search(line))), None)
     if found is None:
@@ -164,27 +174,10 @@ def _run(
 ) -> tuple[int, list[str], float]:
     """Run a command, showing what it prints: exit code, lines, seconds."""
     say(f"\n== {name}")
-    lines, start = [], time.monotonic()
-    with subprocess.Popen(
-        command,
-        cwd=ROOT,
-        env={**os.environ, **(variables or {})},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    ) as process:
-        timer = threading.Timer(limit, process.kill)
-        timer.start()
-        for line in process.stdout or ():
-            lines.append(line.rstrip())
-            say(lines[-1])
-        timer.cancel()
-    seconds = time.monotonic() - start
+    code, lines, seconds = screen.run(command, variables or {}, limit)
     if seconds > limit:
         say(f"{name} was ended after {limit:.0f} s.")
-    return process.returncode, lines, seconds
+    return code, lines, seconds
 
 
 def _report(outcomes: Sequence[Outcome]) -> bool:
@@ -210,6 +203,7 @@ def main() -> None:
     )
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--quick", action="store_true", help="only the Blender of .venv")
+    only.add_argument("--window", action="store_true", help="only the tests in a window")
     only.add_argument("--blender", choices=environment.BLENDERS, help="only this Blender")
     options, arguments = parser.parse_known_args()
     workshop = environment.ensure_or_exit()
@@ -218,10 +212,10 @@ def main() -> None:
     if arguments:
         outcomes.append(pytest(workshop, arguments))
     else:
-        if not options.blender:
+        if not (options.blender or options.window):
             outcomes += checks(workshop)
             outcomes.append(pytest(workshop, ()))
-        if not (options.blender or options.quick):
+        if not (options.blender or options.quick or options.window):
             outcomes.append(demo(workshop))
         outcomes += _blenders(workshop, options)
     sys.exit(0 if _report(outcomes) else 1)
@@ -239,10 +233,12 @@ def _blenders(workshop: Workshop, options: argparse.Namespace) -> Iterator[Outco
         yield from wheels(workshop, [options.blender], extension)
     elif options.quick:
         yield from wheels(workshop, [workshop.blender_version], extension)
+    elif options.window:
+        yield from windows(workshop, extension)
     else:
         yield from wheels(workshop, list(environment.BLENDERS), extension)
         yield from installed(workshop, extension)
-        yield from from_debian(workshop, extension)
+        yield from windows(workshop, extension)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A virtual screen, and Blender in a window on it.
+
+Xvfb keeps the screen in a file, so a script inside Blender takes a picture of the window by reading
+it (`simulated_input.picture`). Standard library only.
+"""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from blenders import Program
+from environment import ROOT
+from virtualenv import say
+
+SIZE = (1280, 800)
+"""Pixels of the screen; Blender's window fills it."""
+SCREEN_FILE = "NEURAL_SCULPT_SCREEN"
+"""Environment variable that names the file with the screen's pixels."""
+PERSON = "xdotool "
+"""How a line begins by which a script in Blender asks for input as from a person."""
+
+
+def why_none() -> str:
+    """What is missing for a virtual screen, as a sentence; empty when nothing is."""
+    if shutil.which("Xvfb"):
+        return ""
+    return "a window needs Xvfb (Debian, Ubuntu: apt-get install xvfb)"
+
+
+def has_person() -> bool:
+    """Whether input can come as from a person."""
+    return shutil.which("xdotool") is not None
+
+
+@contextmanager
+def virtual_screen(size: tuple[int, int] = SIZE) -> Iterator[Mapping[str, str]]:
+    """Environment variables of a program that is to draw on a new virtual screen."""
+    with tempfile.TemporaryDirectory() as folder:
+        reading, writing = os.pipe()
+        command = [
+            *("Xvfb", "-displayfd", str(writing), "-screen", "0", f"{size[0]}x{size[1]}x24"),
+            *("-fbdir", folder, "-nolisten", "tcp", "-noreset"),
+        ]
+        with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
+            try:
+                os.close(writing)
+                with open(reading, encoding="ascii") as pipe:
+                    display = f":{int(pipe.readline())}"
+                yield {
+                    "DISPLAY": display,
+                    "REAL_BLENDER_DISPLAY": display,
+                    "WAYLAND_DISPLAY": "",
+                    "LIBGL_ALWAYS_SOFTWARE": "1",
+                    SCREEN_FILE: str(Path(folder) / "Xvfb_screen0"),
+                }
+            finally:
+                server.terminate()
+
+
+def window_command(
+    program: Program, script: Path, arguments: Sequence[str] = (), simulate: bool = True
+) -> list[str]:
+    """The command that runs a script in a Blender whose window fills the screen.
+
+    simulate: whether input comes from `Window.event_simulate`, and from nowhere else
+    """
+    return [
+        *program.command,
+        *("--factory-startup", "--gpu-backend", "opengl", "--no-window-focus"),
+        *("--window-geometry", "0", "0", *map(str, SIZE)),
+        *(("--enable-event-simulate",) if simulate else ()),
+        *("--python-exit-code", "1", "--python", str(script), "--", *arguments),
+    ]
+
+
+def run(
+    command: Sequence[str], variables: Mapping[str, str], limit: float
+) -> tuple[int, list[str], float]:
+    """Run a command, showing what it prints: exit code, lines, seconds.
+
+    Lines that begin with PERSON are done instead of shown. Ends the command after `limit` seconds.
+    """
+    lines, start = [], time.monotonic()
+    environment = {**os.environ, **variables}
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    ) as process:
+        timer = threading.Timer(limit, process.kill)
+        timer.start()
+        for line in process.stdout or ():
+            if line.startswith(PERSON):
+                subprocess.run(line.split(), env=environment, check=False)
+                continue
+            lines.append(line.rstrip())
+            say(lines[-1])
+        timer.cancel()
+    return process.returncode, lines, time.monotonic() - start

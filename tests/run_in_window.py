@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run tests/window in a Blender with a window, against the extension as an artist installs it.
+
+Started by `scripts/test.py --window`, on a virtual screen:
+
+    blender --python tests/run_in_window.py -- EXTENSION.zip PICTURES [-k PATTERN ...]
+
+A test is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at
+the end of each test goes to the folder PICTURES. The last line reads as in run_in_blender.py.
+"""
+
+import sys
+import time
+import traceback
+import unittest
+from collections.abc import Iterator
+from pathlib import Path
+
+import bpy
+
+ROOT = Path(__file__).resolve().parents[1]
+for place in ("tests/window", "tests/blender", "scripts"):
+    sys.path.insert(0, str(ROOT / place))
+
+import simulated_input  # noqa: E402 - found by the paths above
+
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+
+
+def cases(patterns: list[str]) -> Iterator[unittest.TestCase]:
+    """The tests of tests/window, one by one."""
+    loader = unittest.TestLoader()
+    loader.testNamePatterns = patterns or None
+    waiting: list[unittest.TestSuite | unittest.TestCase] = [
+        loader.discover(str(ROOT / "tests" / "window"))
+    ]
+    while waiting:
+        first = waiting.pop(0)
+        if isinstance(first, unittest.TestSuite):
+            waiting[:0] = first
+        else:
+            yield first
+
+
+def steps() -> simulated_input.Steps:
+    """Install the extension, run every test, tell how many passed."""
+    given = sys.argv[sys.argv.index("--") + 1 :]
+    patterns = [f"*{given[i + 1]}*" for i, word in enumerate(given[:-1]) if word == "-k"]
+    bpy.ops.extensions.package_install_files(
+        filepath=given[0], repo="user_default", enable_on_install=True
+    )
+    count = {"passed": 0, "failed": 0, "skipped": 0}
+    for case in cases(patterns):
+        start = time.monotonic()
+        outcome, reason = yield from run(case, Path(given[1]))
+        count[outcome] += 1
+        name = case.id().partition(".")[2]
+        print(f"{name}: {outcome}{reason}, {time.monotonic() - start:.1f} s", flush=True)
+    bpy.ops.preferences.addon_disable(module=EXTENSION)
+    version = ".".join(map(str, bpy.app.version))
+    print(f"Blender {version}: " + ", ".join(f"{n} {word}" for word, n in count.items()))
+
+
+def run(case: unittest.TestCase, pictures: Path) -> Iterator:
+    """Step one test: how it ended, and why when it was skipped."""
+    outcome, reason = "passed", ""
+    try:
+        case.setUp()
+        yield simulated_input.DRAWN
+        yield from getattr(case, case.id().rpartition(".")[2])()
+    except unittest.SkipTest as skipped:
+        outcome, reason = "skipped", f" ({skipped})"
+    except Exception:  # noqa: BLE001 - whatever a test raises is its failure
+        outcome = "failed"
+        traceback.print_exc()
+    yield simulated_input.DRAWN
+    picture = pictures / f"{case.id().rpartition('.')[2].removeprefix('test_')}.png"
+    simulated_input.save_png(picture, simulated_input.screen_pixels())
+    case.doCleanups()
+    return outcome, reason
+
+
+simulated_input.play(steps())

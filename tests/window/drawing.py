@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tests in a window share: an artist's hand on a sphere field, and numbers to check.
+
+The sphere is seen from the front, so a stroke on it faces -Y. Model space is the world's.
+"""
+
+import bpy
+import harness
+import numpy as np
+import simulated_input as hand
+from bpy.types import Object
+from harness import to_path, vertices
+from numpy.typing import NDArray
+from simulated_input import Steps
+
+Array = NDArray[np.float64]
+
+SECONDS = 120  # for anything to happen, on a computer that is busy
+RADIUS, INTENSITY = 0.12, 0.06
+NEAR, FAR = 0.35, 1.35  # radii from the path: within, the stroke is high; beyond, nothing moved
+STILL = 0.006  # how far the surface may stray where nothing was drawn
+RESOLUTION = 64
+
+
+class WindowCase(harness.SculptCase):
+    """Starts each test with an empty scene, seen from the front."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
+        hand.look()
+        brush = bpy.context.scene.neural_sculpt
+        brush.radius, brush.intensity = RADIUS, INTENSITY
+
+    def add(self, kind: str = "SPHERE") -> Steps:
+        """Add a field and wait for it."""
+        operate(bpy.ops.neural_sculpt.add, kind=kind)
+        yield from self.idle()
+        yield hand.DRAWN
+        self.size = np.linalg.norm(vertices(field()), axis=1).mean()
+
+    def idle(self) -> Steps:
+        """Wait until the worker has nothing to do."""
+        yield from hand.until(lambda: not self.session.jobs, SECONDS, "an idle worker")
+        self.assertEqual(self.session.last_error, "")
+
+    def arc(self, tilt: float = 0.0, spread: float = 0.5) -> Array:
+        """Points (15, 3) over the front of the sphere from left to right; `tilt` is upward."""
+        angle = np.linspace(-spread, spread, 15)
+        level = np.stack([np.sin(angle), -np.cos(angle), 0 * angle], 1)
+        c, s = np.cos(tilt), np.sin(tilt)
+        return self.size * level @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+    def draw(self, path: Array, held: hand.Held = ()) -> Steps:
+        """Draw a freehand stroke through points (K, 3) and wait until the field has it."""
+        count = len(field().neural_sculpt.strokes)
+        operate(bpy.ops.neural_sculpt.stroke)
+        yield from hand.drag(hand.to_window(path), held)
+        yield from self.strokes_are(count + 1)
+
+    def strokes_are(self, count: int) -> Steps:
+        """Wait until the field has that many strokes and nothing is left to do."""
+
+        def ended() -> bool:
+            return len(field().neural_sculpt.strokes) == count or bool(self.session.last_error)
+
+        yield from hand.until(ended, SECONDS, f"{count} strokes")
+        yield from self.idle()
+
+    def heights(self) -> Array:
+        """How far each vertex of the proxy (V,) lies above the sphere that it was."""
+        return np.linalg.norm(vertices(field()), axis=1) - self.size
+
+    def assert_raised(self, *paths: Array, by: float = INTENSITY, radius: float = RADIUS) -> None:
+        """The surface is higher by `by` along the middle of each path, and nowhere else."""
+        heights = self.heights()
+        points = vertices(field()) * (self.size / (self.size + heights))[:, None]  # on the sphere
+        distance = np.full(len(points), np.inf)
+        for path in paths:
+            inner = to_path(points, path[2:-2]) < NEAR * radius  # off the ends of the stroke
+            self.assertGreater(inner.sum(), 5)
+            np.testing.assert_allclose(heights[inner].max(), by, atol=0.15 * abs(by))
+            self.assertGreater((heights[inner] / by).min(), 0.4)
+            distance = np.minimum(distance, to_path(points, path))
+        still = heights[distance > FAR * radius]
+        self.assertGreater(len(still), len(points) / 2)
+        self.assertLess(np.abs(still).max(), STILL)
+
+    def assert_untouched(self) -> None:
+        """The field is the sphere that it was."""
+        self.assertLess(np.abs(self.heights()).max(), STILL)
+
+
+def field() -> Object:
+    """The only field, which no reference outlives."""
+    found = [ob for ob in bpy.data.objects if ob.neural_sculpt.revision]
+    assert len(found) == 1, found
+    return found[0]
+
+
+def operate(operator: object, **given: object) -> None:
+    """Invoke an operator as a button in the viewport does."""
+    area = hand.view_area()
+    context = {"window": hand.window(), "area": area, "region": hand.region("WINDOW", area)}
+    with bpy.context.temp_override(**context):
+        outcome = operator("INVOKE_DEFAULT", **given)
+    assert outcome <= {"FINISHED", "RUNNING_MODAL"}, outcome
+
+
+def middle() -> hand.Pixel:
+    """The middle of the viewport, where keys are typed."""
+    region = hand.region()
+    return region.x + region.width / 2, region.y + region.height / 2
+
+
+def undo() -> Steps:
+    """Type Ctrl Z."""
+    hand.tap("Z", middle(), ("ctrl",))
+    yield 2 * hand.DRAWN
+
+
+def redo() -> Steps:
+    """Type Shift Ctrl Z."""
+    hand.tap("Z", middle(), ("ctrl", "shift"))
+    yield 2 * hand.DRAWN

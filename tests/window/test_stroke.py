@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes by hand: drawn, cancelled, undone, saved."""
+
+import bpy
+import numpy as np
+import simulated_input as hand
+from drawing import WindowCase, field, middle, operate, redo, undo
+from harness import state, vertices
+from simulated_input import Steps
+
+
+class Strokes(WindowCase):
+    def test_freehand(self) -> Steps:
+        yield from self.add()
+        path = self.arc()
+        yield from self.draw(path)
+        self.assert_raised(path)
+
+    def test_escape(self) -> Steps:
+        yield from self.add()
+        before = state(field())
+        operate(bpy.ops.neural_sculpt.stroke)
+        points = hand.to_window(self.arc())
+        hand.press(points[0])
+        for point in points[1:]:
+            hand.move(point)
+        yield hand.DRAWN
+        hand.tap("ESC", points[-1])
+        yield hand.DRAWN
+        hand.release(points[-1])
+        yield from self.idle()
+        self.assertEqual(state(field()), before)
+
+    def test_undo_and_redo(self) -> Steps:
+        """Three strokes and a native move between them, one by one and back."""
+        yield from self.add()
+        states = [state(field())]
+        for tilt in (0.0, 0.5):
+            yield from self.draw(self.arc(tilt))
+            states.append(state(field()))
+        hand.tap("G", middle())
+        for key, text in (("X", ""), ("PERIOD", "."), ("THREE", "3"), ("RET", "")):
+            yield hand.DRAWN
+            hand.tap(key, middle(), text=text)
+        yield 2 * hand.DRAWN
+        self.assertAlmostEqual(field().location.x, 0.3, places=5)
+        states.append(state(field()))
+        path = self.arc(-0.5)
+        yield from self.draw(path + np.array([0.3, 0, 0]))
+        states.append(state(field()))
+        self.assert_raised(self.arc(), self.arc(0.5), path)
+        for expected in states[-2::-1]:
+            yield from undo()
+            self.assertEqual(state(field()), expected)
+        self.assert_untouched()
+        for expected in states[1:]:
+            yield from redo()
+            self.assertEqual(state(field()), expected)
+
+    def test_save_and_reload(self) -> Steps:
+        yield from self.add()
+        yield from self.draw(self.arc())
+        before, path = state(field()), str(self.folder / "stroke.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        yield hand.DRAWN
+        bpy.ops.wm.open_mainfile(filepath=path)
+        yield hand.DRAWN
+        self.assertEqual(state(field()), before)
+        hand.look()
+        second = self.arc(0.5)
+        yield from self.draw(second)
+        self.assert_raised(self.arc(), second)
+        self.assertEqual(len(np.unique(vertices(field()), axis=0)), len(vertices(field())))
