@@ -161,7 +161,7 @@ def test_locate_finds_the_nearest_point(name, seed, bend):
     assert (place.distance >= true - 1e-9).all()
     # The nearest vertex decides the segment: where passes cross, that may miss by little.
     assert (place.distance**2 <= true**2 + (spacing / 2) ** 2 + 1e-9).all()
-    assert np.mean(place.distance < true + 1e-4) > 0.8
+    assert np.mean(place.distance < true + 1e-4) > 0.7
 
 
 def test_a_closed_path_has_no_seam():
