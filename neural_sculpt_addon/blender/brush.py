@@ -1,17 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene's brush settings frozen into a `stroke.Brush`."""
+"""The scene's brush settings frozen into a `stroke.Brush`, and strokes drawn with them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-from bpy.types import Context, NodeTree
-from numpy.typing import NDArray
+from bpy.types import Context, Mesh, NodeTree, Object
+from numpy.typing import ArrayLike, NDArray
 
 from ..stroke.brush import Brush
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
+from ..stroke.stroke import AXES, Direction, Ends, Stroke
 from . import curve_store
 from .properties import CURVE, brush_of
+from .recorder import StrokeRecorder
+
+NARROWEST = 0.05
+"""The least radius factor, for a tube needs some width."""
 
 
 def current_brush(context: Context) -> Brush:
@@ -42,13 +48,47 @@ def modulation(choice: str, curves: NodeTree) -> Modulation:
 def pressure_factors(context: Context, length: str, pressures: Sequence[float]) -> NDArray | None:
     """Factors (K,) of "radius" or "intensity" for pressures (K,) in [0, 1].
 
-    None when the pen's pressure does not change it; linear until its curve was made.
+    None when the pen's pressure changes nothing; linear until its curve was made.
     """
     settings = brush_of(context)
     word = f"pressure_{length}"
     if not getattr(settings, word):
         return None
-    if settings.curves is None:
-        return np.asarray(pressures, float)
-    table = curve_store.table(settings.curves, word)
-    return np.interp(pressures, np.linspace(0, 1, len(table)), table)
+    factors = np.asarray(pressures, float)
+    if settings.curves is not None:
+        table = curve_store.table(settings.curves, word)
+        factors = np.interp(factors, np.linspace(0, 1, len(table)), table)
+    if length == "radius":
+        factors = np.maximum(factors, NARROWEST)
+    return None if (factors == 1).all() else factors
+
+
+def brush_stroke(context: Context, ob: Object, points: ArrayLike) -> Stroke:
+    """A stroke through points (K, 3) in model space, as the panel says; SculptError when none."""
+    settings = brush_of(context)
+    return Stroke(
+        np.asarray(points, float).reshape(-1, 3),
+        current_brush(context),
+        ends=Ends[settings.ends],
+        direction=Direction[settings.direction],
+        mirror=mirror_of(ob),
+    )
+
+
+def drawn_stroke(context: Context, ob: Object, line: StrokeRecorder, inverted: bool) -> Stroke:
+    """The stroke of a line drawn by hand, with the pen's pressure; SculptError when none."""
+    stroke = brush_stroke(context, ob, line.points)
+    brush = stroke.brush
+    return replace(
+        stroke,
+        brush=replace(brush, intensity=-brush.intensity) if inverted else brush,
+        radius_factors=pressure_factors(context, "radius", line.pressures),
+        intensity_factors=pressure_factors(context, "intensity", line.pressures),
+    )
+
+
+def mirror_of(ob: Object) -> frozenset[str]:
+    """The axes of the mesh's own symmetry, in object space."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    return frozenset(axis for axis in AXES if getattr(mesh, f"use_mirror_{axis.lower()}"))

@@ -5,15 +5,38 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context
 
 from ..worker import environment
 from . import ADDON
 from .installer import installer
 from .properties import DEFAULT_RESOLUTION, resolution_property
+
+Color = tuple[float, float, float, float]
+
+
+class OverlayColors(NamedTuple):
+    """Of what is drawn over the 3D viewport, RGBA."""
+
+    cursor: Color = (1.0, 1.0, 1.0, 0.9)
+    raising: Color = (1.0, 0.68, 0.26, 0.75)
+    carving: Color = (0.3, 0.66, 1.0, 0.75)
+
+
+def _color_property(name: str, description: str, default: Color) -> Any:
+    return FloatVectorProperty(
+        name=name,
+        description=description,
+        subtype="COLOR_GAMMA",
+        size=4,
+        min=0.0,
+        max=1.0,
+        default=default,
+    )
 
 
 class NEURAL_SCULPT_AP_preferences(AddonPreferences):
@@ -30,12 +53,25 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         "Cells along an edge of the box in which the proxy of a new field is meshed"
     )
 
+    color_cursor: _color_property(
+        "Brush Color", "Of the circle under the mouse", OverlayColors().cursor
+    )
+    color_raising: _color_property(
+        "Raising Color", "Of a stroke where it raises the surface", OverlayColors().raising
+    )
+    color_carving: _color_property(
+        "Carving Color", "Of a stroke where it carves", OverlayColors().carving
+    )
+
     def draw(self, context: Context) -> None:
         """Draw the settings and the installation of the worker."""
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "resolution")
         layout.prop(self, "worker_python")
+        layout.prop(self, "color_cursor")
+        layout.prop(self, "color_raising")
+        layout.prop(self, "color_carving")
         draw_installation(layout)
 
 
@@ -63,6 +99,11 @@ def environment_folder() -> Path:
     return user_folder() / "environment"
 
 
+def log_file() -> Path:
+    """Where the worker writes what it does; there is none before its first start."""
+    return user_folder() / "worker.log"
+
+
 def worker_python() -> Path:
     """The worker's interpreter: preferences, environment variable, installed environment.
 
@@ -77,6 +118,16 @@ def resolution() -> int:
     """Resolution of a new proxy."""
     preferences = _preferences()
     return DEFAULT_RESOLUTION if preferences is None else preferences.resolution
+
+
+def overlay_colors() -> OverlayColors:
+    """The artist's colours of the overlay."""
+    own = _preferences()
+    if own is None:
+        return OverlayColors()
+    return OverlayColors(
+        tuple(own.color_cursor), tuple(own.color_raising), tuple(own.color_carving)
+    )
 
 
 def _preferences() -> NEURAL_SCULPT_AP_preferences | None:

@@ -5,11 +5,12 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import history, menus
+from . import history, menus, overlay, tools
 from .operators import install_worker
 from .operators.add import NEURAL_SCULPT_OT_add
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
+from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
@@ -25,9 +26,15 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_install_worker,
 )
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
+from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
-from .panels import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_model, NEURAL_SCULPT_PT_status
+from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
+from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
+from .panels.model import NEURAL_SCULPT_PT_model
+from .panels.proxy import NEURAL_SCULPT_PT_proxy
+from .panels.stroke import NEURAL_SCULPT_PT_stroke
+from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .properties import (
     GROUP,
@@ -46,6 +53,8 @@ CLASSES = (
     NEURAL_SCULPT_PG_point,
     NEURAL_SCULPT_OT_add,
     NEURAL_SCULPT_OT_from_mesh,
+    NEURAL_SCULPT_OT_draw,
+    NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
@@ -62,7 +71,12 @@ CLASSES = (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_PT_model,
     NEURAL_SCULPT_PT_brush,
-    NEURAL_SCULPT_PT_status,
+    NEURAL_SCULPT_PT_pressure,
+    NEURAL_SCULPT_PT_stroke,
+    NEURAL_SCULPT_UL_strokes,
+    NEURAL_SCULPT_PT_history,
+    NEURAL_SCULPT_PT_proxy,
+    NEURAL_SCULPT_PT_worker,
 )
 
 
@@ -74,12 +88,16 @@ def register() -> None:
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     history.register()
     menus.register()
+    overlay.register()
+    tools.register()
 
 
 def unregister() -> None:
     """Stop the worker and take everything back."""
     session.stop()
     install_worker.stop()
+    tools.unregister()
+    overlay.unregister()
     menus.unregister()
     history.unregister()
     delattr(Scene, GROUP)

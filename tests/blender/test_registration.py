@@ -3,6 +3,7 @@
 
 import sys
 import unittest
+from pathlib import Path
 
 import bpy
 from harness import EXTENSION, module
@@ -66,3 +67,70 @@ class Registration(unittest.TestCase):
             self.assertTrue(cls.__doc__, cls.__name__)
             if issubclass(cls, bpy.types.Operator):
                 self.assertFalse(cls.__doc__.endswith("."), f"{cls.__name__}: {cls.__doc__}")
+
+
+class Tool(unittest.TestCase):
+    """In the toolbars and in the add-on's key configuration, where the artist can edit it."""
+
+    def tools(self, mode: str) -> list[str]:
+        from bl_ui.space_toolsystem_common import ToolSelectPanelHelper as Toolbars
+
+        found = Toolbars._tool_class_from_space_type("VIEW_3D")._tools[mode]
+        return [tool.idname for tool in Toolbars._tools_flatten(found) if tool is not None]
+
+    def keys(self) -> dict[str, list[tuple[str, str, bool, bool]]]:
+        keymaps = bpy.context.window_manager.keyconfigs.addon.keymaps
+        return {
+            keymap.name: [(i.idname, i.type, i.ctrl, i.shift) for i in keymap.keymap_items]
+            for keymap in keymaps
+            if "Neural Stroke" in keymap.name
+        }
+
+    def test_is_in_both_modes_once(self) -> None:
+        for mode in ("OBJECT", "SCULPT"):
+            self.assertEqual(self.tools(mode).count("neural_sculpt.tool"), 1, mode)
+
+    def test_icon_is_there(self) -> None:
+        icons = Path(bpy.utils.system_resource("DATAFILES")) / "icons"
+        self.assertTrue((icons / f"{module('blender.tools').ObjectTool.bl_icon}.dat").is_file())
+
+    def test_keys(self) -> None:
+        expected = [
+            ("neural_sculpt.draw", "LEFTMOUSE", False, False),
+            ("neural_sculpt.draw", "LEFTMOUSE", True, False),
+            ("neural_sculpt.draw", "LEFTMOUSE", False, True),
+            ("neural_sculpt.draw", "LEFTMOUSE", True, True),
+            ("neural_sculpt.resize", "F", False, False),
+            ("neural_sculpt.resize", "F", False, True),
+            ("neural_sculpt.resize", "LEFT_BRACKET", False, False),
+            ("neural_sculpt.resize", "RIGHT_BRACKET", False, False),
+        ]
+        keys = self.keys()
+        self.assertEqual(len(keys), 2, keys.keys())
+        for items in keys.values():
+            self.assertCountEqual(items, expected)
+
+    def test_is_gone_with_the_extension(self) -> None:
+        registration = module("blender.registration")
+        registration.unregister()
+        try:
+            self.assertEqual([*self.keys().values()], [])
+            for mode in ("OBJECT", "SCULPT"):
+                self.assertNotIn("neural_sculpt.tool", self.tools(mode))
+        finally:
+            registration.register()
+
+    def test_brackets_step_the_radius(self) -> None:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        mesh = bpy.data.meshes.new("Field")
+        ob = bpy.data.objects.new("Field", mesh)
+        bpy.context.collection.objects.link(ob)
+        bpy.context.view_layer.objects.active = ob
+        self.assertFalse(bpy.ops.neural_sculpt.resize.poll())
+        ob.neural_sculpt.revision = "some"
+        brush = bpy.context.scene.neural_sculpt
+        before = brush.radius
+        bpy.ops.neural_sculpt.resize(length="RADIUS", factor=1.25)
+        self.assertAlmostEqual(brush.radius, 1.25 * before, places=6)
+        bpy.ops.neural_sculpt.resize(length="RADIUS", factor=0.8)
+        self.assertAlmostEqual(brush.radius, before, places=6)
