@@ -6,6 +6,7 @@ Standard library, NumPy and bpy only. All tests go through operators and look at
 
 import importlib
 import json
+import os
 import time
 import unittest
 from collections.abc import Callable, Iterator
@@ -13,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
+from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -69,9 +71,41 @@ class SculptCase(unittest.TestCase):
             self.session.poll_once()
             time.sleep(0.005)
 
+    def until_quick(self) -> None:
+        """Poll the worker until a quick result is in the scene and the final one is computed."""
+        self.pump(lambda: not self.session.jobs or self.session.jobs[0].quick is not None)
+        self.assertTrue(
+            self.session.jobs, "it ended before it was seen: " + self.session.last_error
+        )
+
     def finish(self) -> None:
         """Poll the worker until it is idle."""
         self.pump(lambda: not self.session.jobs)
+
+
+class SteeredCase(SculptCase):
+    """As in a window, with a worker whose refinements end when the test says so (toy_worker.py)."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.go = self.folder / "go"
+        python = os.environ["NEURAL_SCULPT_PYTHON"]
+        toy = Path(__file__).with_name("toy_worker.py")
+        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.go)]
+        self.session.stop()
+        self.addCleanup(self.session.stop)
+        steered = patch.object(module("worker.environment"), "worker_command", lambda _: command)
+        steered.start()
+        self.addCleanup(steered.stop)
+        self.ob = add("SPHERE")
+        self.session.waits = False
+        self.addCleanup(setattr, self.session, "waits", True)
+
+    def finish(self) -> None:
+        """Let refinements end, and poll the worker until it is idle."""
+        self.go.touch()
+        super().finish()
+        self.go.unlink()
 
 
 def add(kind: str = "SPHERE") -> Object:

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's undo and redo across strokes whose final results came later, byte by byte."""
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
+
+
+class Undo(SteeredCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.states = [state(self.ob)]
+
+    def stroke(self, meanwhile: Callable[[], None] | None = None) -> None:
+        """A stroke until it is final; `meanwhile` is done, as a step, while it is refined."""
+        stroke(np.eye(3), name=f"Stroke {len(self.states)}")
+        if meanwhile:
+            self.until_quick()
+            placed = state(field("Sphere"))[-1]
+            meanwhile()
+            push_undo("Meanwhile")
+            self.finish()
+            after = state(field("Sphere"))
+            self.states.append((*after[:-1], placed))
+        else:
+            self.finish()
+        self.states.append(state(field("Sphere")))
+
+    def native(self, change: Callable[[], None]) -> None:
+        change()
+        push_undo("Native")
+        self.states.append(state(field("Sphere")))
+
+    def back_and_forth(self) -> None:
+        """All the way back and all the way forth; every state is as it was."""
+        for expected in self.states[-2::-1]:
+            undo()
+            self.assertEqual(state(field("Sphere")), expected)
+        for expected in self.states[1:]:
+            redo()
+            self.assertEqual(state(field("Sphere")), expected)
+
+    def test_three_strokes_and_a_transform(self) -> None:
+        self.stroke()
+        self.native(lambda: move(1.0))
+        self.stroke()
+        self.native(lambda: move(2.0))
+        self.stroke()
+        self.assertEqual(len({seen[0] for seen in self.states}), 4)
+        self.assertEqual([len(seen[2]) for seen in self.states], [0, 1, 1, 2, 2, 3])
+        self.back_and_forth()
+        self.back_and_forth()
+
+    def test_the_object_is_moved_before_the_final_result_comes(self) -> None:
+        self.stroke(meanwhile=lambda: move(1.0))
+        self.stroke(meanwhile=lambda: move(2.0))
+        self.back_and_forth()
+
+    def test_something_else_is_changed_before_the_final_result_comes(self) -> None:
+        self.stroke(meanwhile=lambda: bpy.data.objects.new("Else", None))
+        self.stroke()
+        self.back_and_forth()
+
+    def test_the_mesh_is_given_a_material_before_the_final_result_comes(self) -> None:
+        self.stroke(meanwhile=paint)
+        self.stroke()
+        self.back_and_forth()
+        self.assertEqual(len(field("Sphere").data.materials), 1)
+
+    def test_undo_and_another_stroke_leave_the_other_branch(self) -> None:
+        self.stroke()
+        undo()
+        self.assertEqual(state(field("Sphere")), self.states.pop(0))
+        del self.states[:]
+        self.states.append(state(field("Sphere")))
+        self.stroke()
+        self.back_and_forth()
+
+
+def move(x: float) -> None:
+    field("Sphere").location.x = x
+    bpy.context.view_layer.update()
+
+
+def paint() -> None:
+    field("Sphere").data.materials.append(bpy.data.materials.new("Clay"))
