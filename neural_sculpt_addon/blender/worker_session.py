@@ -197,7 +197,7 @@ class Session:
                 self._hear(message)
             self._news.clear()
         command = environment.worker_command(preferences.worker_python())
-        client = Client(command, preferences.user_folder() / "worker.log")
+        client = Client(command, preferences.log_file())
         client.start()
         self.client = client
 

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The brush of the next stroke: how wide, how strong and of which shape it is."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+from bpy.types import Context, UILayout
+
+from .. import curve_store
+from ..properties import CURVE, NEURAL_SCULPT_PG_brush, brush_of
+from .sidebar import CLOSED, Sidebar
+
+
+class NEURAL_SCULPT_PT_brush(Sidebar):
+    """The brush of the next stroke."""
+
+    bl_idname = "NEURAL_SCULPT_PT_brush"
+    bl_label = "Brush"
+
+    def draw(self, context: Context) -> None:
+        """Draw the sizes and both shapes."""
+        layout, brush = self.layout, brush_of(context)
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for length in ("radius", "intensity"):
+            row = layout.row(align=True)
+            row.prop(brush, f"scene_{length}")
+            row.prop(brush, f"pressure_{length}", text="", icon="STYLUS_PRESSURE")
+        draw_shape(layout, brush, curve_store.PROFILE)
+        draw_shape(layout, brush, curve_store.MODULATION)
+        layout.operator("neural_sculpt.draw", text="Draw Stroke", icon="GREASEPENCIL")
+
+
+class NEURAL_SCULPT_PT_pressure(Sidebar):
+    """What the pen's pressure does."""
+
+    bl_idname = "NEURAL_SCULPT_PT_pressure"
+    bl_parent_id = "NEURAL_SCULPT_PT_brush"
+    bl_label = "Pen Pressure"
+    bl_options = CLOSED
+
+    def draw(self, context: Context) -> None:
+        """Draw the curves."""
+        brush = brush_of(context)
+        for word in (curve_store.PRESSURE_RADIUS, curve_store.PRESSURE_INTENSITY):
+            self.layout.prop(brush, word)
+            if getattr(brush, word):
+                draw_curve(self.layout, brush, word)
+
+
+def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
+    """The choice of profile or modulation, and its curve."""
+    layout.prop(brush, word)
+    if getattr(brush, word) == CURVE:
+        draw_curve(layout, brush, word)
+
+
+def draw_curve(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
+    """A curve widget, once there are curves."""
+    if brush.curves is not None:
+        layout.template_curve_mapping(brush.curves.nodes[word], "mapping")

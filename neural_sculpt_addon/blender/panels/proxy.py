@@ -1,0 +1,26 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The mesh that stands for the active field."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.types import Context
+
+from ..properties import field_of
+from .sidebar import CLOSED, FieldSidebar
+
+
+class NEURAL_SCULPT_PT_proxy(FieldSidebar):
+    """The mesh that stands for the active field."""
+
+    bl_idname = "NEURAL_SCULPT_PT_proxy"
+    bl_label = "Proxy"
+    bl_options = CLOSED
+
+    def draw(self, context: Context) -> None:
+        """Draw its resolution, and what can be done with it."""
+        layout = self.layout
+        resolution = field_of(context.active_object).resolution
+        layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
+        layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
+        layout.operator("neural_sculpt.export", icon="EXPORT")

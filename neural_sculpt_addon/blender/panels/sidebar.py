@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all panels of the sidebar share."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+import textwrap
+from typing import Any
+
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.types import Context, Panel, UILayout
+
+from ..properties import is_field
+from ..worker_session import Job, session
+
+CLOSED: Any = {"DEFAULT_CLOSED"}
+"""Options of a panel that is closed at first."""
+CHARACTER = 7.0  # width of one in pixels, on average, at a scale of 1
+
+
+class Sidebar(Panel):
+    """A panel of our tab."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Neural Sculpt"
+
+
+class FieldSidebar(Sidebar):
+    """A panel that is there while a field is active."""
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field."""
+        return is_field(context.active_object)
+
+
+def draw_text(layout: UILayout, context: Context, text: str, icon: str = "NONE") -> None:
+    """A text of any length, in as many lines as it needs."""
+    width = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - 6
+    column = layout.column(align=True)
+    for number, line in enumerate(textwrap.wrap(text, max(int(width), 20))):
+        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
+
+
+def draw_job(layout: UILayout, job: Job) -> None:
+    """How far a job is, and the button that cancels all."""
+    text = iface_(job.label)
+    if job.message:
+        text = f"{text}: {iface_(job.message)}"
+    row = layout.row(align=True)
+    row.progress(factor=job.fraction, text=text, translate=False)
+    row.operator("neural_sculpt.cancel", text="", icon="CANCEL")
+
+
+def job_of(context: Context) -> Job | None:
+    """The first job on the active object."""
+    ob = context.active_object
+    uid = None if ob is None else ob.session_uid
+    return next((job for job in session.jobs if job.target == uid), None)

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the next stroke is drawn."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+from bpy.types import Context
+
+from ...stroke.stroke import AXES
+from ..properties import brush_of, is_field
+from .sidebar import Sidebar
+
+
+class NEURAL_SCULPT_PT_stroke(Sidebar):
+    """How the next stroke is drawn."""
+
+    bl_idname = "NEURAL_SCULPT_PT_stroke"
+    bl_label = "Stroke"
+
+    def draw(self, context: Context) -> None:
+        """Draw the settings."""
+        layout, brush = self.layout, brush_of(context)
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(brush, "input", expand=True)
+        column = layout.column()
+        if brush.input == "FREEHAND":
+            column.prop(brush, "adjust")
+            column.prop(brush, "stabilizer")
+            column.prop(brush, "spacing")
+        layout.prop(brush, "ends", expand=True)
+        layout.prop(brush, "direction", expand=True)
+        ob = context.active_object
+        if is_field(ob):
+            assert ob is not None
+            row = layout.row(heading="Mirror", align=True)
+            for axis in AXES:
+                row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)

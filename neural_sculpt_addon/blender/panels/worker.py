@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the worker does, and what went wrong last."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.types import Context
+
+from ...stroke.errors import SculptError
+from .. import preferences
+from ..worker_session import session
+from .sidebar import Sidebar, draw_job, draw_text
+
+
+class NEURAL_SCULPT_PT_worker(Sidebar):
+    """What the worker does, and what went wrong last."""
+
+    bl_idname = "NEURAL_SCULPT_PT_worker"
+    bl_label = "Worker"
+
+    def draw(self, context: Context) -> None:
+        """Draw the worker's state, progress and last error."""
+        layout = self.layout
+        try:
+            preferences.worker_python()
+        except SculptError:
+            preferences.draw_installation(layout)
+            return
+        row = layout.row(align=True)
+        row.label(text=session.describe_worker(), icon="SYSTEM")
+        log = preferences.log_file()
+        button = row.row(align=True)
+        button.enabled = log.is_file()
+        button.operator("wm.path_open", text="", icon="TEXT").filepath = str(log)
+        row.operator("neural_sculpt.restart_worker", text="", icon="FILE_REFRESH")
+        if session.jobs:
+            draw_job(layout, session.jobs[0])
+            if waiting := len(session.jobs) - 1:
+                layout.label(text=iface_("{} waiting").format(waiting), translate=False)
+        if session.last_error:
+            box = layout.column()
+            box.alert = True
+            draw_text(box, context, session.last_error, "ERROR")
