@@ -29,7 +29,7 @@ from neural_sculpt_addon.stroke.progress import silent
 
 Array = NDArray[np.float64]
 
-COURSE = Course(steps=6000, batch=1024, samples=200_000, rate=1.2e-3)
+COURSE = Course(steps=6000, batch=1024, samples=200_000, rate=1.2e-3, tolerance=1e-3)
 SHARE_NEAR, NEAR = 0.8, 0.05  # share of the samples within this distance of the surface
 STEP = 1e-5  # of the central differences that give a closed form's gradient
 

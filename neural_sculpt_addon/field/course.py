@@ -19,17 +19,23 @@ PREVIEW_SECONDS = 0.6  # between two previews
 SMOOTHING = 0.95  # share of the older steps in the error that is told
 
 Preview = Callable[[Siren, float], None]
-"""Called with the network as it is now, to be kept, and its error in model units."""
+"""Called with a copy of the network as it is now, and its error in model units."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """Steps, samples in each, samples in all, first learning rate."""
+    """How long to learn.
+
+    steps, batch, samples: how many, of how many samples each, of how many in all
+    rate:                  of the first step
+    tolerance:             mean distance from the surface that will do, model units
+    """
 
     steps: int
     batch: int
     samples: int
     rate: float
+    tolerance: float
 
 
 class Learner(Protocol):
@@ -46,7 +52,7 @@ def follow(
     learner: Learner,
     course: Course,
     progress: Progress,
-    preview: Preview | None = None,
+    preview: Preview = lambda *_: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
     """Take the steps of the course, or as many as the artist waits for.
@@ -63,7 +69,7 @@ def follow(
         latest = learner.step(rate)
         error = latest if step == 0 else SMOOTHING * error + (1 - SMOOTHING) * latest
         progress((step + 1) / course.steps, f"Fitting, error {error:.4f}")
-        if preview is not None and time.monotonic() - shown > PREVIEW_SECONDS:
+        if time.monotonic() - shown > PREVIEW_SECONDS:
             tensors = [tensor.clone() for tensor in learner.network.parameters]
             preview(learner.network.with_parameters(tensors), error)
             shown = time.monotonic()

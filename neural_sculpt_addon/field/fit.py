@@ -22,9 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from . import fit_distance, fit_paper
-from .course import Course, Preview, follow
+from .course import Course, Learner, follow
 from .fit_report import report
-from .mesh_cleanup import clean
+from .grow import grow
+from .mesh_cleanup import CleanMesh, clean
 from .mesh_distance import MeshDistance
 from .mesh_thicken import thicken
 from .network import Siren
@@ -46,13 +47,16 @@ class Preset(StrEnum):
 
 
 COURSES = {
-    (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 20_000, 1.5e-3),
-    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3),
-    (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3),
-    (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3),
-    (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3),
-    (Method.PAPER, Preset.FINE): Course(10_000, 2048, 100_000, 1e-3),
+    (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 20_000, 1.5e-3, 0.006),
+    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3, 0.003),
+    (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3, 0.0015),
+    (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3, np.inf),
+    (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3, np.inf),
+    (Method.PAPER, Preset.FINE): Course(10_000, 2048, 100_000, 1e-3, np.inf),
 }
+
+WIDTHS = (64, 128, 256)  # units of each of the two hidden layers
+AUTOMATIC = (128, 256)  # the first that meets the tolerance
 
 
 @dataclass(frozen=True)
@@ -74,55 +78,88 @@ def fit_mesh(
     *,
     method: str = Method.DISTANCE,
     preset: str = Preset.NORMAL,
+    width: int | None = None,
     thickness: float | None = None,
     seed: int = 0,
     progress: Progress = silent,
-    preview: Preview | None = None,
+    preview: Callable[[Fit], None] = lambda _: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Fit:
     """Fit a field to the mesh of `vertices` (V, 3) and `triangles` (F, 3).
 
+    width:     one of `WIDTHS`, or as the course's tolerance demands
     thickness: mesh units; makes solids of open pieces, for a sheet has no inside of its own
-    preview:   given the network now and then while it learns, and its error
+    preview:   given the field now and then while it learns; all that its report has is "error"
     enough:    once it is true, the network of the moment is kept (see `course.follow`)
     The same seed gives the same weights. SculptError for a mesh that has no inside to be found.
     """
     start = time.monotonic()
-    course = COURSES[Method(method), Preset(preset)]
+    method, course = Method(method), COURSES[Method(method), Preset(preset)]
+    if width is not None and width not in WIDTHS:
+        raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
-    mesh = clean(vertices, triangles)
-    if thickness is not None and not 0 < thickness < np.inf:
-        raise SculptError("The thickness of a sheet must be a positive number.")
-    mesh = mesh if thickness is None else thicken(mesh, thickness / mesh.scale)
-    distance = MeshDistance(mesh, rng, _part(progress, 0.02, 0.08))
-    with _one_thread():
-        random = torch.Generator().manual_seed(seed)
-        if Method(method) is Method.DISTANCE:
-            network = Siren.random(omega=fit_distance.OMEGAS, generator=random)
-            samples = fit_distance.sample(
-                distance, course.samples, rng, _part(progress, 0.08, 0.15)
-            )
-            learner = fit_distance.Learner(samples, network, course.batch, seed)
-        else:
-            network = Siren.random(generator=random)
-            surface = distance.surface(course.samples, rng)
-            points, normals = _float(surface.points), _float(surface.normals)
-            learner = fit_paper.Learner(points, normals, network, course.batch, seed)
-        follow(learner, course, _part(progress, 0.15, 0.92), preview, enough)
-        quality = report(learner.network, distance, rng, _part(progress, 0.92, 1.0))
+    mesh = _prepared(vertices, triangles, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
+    distance = MeshDistance(mesh, rng, part(progress, 0.02, 0.08))
+
+    def show(network: Siren, error: float) -> None:
+        preview(Fit(network, mesh.scale, (x, y, z), {"error": error}))
+
+    with one_thread():
+        teach = _teacher(method, course, distance, rng, seed, part(progress, 0.08, 0.15))
+        widths, quality = (width,) if width else AUTOMATIC, {}
+        network = _begin(method, widths[0], seed)
+        for units in widths:
+            learner = teach(grow(network, (units, units)))
+            network = learner.network
+            follow(learner, course, part(progress, 0.15, 0.92), show, enough)
+            quality = report(network, distance, rng, part(progress, 0.92, 1.0))
+            if quality["error_mean"] <= course.tolerance or enough():
+                break
     quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
-    return Fit(learner.network, mesh.scale, (x, y, z), quality)
+    return Fit(network, mesh.scale, (x, y, z), quality)
 
 
-def _part(progress: Progress, start: float, end: float) -> Progress:
+def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None) -> CleanMesh:
+    mesh = clean(vertices, triangles)
+    if thickness is None:
+        return mesh
+    if not 0 < thickness < np.inf:
+        raise SculptError("The thickness of a sheet must be a positive number.")
+    return thicken(mesh, thickness / mesh.scale)
+
+
+def _begin(method: Method, units: int, seed: int) -> Siren:
+    """A network that knows nothing yet."""
+    omega = fit_distance.OMEGAS if method is Method.DISTANCE else fit_paper.OMEGA
+    return Siren.random((units, units), omega, torch.Generator().manual_seed(seed))
+
+
+def _teacher(
+    method: Method,
+    course: Course,
+    distance: MeshDistance,
+    rng: np.random.Generator,
+    seed: int,
+    progress: Progress,
+) -> Callable[[Siren], Learner]:
+    """What gives a network the samples to learn from."""
+    if method is Method.DISTANCE:
+        samples = fit_distance.sample(distance, course.samples, rng, progress)
+        return lambda network: fit_distance.Learner(samples, network, course.batch, seed)
+    surface = distance.surface(course.samples, rng)
+    points, normals = _float(surface.points), _float(surface.normals)
+    return lambda network: fit_paper.Learner(points, normals, network, course.batch, seed)
+
+
+def part(progress: Progress, start: float, end: float) -> Progress:
     """Progress of a part of the work."""
     return lambda fraction, text: progress(start + (end - start) * fraction, text)
 
 
 @contextmanager
-def _one_thread() -> Iterator[None]:
+def one_thread() -> Iterator[None]:
     """One torch thread: on a network this small more of them wait for each other."""
     threads = torch.get_num_threads()
     torch.set_num_threads(1)

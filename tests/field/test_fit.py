@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.field import course
+from neural_sculpt_addon.field import fit as fit_module
 from neural_sculpt_addon.field.adam import Adam
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.fit import fit_mesh
+from neural_sculpt_addon.field.fit import Method, Preset, fit_mesh
 from neural_sculpt_addon.field.fit_distance import (
     GRADIENT_WEIGHT,
     SOFTNESS,
@@ -351,16 +352,38 @@ def test_good_enough_keeps_what_is_there_and_a_preview_shows_it(monkeypatch):
         BOX.vertices,
         BOX.faces,
         progress=watch,
-        preview=lambda network, error: shown.append((network, error)),
+        preview=shown.append,
         enough=lambda: len(shown) >= 150,
     )
     assert len(shown) == 150
     assert sum(text.startswith("Fitting") for text in steps) == 150
-    assert shown[-1][1] < shown[0][1]
+    assert shown[-1].report["error"] < shown[0].report["error"]
+    assert (shown[0].scale, shown[0].center) == (fit.scale, fit.center)
     points, _, _ = distance_to(BOX.vertices, BOX.faces).surface(2000, np.random.default_rng(0))
-    first, last = (find_surface(network, points).distance.mean() for network, _ in shown[::149])
+    networks = shown[0].network, shown[-1].network
+    first, last = (find_surface(network, points).distance.mean() for network in networks)
     assert last < first / 3
     assert fit.report["error_mean"] < 0.01
+
+
+@pytest.mark.parametrize("width", [64, 256])
+def test_the_width_is_a_choice(width):
+    fit = fit_mesh(SPHERE.vertices, SPHERE.faces, preset="draft", width=width)
+    assert fit.network.widths == (width, width)
+    assert fit.report["error_mean"] < 3e-3
+
+
+def test_a_network_that_misses_the_tolerance_grows(monkeypatch):
+    for tolerance, width in ((0.0, 256), (1.0, 128)):
+        short = course.Course(60, 256, 20_000, 2e-3, tolerance)
+        monkeypatch.setitem(fit_module.COURSES, (Method.DISTANCE, Preset.DRAFT), short)
+        fit = fit_mesh(SPHERE.vertices, SPHERE.faces, preset="draft")
+        assert fit.network.widths == (width, width)
+
+
+def test_no_other_width():
+    with pytest.raises(SculptError, match="units wide"):
+        fit_mesh(SPHERE.vertices, SPHERE.faces, width=100)
 
 
 def test_the_papers_fit_finds_the_surface():
