@@ -41,6 +41,8 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("-o", "--output", type=Path, required=True, help=".safetensors or .pth")
     fit.add_argument("--method", choices=("distance", "paper"), default="distance")
     fit.add_argument("--preset", choices=("draft", "normal", "fine"), default="normal")
+    fit.add_argument("--width", type=int, choices=(64, 128, 256), help="units of each layer")
+    fit.add_argument("--thickness", type=float, help="of open pieces, in units of the mesh")
     fit.add_argument("--seed", type=int, default=0)
     fit.add_argument("--report", type=Path, help="write the quality report as JSON")
     fit.set_defaults(run=_fit)
@@ -80,6 +82,8 @@ def _fit(options: argparse.Namespace) -> None:
         triangles,
         method=options.method,
         preset=options.preset,
+        width=options.width,
+        thickness=options.thickness,
         seed=options.seed,
         progress=_show,
     )

@@ -2,7 +2,8 @@
 """What the worker can do: one handler per kind of job, fields and arrays in, fields and arrays out.
 
 A neural field travels as the bytes of `field.checkpoint.to_bytes` in a uint8 array `field`;
-proxies as `vertices`, `normals` (V, 3) float32 and `triangles` (F, 3) int32, in model space.
+proxies as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges` (E, 2) and, from each
+corner to the next, `corner_edges` (F, 3) int32, in model space.
 Torch and the rest are imported by the job that needs them first, or by `warm_up`.
 """
 
@@ -125,7 +126,10 @@ class Jobs:
         return Payload({}, _proxy(_network(job), job, progress))
 
     def fit(self, job: Payload, progress: Progress) -> Payload:
-        """primitive, or method, preset, seed <mesh> -> scale, center, report <field, proxy>."""
+        """primitive, or preset, width, thickness, seed <mesh> -> scale, center, report <model>.
+
+        Without a width the mesh decides; without a thickness sheets are refused.
+        """
         if "primitive" in job.fields:
             from ..field.primitives import primitive
 
@@ -137,8 +141,9 @@ class Jobs:
             result = fit_mesh(
                 _array(job, "vertices"),
                 _array(job, "triangles"),
-                method=job.fields.get("method", "distance"),
                 preset=_get(job, "preset", str),
+                width=job.fields.get("width"),
+                thickness=job.fields.get("thickness"),
                 seed=_get(job, "seed", int),
                 progress=_part(progress, 0.0, 0.9),
             )
@@ -215,7 +220,16 @@ def _proxy(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.n
 
 
 def _arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
-    return {"vertices": proxy.vertices, "normals": proxy.normals, "triangles": proxy.triangles}
+    from ..field.edges import find_edges
+
+    edges, corner_edges = find_edges(proxy.triangles)
+    return {
+        "vertices": proxy.vertices,
+        "normals": proxy.normals,
+        "triangles": proxy.triangles,
+        "edges": edges,
+        "corner_edges": corner_edges,
+    }
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

@@ -92,3 +92,13 @@ class FromMesh(SculptCase):
         bpy.ops.mesh.primitive_plane_add()
         self.assert_fails("open", fit)
         self.assertEqual(len(bpy.data.objects), count + 1)
+
+    def test_a_plane_gets_a_thickness_in_scene_units(self) -> None:
+        bpy.ops.mesh.primitive_plane_add(size=2)
+        source = bpy.context.active_object
+        source.scale = (2, 2, 2)
+        bpy.context.view_layer.update()
+        ob = self.fit(source, thickness=0.6, width="64")
+        size = np.ptp(in_world(ob), axis=0)
+        np.testing.assert_allclose(size, [4, 4, 0.6], atol=0.1)
+        self.assertEqual(len(ob.neural_sculpt.weights) < 40000, True)

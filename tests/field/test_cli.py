@@ -103,6 +103,17 @@ def test_fit_a_draft(folder):
     assert away.mean() < 0.02
 
 
+def test_fit_a_sheet_with_a_thickness_and_a_width(folder):
+    (folder / "in.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3\nf 1 3 4\n")
+    options = ["--preset", "draft", "--thickness", "0.5", "--width", "64"]
+    out = folder / "out.safetensors"
+    assert main(["fit", str(folder / "in.obj"), "-o", str(out), *options]) == 0
+    network = load(out)
+    assert network.widths == (64, 64)
+    high = 0.25 * 1.7 / 2
+    assert find_surface(network, [[0, 0, high], [0.3, 0, -high]]).distance.max() < 0.02
+
+
 def stroke_file(path, **words):
     write_strokes(path / "strokes.json", {**STROKE, **words})
 
@@ -173,6 +184,11 @@ BAD = {
     ),
     "no mesh": (NOTHING, FIT, "cannot be read"),
     "an empty mesh": (lambda p: (p / "in.obj").write_text("v 0 0 0\n"), FIT, "in.obj"),
+    "a thickness below zero": (
+        lambda p: trimesh.creation.box().export(p / "in.obj"),
+        [*FIT, "--thickness", "-1"],
+        "positive",
+    ),
     "a mesh of one triangle": (
         lambda p: (p / "in.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
         FIT,

@@ -8,8 +8,8 @@ the new object is never sheared or unevenly scaled and a round brush is round in
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
 import numpy as np
-from bpy.props import EnumProperty, IntProperty
-from bpy.types import Context, Object, Operator
+from bpy.props import EnumProperty, FloatProperty, IntProperty
+from bpy.types import Context, Event, Object, Operator
 from mathutils import Matrix
 from numpy.typing import NDArray
 
@@ -37,6 +37,23 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         ],
         default="NORMAL",
     )
+    width: EnumProperty(
+        name="Network",
+        description="Units in each of the two layers: more hold more detail and take longer",
+        items=[
+            ("AUTOMATIC", "Automatic", "128, and 256 for a mesh that needs it"),
+            ("64", "64", "Small and fast, for simple shapes"),
+            ("128", "128", "As large as those of the paper"),
+            ("256", "256", "Large and slow"),
+        ],
+        default="AUTOMATIC",
+    )
+    thickness: FloatProperty(
+        name="Thickness",
+        description="Makes solids of the open parts of the mesh; 0 leaves them as they are",
+        min=0.0,
+        subtype="DISTANCE",
+    )
     seed: IntProperty(name="Seed", description="Of all random numbers", min=0)
 
     @classmethod
@@ -51,6 +68,10 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             return False
         return True
 
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for quality, size and thickness."""
+        return context.window_manager.invoke_props_dialog(self)
+
     def execute(self, context: Context) -> Outcome:
         """Fit in the worker; the object appears when it is there."""
         source = context.active_object
@@ -61,7 +82,13 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             return fail(self, error)
         resolution = preferences.resolution()
         name, uid = source.name, source.session_uid
-        fields = {"preset": self.preset.lower(), "seed": self.seed, "resolution": resolution}
+        fields = {
+            "preset": self.preset.lower(),
+            "width": None if self.width == "AUTOMATIC" else int(self.width),
+            "thickness": self.thickness or None,
+            "seed": self.seed,
+            "resolution": resolution,
+        }
         arrays = {"vertices": vertices, "triangles": triangles}
 
         def add(result: Message) -> None:
