@@ -24,6 +24,9 @@ from . import proxy_mesh, stroke_list
 from .properties import field_of
 from .stroke_list import Entry
 
+PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
+"""The arrays of a result that are its mesh."""
+
 
 def new_revision() -> str:
     """A name for a state of the weights. A counter would collide after undo and a new stroke."""
@@ -128,8 +131,7 @@ def _fill(ob: Object, result: Message) -> None:
     if mesh.users > 1:
         mesh = mesh.copy()
         ob.data = mesh
-    arrays = result.arrays
-    proxy_mesh.fill(mesh, arrays["vertices"], arrays["normals"], arrays["triangles"])
+    proxy_mesh.fill(mesh, *(result.arrays[name] for name in PROXY))
 
 
 def _present(ob: Object, replaced: Object | None) -> None:

@@ -30,26 +30,33 @@ def fill(
     vertices: NDArray[np.float32],
     normals: NDArray[np.float32],
     triangles: NDArray[np.int32],
+    edges: NDArray[np.int32],
+    corner_edges: NDArray[np.int32],
 ) -> None:
     """Replace the mesh's geometry; materials stay. The mesh must not be locked.
 
     vertices, normals: (V, 3); normals are unit and point outward
     triangles:         (F, 3), counter-clockwise seen from outside
+    edges:             (E, 2), each once
+    corner_edges:      (F, 3), of each corner the edge to the next
 
-    Only flat contiguous float32 and int32 arrays are copied as blocks; others take 50 times longer.
+    With 100,000 triangles this takes some 6 ms, most of it the polygons' `loop_start`; that Blender
+    need not find the edges itself saves 9 ms.
     """
-    corners = np.ascontiguousarray(triangles, np.int32).ravel()  # (3F,)
     mesh.clear_geometry()
     mesh.vertices.add(len(vertices))
-    mesh.loops.add(len(corners))
+    mesh.edges.add(len(edges))
+    mesh.loops.add(triangles.size)
     mesh.polygons.add(len(triangles))
-    _write(mesh, "position", vertices)
-    mesh.attributes[".corner_vert"].data.foreach_set("value", corners)  # pyright: ignore
-    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 3, dtype=np.int32))
+    _write(mesh, "position", "vector", vertices)
+    _write(mesh, ".edge_verts", "value", edges)
+    _write(mesh, ".corner_vert", "value", triangles)
+    _write(mesh, ".corner_edge", "value", corner_edges)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
     if CUSTOM_NORMALS:
         mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
-        _write(mesh, "custom_normal", normals)
-    mesh.update(calc_edges=True)
+        _write(mesh, "custom_normal", "vector", normals)
+    mesh.update()
 
 
 def positions(ob: Object) -> NDArray[np.float32]:
@@ -76,6 +83,8 @@ def read(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
-def _write(mesh: Mesh, attribute: str, vectors: NDArray[np.float32]) -> None:
-    flat = np.ascontiguousarray(vectors, np.float32).ravel()  # (3V,)
-    mesh.attributes[attribute].data.foreach_set("vector", flat)  # pyright: ignore
+def _write(mesh: Mesh, attribute: str, member: str, values: NDArray[np.generic]) -> None:
+    """Only flat contiguous float32 and int32 arrays are copied as blocks, 50 times faster."""
+    dtype = np.float32 if member == "vector" else np.int32
+    flat = np.ascontiguousarray(values, dtype).ravel()
+    mesh.attributes[attribute].data.foreach_set(member, flat)  # pyright: ignore

@@ -15,6 +15,7 @@ import numpy as np
 
 sys.path.insert(0, sys.argv[1])
 
+from neural_sculpt_addon.field.edges import find_edges
 from neural_sculpt_addon.worker.jobs import Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
@@ -29,7 +30,15 @@ def model(field, job):
     random = np.random.default_rng([zlib.crc32(field.tobytes()), cells])
     vertices = random.normal(size=(cells, 3)).astype("<f4")
     triangles = np.array([[0, i, i + 1] for i in range(1, cells - 1)], "<i4")
-    return {"field": field, "vertices": vertices, "normals": vertices, "triangles": triangles}
+    edges, corner_edges = find_edges(triangles)
+    return {
+        "field": field,
+        "vertices": vertices,
+        "normals": vertices,
+        "triangles": triangles,
+        "edges": edges,
+        "corner_edges": corner_edges,
+    }
 
 
 def fit(job, progress):

@@ -99,6 +99,8 @@ def test_a_primitive_is_a_field_and_its_proxy(sphere):
         "vertices": "<f4",
         "normals": "<f4",
         "triangles": "<i4",
+        "edges": "<i4",
+        "corner_edges": "<i4",
     }
 
 
