@@ -57,12 +57,15 @@ def values_and_gradients(
 
 
 class _Plan:
-    """A network with omega folded into its weights."""
+    """A network with omega folded into its weights.
+
+    These lie in memory by columns: MKL multiplies by three columns side by side 3 times slower.
+    """
 
     def __init__(self, network: Siren) -> None:
         layers = list(zip(network.weights, network.biases, network.omegas, strict=False))
         self.device = network.device
-        self.weights = [omega * weight for weight, _, omega in layers]
+        self.weights = [(omega * weight).T.contiguous().T for weight, _, omega in layers]
         self.biases = [omega * bias for _, bias, omega in layers]
         self.last_weight, self.last_bias = network.weights[-1], network.biases[-1]
 

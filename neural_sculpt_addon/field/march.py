@@ -50,16 +50,16 @@ def march(active: ActiveCells) -> RawMesh:
     low = active.values[0, owner]
     high = active.values[UPPER[axis], owner]
     part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
-    slope = np.empty((len(owner), 3), np.float32)  # of the trilinear field
+    gradient = np.empty((len(owner), 3), np.float32)  # of the trilinear field
     for other, corner in enumerate(UPPER):
         at_low = active.values[corner, owner] - low
         at_high = active.values[UPPER[axis] | corner, owner] - high
-        slope[:, other] = (1 - part) * at_low + part * at_high
-    slope[along] = high - low
-    normals = slope / np.linalg.norm(slope, axis=1, keepdims=True)
+        gradient[:, other] = (1 - part) * at_low + part * at_high
+    gradient[along] = high - low
+    normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
 
     place = np.stack(np.unravel_index(active.index, (active.cells + 3,) * 3), axis=1)[owner]
-    cap = ((place == 0) | (place == active.cells + 1))[along]
+    cap = find_caps(edges, active.cells)
     held = (place == 1) | (place == active.cells + 1)
     held[along] = cap
     axis_points = np.linspace(-1, 1, active.cells + 1, dtype=np.float32)
@@ -68,6 +68,32 @@ def march(active: ActiveCells) -> RawMesh:
     normals[cap] = held[cap] * vertices[cap]
     normals[cap] /= np.linalg.norm(normals[cap], axis=1, keepdims=True)
     return RawMesh(vertices, normals, triangles, edges, held, cap)
+
+
+def weld_caps(mesh: RawMesh) -> RawMesh:
+    """Merge the cap vertices that meet at an edge or corner of the box."""
+    name = np.arange(len(mesh.vertices))  # (V,)
+    cap = np.flatnonzero(mesh.cap)
+    _, first, group = np.unique(mesh.vertices[cap], axis=0, return_index=True, return_inverse=True)
+    name[cap] = cap[first][group.reshape(-1)]
+    triangles = name[mesh.triangles]
+    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    used, triangles = np.unique(triangles[proper], return_inverse=True)
+    return RawMesh(
+        mesh.vertices[used],
+        mesh.normals[used],
+        triangles.reshape(-1, 3).astype(np.int32),
+        mesh.edges[used],
+        mesh.held[used],
+        mesh.cap[used],
+    )
+
+
+def find_caps(edges: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
+    """Which lattice edges (V,) lead from the box into the ring."""
+    point, axis = np.divmod(edges, 3)
+    place = point // steps(cells)[axis] % (cells + 3)
+    return (place == 0) | (place == cells + 1)
 
 
 def _triangles(

@@ -7,8 +7,8 @@ Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each v
 plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
 within 1e-5 of the surface, and its gradients are the normals.
 
-`extract` does this from nothing. `follow` does it after an edit, where the surface moved; elsewhere
-each vertex takes one step along its normal, so that all of the mesh lies on the edited surface.
+`extract` does so from nothing; `update` after an edit, and only where the surface moved. Elsewhere
+each vertex takes one Newton step, so all of the mesh lies on the edited surface.
 
 Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
 is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
@@ -21,15 +21,16 @@ from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
-from .cells import ActiveCells, find_active, find_again
-from .evaluate import values, values_and_gradients
-from .march import RawMesh, march
+from .cells import ActiveCells, find_active, find_again, steps
+from .evaluate import values_and_gradients
+from .march import RawMesh, find_caps, march, weld_caps
 from .network import Siren
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
 SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
+MOVED = 0.25  # a vertex that an edit moved less, in cells, keeps its place in the mesh
 FLAT = 1e-6  # a gradient below this has no direction
 FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 4 GB
 BATCH = 1 << 15  # vertices between two looks at `progress`
@@ -37,11 +38,13 @@ BATCH = 1 << 15  # vertices between two looks at `progress`
 
 @dataclass(frozen=True)
 class Proxy:
-    """A closed triangle mesh in model space."""
+    """A closed triangle mesh in model space, and what its update after an edit starts from."""
 
     vertices: NDArray[np.float32]  # (V, 3)
     normals: NDArray[np.float32]  # (V, 3), unit, outward: the direction of grad f
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
+    edges: NDArray[np.int64]  # (V,), rising: the lattice edges that the vertices come from
+    active: ActiveCells
 
 
 def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Proxy:
@@ -51,18 +54,40 @@ def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Pr
     so many cells.
     """
     check_cells(cells)
-    active = find_active(network, cells, lambda part, text: progress(0.6 * part, text))
-    if not len(active.index):
-        raise SculptError(
-            "The field has no surface in its box. Undo the last stroke or choose another model."
-        )
+    active = find_active(network, cells, _part(progress, 0, 0.6))
     progress(0.6, "Meshing")
-    mesh = march(active)
-    mesh = _weld_caps(mesh) if mesh.cap.any() else mesh
+    mesh = _mesh(active)
     progress(0.7, "Meshing")
-    _relax(mesh, active.spacing)
-    _snap(mesh, network, active.spacing, lambda part, text: progress(0.75 + 0.25 * part, text))
-    return Proxy(mesh.vertices, mesh.normals, mesh.triangles)
+    fresh = np.ones(len(mesh.vertices), bool)
+    _relax(mesh, fresh, active.spacing)
+    _snap(mesh, fresh, network, active.spacing, _part(progress, 0.75, 1))
+    return _proxy(mesh, active)
+
+
+def update(proxy: Proxy, network: Siren, progress: Progress = silent) -> Proxy:
+    """The proxy of `network`, an edit of the one that `proxy` shows, on the same lattice.
+
+    Pieces of surface that appear where there was none nearby are not seen; `extract` finds them.
+    Errors as from `extract`.
+    """
+    spacing = proxy.active.spacing
+    vertices, normals = proxy.vertices.copy(), proxy.normals.copy()
+    held = np.abs(vertices) == 1
+    distance = _step(network, vertices, normals, held, spacing, _part(progress, 0, 0.5))
+    cap = find_caps(proxy.edges, proxy.active.cells)
+    moved = ~(distance < MOVED * spacing) & ~cap  # what is not finite, too
+    changed = _around(proxy.edges[moved] // 3, proxy.active.cells)
+    share = _part(progress, 0.5, 0.7)
+    active = find_again(proxy.active, changed[proxy.active.index], network, share)
+    mesh = _mesh(active)
+    progress(0.8, "Meshing")
+    old = np.searchsorted(proxy.edges, mesh.edges).clip(max=len(proxy.edges) - 1)  # (V',)
+    kept = (proxy.edges[old] == mesh.edges) & ~changed[mesh.edges // 3] & ~mesh.cap
+    _relax(mesh, ~kept, spacing)
+    mesh.vertices[kept] = vertices[old[kept]]
+    mesh.normals[kept] = normals[old[kept]]
+    _snap(mesh, ~kept, network, spacing, _part(progress, 0.8, 1))
+    return _proxy(mesh, active)
 
 
 def check_cells(cells: int) -> None:
@@ -73,67 +98,97 @@ def check_cells(cells: int) -> None:
         )
 
 
-def _weld_caps(mesh: RawMesh) -> RawMesh:
-    """Merge the cap vertices that meet at an edge or corner of the box."""
-    name = np.arange(len(mesh.vertices))  # (V,)
-    cap = np.flatnonzero(mesh.cap)
-    _, first, group = np.unique(mesh.vertices[cap], axis=0, return_index=True, return_inverse=True)
-    name[cap] = cap[first][group.reshape(-1)]
-    triangles = name[mesh.triangles]
-    proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    used, triangles = np.unique(triangles[proper], return_inverse=True)
-    return RawMesh(
-        mesh.vertices[used],
-        mesh.normals[used],
-        triangles.reshape(-1, 3).astype(np.int32),
-        mesh.edges[used],
-        mesh.held[used],
-        mesh.cap[used],
-    )
+def _mesh(active: ActiveCells) -> RawMesh:
+    if not len(active.index):
+        raise SculptError(
+            "The field has no surface in its box. Undo the last stroke or choose another model."
+        )
+    mesh = march(active)
+    return weld_caps(mesh) if mesh.cap.any() else mesh
 
 
-def _relax(mesh: RawMesh, spacing: float) -> None:
-    """Move each vertex within its tangent plane towards the mean of its neighbours.
+def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
+    np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
+    return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active)
+
+
+def _around(owners: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
+    """The cells, among all of the lattice, that share an edge of `owners` or adjoin one that does.
+
+    Of a cell that owns an edge, these are at most two cells below it and one above, on each axis.
+    """
+    near = np.zeros((cells + 3) ** 3, bool)
+    offsets = (np.indices((4, 4, 4)).reshape(3, -1).T - 2) @ steps(cells)  # (64,)
+    near[np.unique(owners)[:, None] + offsets] = True
+    return near
+
+
+def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
+    """Move each `fresh` vertex within its tangent plane towards the mean of its neighbours.
 
     In a closed mesh of one winding every edge is walked once in each direction, so the sum over
     triangle corners of the next corner counts each neighbour exactly once.
     """
+    triangles = mesh.triangles[fresh[mesh.triangles].any(axis=1)]
+    corner, following = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     count = len(mesh.vertices)
-    corner, following = mesh.triangles.ravel(), np.roll(mesh.triangles, -1, axis=1).ravel()
-    degree = np.bincount(corner, minlength=count)  # (V,)
-    mean = np.stack(
-        [
-            np.bincount(corner, weights=mesh.vertices[following, axis], minlength=count) / degree
-            for axis in range(3)
-        ],
-        axis=1,
-    )  # (V, 3)
-    move = RELAXATION * (mean - mesh.vertices)
-    move -= np.sum(move * mesh.normals, axis=1, keepdims=True) * mesh.normals
+    degree = np.bincount(corner, minlength=count)[fresh]  # (M,)
+    start = mesh.vertices[fresh]  # (M, 3)
+    move = np.empty_like(start)
+    for axis in range(3):
+        total = np.bincount(corner, mesh.vertices[following, axis], count)[fresh]
+        move[:, axis] = RELAXATION * (total / degree - start[:, axis])
+    normals = mesh.normals[fresh]
+    move -= np.sum(move * normals, axis=1, keepdims=True) * normals
     move *= np.minimum(1, REACH * spacing / np.maximum(_length(move), 1e-12))
-    move[mesh.held] = 0
-    np.clip(mesh.vertices + move, -1, 1, out=mesh.vertices)
+    move[mesh.held[fresh]] = 0
+    mesh.vertices[fresh] = np.clip(start + move, -1, 1)
 
 
-def _snap(mesh: RawMesh, network: Siren, spacing: float, progress: Progress) -> None:
-    """Newton steps onto f = 0, within the face for vertices held on one; normals from grad f."""
-    moving = np.flatnonzero(~mesh.cap)
-    for step in range(STEPS):
-        unsettled = []
-        for start in range(0, len(moving), BATCH):
-            progress((step + start / len(moving)) / STEPS, "Snapping to the surface")
-            part = moving[start : start + BATCH]
-            value, gradient = values_and_gradients(network, mesh.vertices[part])
-            slope = _length(gradient)  # (P, 1)
-            steep = slope[:, 0] > FLAT
-            mesh.normals[part[steep]] = (gradient / slope)[steep]
-            gradient[mesh.held[part]] = 0
-            slope = np.maximum(_length(gradient), FLAT)
-            distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (P, 1)
-            mesh.vertices[part] -= distance * gradient / slope
-            unsettled.append(part[np.abs(distance[:, 0]) > SETTLED * spacing])
-        moving = np.concatenate(unsettled) if unsettled else moving
-    np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
+def _snap(
+    mesh: RawMesh, fresh: NDArray[np.bool_], network: Siren, spacing: float, progress: Progress
+) -> None:
+    """Newton steps of the `fresh` vertices until they are settled, and their normals."""
+    moving = np.flatnonzero(fresh & ~mesh.cap)
+    for number in range(STEPS):
+        vertices, normals = mesh.vertices[moving], mesh.normals[moving]
+        share = _part(progress, number / STEPS, (number + 1) / STEPS)
+        distance = _step(network, vertices, normals, mesh.held[moving], spacing, share)
+        mesh.vertices[moving], mesh.normals[moving] = vertices, normals
+        moving = moving[distance > SETTLED * spacing]
+
+
+def _step(
+    network: Siren,
+    vertices: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    held: NDArray[np.bool_],
+    spacing: float,
+    progress: Progress,
+) -> NDArray[np.float32]:
+    """One Newton step of vertices (P, 3) onto f = 0, in place; how far each moved (P,).
+
+    Their normals become the direction of grad f where they were. A vertex held on a box face stays
+    in it.
+    """
+    moved = np.empty(len(vertices), np.float32)
+    for start in range(0, len(vertices), BATCH):
+        progress(start / len(vertices), "Snapping to the surface")
+        part = slice(start, start + BATCH)
+        value, gradient = values_and_gradients(network, vertices[part])
+        slope = _length(gradient)  # (B, 1)
+        np.divide(gradient, slope, out=normals[part], where=slope > FLAT)
+        gradient[held[part]] = 0
+        slope = np.maximum(_length(gradient), FLAT)
+        distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
+        vertices[part] -= distance * gradient / slope
+        moved[part] = np.abs(distance[:, 0])
+    return moved
+
+
+def _part(progress: Progress, start: float, end: float) -> Progress:
+    """Progress of the part from `start` to `end` of the whole."""
+    return lambda part, text: progress(start + (end - start) * part, text)
 
 
 def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
