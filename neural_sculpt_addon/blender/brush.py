@@ -13,8 +13,9 @@ from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 from ..stroke.stroke import AXES, Direction, Ends, Stroke
 from . import curve_store
-from .properties import CURVE, brush_of
+from .properties import brush_of
 from .recorder import StrokeRecorder
+from .shape_choices import CURVE
 
 NARROWEST = 0.05
 """The least radius factor, for a tube needs some width."""

@@ -13,6 +13,7 @@ import numpy as np
 from bpy.types import CurveMapping, NodeTree
 
 from ..stroke.profile import Profile
+from .preset_file import SMOOTH, Preset
 
 TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
 PROFILE = "profile"
@@ -55,8 +56,16 @@ def mapping(tree: NodeTree, name: str) -> CurveMapping:
     return node.mapping
 
 
-def set_curve(tree: NodeTree, name: str, points: Sequence[tuple[float, float]]) -> None:
-    """Replace a widget's points, at least two (x, y) with increasing x."""
+def set_curve(
+    tree: NodeTree,
+    name: str,
+    points: Sequence[tuple[float, float]],
+    handles: Sequence[str] = (),
+) -> None:
+    """Replace a widget's points, at least two (x, y) with increasing x.
+
+    handles: one of `preset_file.HANDLES` for each point; smooth ones without overshoot if empty
+    """
     curves = mapping(tree, name)
     low, high = BOUNDS[name]
     curves.use_clip = False
@@ -68,13 +77,21 @@ def set_curve(tree: NodeTree, name: str, points: Sequence[tuple[float, float]]) 
         line.remove(line[-1])
     while len(line) < len(points):
         line.new(0.0, 0.0)
-    for knot, location in zip(line, points, strict=True):
+    kinds = handles or [SMOOTH] * len(points)
+    for knot, location, handle in zip(line, points, kinds, strict=True):
         knot.location = location
-        knot.handle_type = "AUTO_CLAMPED"
+        knot.handle_type = handle  # pyright: ignore[reportAttributeAccessIssue]
         knot.select = False
     curves.use_clip = True
     curves.update()
     curves.reset_view()
+
+
+def preset(tree: NodeTree, name: str, title: str) -> Preset:
+    """What a widget shows as a preset named `title`. SculptError when that is no name."""
+    line = mapping(tree, name).curves[0].points
+    points = tuple((round(knot.location.x, 6), round(knot.location.y, 6)) for knot in line)
+    return Preset(name, title, points, tuple(knot.handle_type for knot in line))
 
 
 def table(tree: NodeTree, name: str) -> tuple[float, ...]:

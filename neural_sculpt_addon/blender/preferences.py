@@ -3,7 +3,6 @@
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
-import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,6 +12,7 @@ from bpy.types import AddonPreferences, Context
 
 from ..worker import environment
 from . import ADDON
+from .folders import environment_folder
 from .installer import installer
 from .properties import DEFAULT_RESOLUTION, resolution_property
 
@@ -84,24 +84,6 @@ def draw_installation(layout: bpy.types.UILayout) -> None:
         layout.operator("neural_sculpt.install_worker", icon="IMPORT")
     if installer.error:
         layout.label(text=installer.error, icon="ERROR")
-
-
-def user_folder() -> Path:
-    """Where the worker's environment and log lie; it outlives updates of the extension."""
-    try:
-        return Path(bpy.utils.extension_path_user(ADDON, create=True))
-    except ValueError:  # registered from a source tree, by a script or a test
-        return Path(tempfile.gettempdir()) / "neural_sculpt"
-
-
-def environment_folder() -> Path:
-    """The folder of the environment that Install makes."""
-    return user_folder() / "environment"
-
-
-def log_file() -> Path:
-    """Where the worker writes what it does; there is none before its first start."""
-    return user_folder() / "worker.log"
 
 
 def worker_python() -> Path:

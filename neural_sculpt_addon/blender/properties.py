@@ -25,14 +25,13 @@ from bpy.types import Context, NodeTree, Object, PropertyGroup
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 from ..stroke.stroke import Direction, Ends
-from . import curve_store
+from . import curve_store, presets
+from .shape_choices import CURVE, choice_property, chosen_preset
 
 GROUP = "neural_sculpt"
 """Name of both groups: Object.neural_sculpt and Scene.neural_sculpt."""
 
 DEFAULT_RESOLUTION = 128
-CURVE = "CURVE"
-"""The choice of the curve widget instead of a named profile or modulation."""
 
 
 def resolution_property(description: str) -> Any:
@@ -86,20 +85,16 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
     )
 
 
-def shape_choices(shape: type[Profile] | type[Modulation]) -> list[tuple[str, str, str]]:
-    """Items of an enum: the named shapes and the curve widget."""
-    word = shape.WORD
-    named = [
-        (name.upper(), name.replace("_", " ").title(), f"The {name.replace('_', ' ')} {word}")
-        for name in shape.FORMULAS
-    ]
-    return [*named, (CURVE, "Curve", f"The {word} drawn in the curve below")]
-
-
-def _make_curves(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
-    """Data-blocks may be made in an update, never while drawing a panel."""
-    chosen = CURVE in (brush.profile, brush.modulation)
-    if chosen or brush.pressure_radius or brush.pressure_intensity:
+def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
+    """Load a preset that was chosen. Data-blocks may be made here, never while drawing a panel."""
+    for shape in (Profile, Modulation):
+        choice = getattr(brush, shape.WORD)
+        if (preset := chosen_preset(shape, choice)) is not None:
+            presets.load(ensure_curves(brush), preset)
+            setattr(brush, shape.WORD, CURVE)
+        elif choice == CURVE:
+            ensure_curves(brush)
+    if brush.pressure_radius or brush.pressure_intensity:
         ensure_curves(brush)
 
 
@@ -199,20 +194,8 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
     intensity: intensity_property()
     scene_radius: scene_radius_property()
     scene_intensity: scene_intensity_property()
-    profile: EnumProperty(
-        name="Profile",
-        description="Cross-section of the stroke",
-        items=shape_choices(Profile),
-        default="QUINTIC",
-        update=_make_curves,
-    )
-    modulation: EnumProperty(
-        name="Modulation",
-        description="Strength along the stroke",
-        items=shape_choices(Modulation),
-        default="IDENTITY",
-        update=_make_curves,
-    )
+    profile: choice_property(Profile, "Cross-section of the stroke", "quintic", _choose)
+    modulation: choice_property(Modulation, "Strength along the stroke", "identity", _choose)
     curves: PointerProperty(type=NodeTree, options={"HIDDEN"})
     input: EnumProperty(
         name="Input",
@@ -246,13 +229,13 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
     pressure_radius: BoolProperty(
         name="Pressure on Radius",
         description="The pen's pressure changes the radius, by the curve",
-        update=_make_curves,
+        update=_choose,
     )
     pressure_intensity: BoolProperty(
         name="Pressure on Intensity",
         description="The pen's pressure changes the intensity, by the curve",
         default=True,
-        update=_make_curves,
+        update=_choose,
     )
     ends: ends_property()
     direction: direction_property()

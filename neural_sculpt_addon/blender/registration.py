@@ -5,7 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import history, menus, overlay, tools
+from . import history, menus, overlay, shape_choices, tools
 from .operators import install_worker
 from .operators.add import NEURAL_SCULPT_OT_add
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
@@ -25,6 +25,12 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
+from .operators.presets import (
+    NEURAL_SCULPT_OT_delete_preset,
+    NEURAL_SCULPT_OT_import_preset,
+    NEURAL_SCULPT_OT_rename_preset,
+    NEURAL_SCULPT_OT_save_preset,
+)
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
@@ -32,6 +38,10 @@ from .operators.stroke import NEURAL_SCULPT_OT_stroke
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
+from .panels.preset_menus import (
+    NEURAL_SCULPT_MT_modulation_presets,
+    NEURAL_SCULPT_MT_profile_presets,
+)
 from .panels.proxy import NEURAL_SCULPT_PT_proxy
 from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
@@ -63,6 +73,10 @@ CLASSES = (
     NEURAL_SCULPT_OT_move_stroke,
     NEURAL_SCULPT_OT_edit_stroke,
     NEURAL_SCULPT_OT_apply_to_base,
+    NEURAL_SCULPT_OT_save_preset,
+    NEURAL_SCULPT_OT_rename_preset,
+    NEURAL_SCULPT_OT_delete_preset,
+    NEURAL_SCULPT_OT_import_preset,
     NEURAL_SCULPT_OT_remesh,
     NEURAL_SCULPT_OT_export,
     NEURAL_SCULPT_OT_cancel,
@@ -70,6 +84,8 @@ CLASSES = (
     NEURAL_SCULPT_OT_install_worker,
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_PT_model,
+    NEURAL_SCULPT_MT_profile_presets,
+    NEURAL_SCULPT_MT_modulation_presets,
     NEURAL_SCULPT_PT_brush,
     NEURAL_SCULPT_PT_pressure,
     NEURAL_SCULPT_PT_stroke,
@@ -82,6 +98,7 @@ CLASSES = (
 
 def register() -> None:
     """Tell Blender."""
+    shape_choices.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
@@ -104,3 +121,4 @@ def unregister() -> None:
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    shape_choices.unregister()

@@ -32,6 +32,7 @@ from ..worker import environment
 from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
 from . import preferences, redraw
 from .finals import Finals
+from .folders import log_file
 from .properties import field_of
 
 log = logging.getLogger(__name__)
@@ -197,7 +198,7 @@ class Session:
                 self._hear(message)
             self._news.clear()
         command = environment.worker_command(preferences.worker_python())
-        client = Client(command, preferences.log_file())
+        client = Client(command, log_file())
         client.start()
         self.client = client
 

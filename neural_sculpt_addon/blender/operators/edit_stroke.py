@@ -21,7 +21,6 @@ from ...stroke.stroke import AXES, Direction, Ends, Stroke
 from .. import curve_store, stroke_list
 from ..brush import modulation, profile
 from ..properties import (
-    CURVE,
     brush_of,
     direction_property,
     ends_property,
@@ -30,18 +29,18 @@ from ..properties import (
     radius_property,
     scene_intensity_property,
     scene_radius_property,
-    shape_choices,
 )
+from ..shape_choices import CURVE, Shape, fixed_items
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail
 
 KEEP = "KEEP"
 
 
-def _choices(shape: type[Profile] | type[Modulation], description: str) -> Any:
+def _choices(shape: Shape, description: str) -> Any:
     keep = KEEP, "As It Is", f"The {shape.WORD} that the stroke was drawn with"
     return EnumProperty(
-        name=shape.WORD.title(), description=description, items=[keep, *shape_choices(shape)]
+        name=shape.WORD.title(), description=description, items=[keep, *fixed_items(shape)]
     )
 
 

@@ -6,7 +6,8 @@
 import bpy
 from bpy.types import Context, Event, Operator
 
-from .. import preferences, redraw
+from .. import redraw
+from ..folders import environment_folder
 from ..installer import installer
 from .launch import FINISHED, INTERNAL, Outcome, fail
 
@@ -41,7 +42,7 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
             "Neural Sculpt computes in a separate process with PyTorch.",
             "Its packages are downloaded from the Python Package Index: about 300 MB,",
             "1.5 GB on disk, in a folder of their own:",
-            str(preferences.environment_folder()),
+            str(environment_folder()),
         ):
             self.layout.label(text=line)
 
@@ -49,7 +50,7 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
         """Begin."""
         if not bpy.app.online_access:
             return fail(self, "Turn on Allow Online Access in Preferences, System first.")
-        installer.start(preferences.environment_folder())
+        installer.start(environment_folder())
         bpy.app.timers.register(_show_progress, persistent=True)
         return FINISHED
 

@@ -6,7 +6,8 @@
 from bpy.types import Context, UILayout
 
 from .. import curve_store
-from ..properties import CURVE, NEURAL_SCULPT_PG_brush, brush_of
+from ..properties import NEURAL_SCULPT_PG_brush, brush_of
+from ..shape_choices import CURVE
 from .sidebar import CLOSED, Sidebar
 
 
@@ -49,7 +50,13 @@ class NEURAL_SCULPT_PT_pressure(Sidebar):
 
 def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
     """The choice of profile or modulation, and its curve."""
-    layout.prop(brush, word)
+    row = layout.row(align=True)
+    row.template_icon_view(brush, word, show_labels=True, scale=2.0, scale_popup=4.0)
+    column = row.column(align=True)
+    column.label(text=word.title())
+    buttons = column.row(align=True)
+    buttons.prop(brush, word, text="")
+    buttons.menu(f"NEURAL_SCULPT_MT_{word}_presets", text="", icon="DOWNARROW_HLT")
     if getattr(brush, word) == CURVE:
         draw_curve(layout, brush, word)
 

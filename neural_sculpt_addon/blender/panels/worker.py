@@ -8,6 +8,7 @@ from bpy.types import Context
 
 from ...stroke.errors import SculptError
 from .. import preferences
+from ..folders import log_file
 from ..worker_session import session
 from .sidebar import Sidebar, draw_job, draw_text
 
@@ -28,7 +29,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             return
         row = layout.row(align=True)
         row.label(text=session.describe_worker(), icon="SYSTEM")
-        log = preferences.log_file()
+        log = log_file()
         button = row.row(align=True)
         button.enabled = log.is_file()
         button.operator("wm.path_open", text="", icon="TEXT").filepath = str(log)

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the extension keeps its own files; they outlive its updates."""
+
+import tempfile
+from pathlib import Path
+
+import bpy
+
+from . import ADDON
+
+
+def user_folder() -> Path:
+    """The folder that Blender gives the extension."""
+    try:
+        return Path(bpy.utils.extension_path_user(ADDON, create=True))
+    except ValueError:  # registered from a source tree, by a script or a test
+        return Path(tempfile.gettempdir()) / "neural_sculpt"
+
+
+def environment_folder() -> Path:
+    """The folder of the environment that Install makes."""
+    return user_folder() / "environment"
+
+
+def log_file() -> Path:
+    """Where the worker writes what it does; there is none before its first start."""
+    return user_folder() / "worker.log"
+
+
+def preset_folder() -> Path:
+    """The artist's own presets, one file each; there is none before the first."""
+    return user_folder() / "presets"

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The artist's own presets of the curve widgets: save, rename, delete, import."""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bpy.props import EnumProperty, StringProperty
+from bpy.types import Context, Event, Operator
+
+from ...stroke.errors import SculptError
+from .. import curve_store, presets
+from ..preset_file import LONGEST_NAME
+from ..properties import brush_of
+from ..shape_choices import CURVE
+from .launch import FINISHED, REGISTER, Outcome, fail
+
+
+def _kind_property() -> Any:
+    return EnumProperty(
+        name="Kind",
+        description="Of which curve widget the preset is",
+        items=[
+            (curve_store.PROFILE, "Profile", "Cross-section of the stroke"),
+            (curve_store.MODULATION, "Modulation", "Strength along the stroke"),
+        ],
+        options={"HIDDEN", "SKIP_SAVE"},
+    )
+
+
+def _name_property() -> Any:
+    return StringProperty(
+        name="Name", description="Of the preset", maxlen=LONGEST_NAME, options={"SKIP_SAVE"}
+    )
+
+
+_items: list[tuple[str, str, str]] = []  # Blender does not copy the texts
+
+
+def _own_items(operator: Any, context: Context | None) -> list[tuple[str, str, str]]:
+    _items[:] = [
+        (stem, preset.name, "") for stem, preset in presets.own(operator.kind).items()
+    ] or [("NONE", "No presets of your own yet", "")]
+    return _items
+
+
+class NEURAL_SCULPT_OT_save_preset(Operator):
+    """Save what the curve widget shows as a preset"""
+
+    bl_idname = "neural_sculpt.save_preset"
+    bl_label = "Save Preset"
+    bl_options = REGISTER
+
+    kind: _kind_property()
+    name: _name_property()
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for the name."""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> Outcome:
+        """Write it; one of the same name is replaced."""
+        brush = brush_of(context)
+        if brush.curves is None or getattr(brush, self.kind) != CURVE:
+            return fail(self, "Only a curve can be saved. Choose Curve and shape it first.")
+        try:
+            presets.save(curve_store.preset(brush.curves, self.kind, self.name))
+        except SculptError as error:
+            return fail(self, error)
+        return FINISHED
+
+
+class NEURAL_SCULPT_OT_rename_preset(Operator):
+    """Give a preset of your own another name"""
+
+    bl_idname = "neural_sculpt.rename_preset"
+    bl_label = "Rename Preset"
+    bl_options = REGISTER
+
+    kind: _kind_property()
+    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
+    name: _name_property()
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask which and for the name."""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> Outcome:
+        """Write it under the new name and delete the old file."""
+        known = presets.own(self.kind).get(self.preset)
+        if known is None:
+            return fail(self, "There is no such preset. Save one first.")
+        try:
+            stem = presets.save(replace(known, name=self.name))
+            if stem != self.preset:
+                presets.delete(self.preset)
+        except SculptError as error:
+            return fail(self, error)
+        return FINISHED
+
+
+class NEURAL_SCULPT_OT_delete_preset(Operator):
+    """Delete a preset of your own"""
+
+    bl_idname = "neural_sculpt.delete_preset"
+    bl_label = "Delete Preset"
+    bl_options = REGISTER
+
+    kind: _kind_property()
+    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask which."""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> Outcome:
+        """Delete its file."""
+        if self.preset not in presets.own(self.kind):
+            return fail(self, "There is no such preset. Save one first.")
+        try:
+            presets.delete(self.preset)
+        except SculptError as error:
+            return fail(self, error)
+        return FINISHED
+
+
+class NEURAL_SCULPT_OT_import_preset(Operator):
+    """Add a preset from a file that somebody shared"""
+
+    bl_idname = "neural_sculpt.import_preset"
+    bl_label = "Import Preset"
+    bl_options = REGISTER
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for the file."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: Context) -> Outcome:
+        """Read it strictly, and write it among the others."""
+        try:
+            presets.save(presets.read(Path(bpy.path.abspath(self.filepath))))
+        except SculptError as error:
+            return fail(self, error)
+        return FINISHED

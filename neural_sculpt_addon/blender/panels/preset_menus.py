@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be done with presets, beside the choice of a profile or modulation."""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+
+from bpy.types import Context, Menu, UILayout
+
+from .. import curve_store
+from ..folders import preset_folder
+
+
+def _draw(layout: UILayout, kind: str) -> None:
+    for word, icon in (("save", "ADD"), ("rename", "SORTALPHA"), ("delete", "REMOVE")):
+        layout.operator(f"neural_sculpt.{word}_preset", icon=icon).kind = kind
+    layout.separator()
+    layout.operator("neural_sculpt.import_preset", icon="IMPORT")
+    row = layout.row()
+    row.enabled = preset_folder().is_dir()
+    button = row.operator("wm.path_open", text="Open Preset Folder", icon="FILE_FOLDER")
+    button.filepath = str(preset_folder())
+
+
+class NEURAL_SCULPT_MT_profile_presets(Menu):
+    """Presets of the profile."""
+
+    bl_idname = "NEURAL_SCULPT_MT_profile_presets"
+    bl_label = "Profile Presets"
+
+    def draw(self, context: Context) -> None:
+        """Draw the entries."""
+        _draw(self.layout, curve_store.PROFILE)
+
+
+class NEURAL_SCULPT_MT_modulation_presets(Menu):
+    """Presets of the modulation."""
+
+    bl_idname = "NEURAL_SCULPT_MT_modulation_presets"
+    bl_label = "Modulation Presets"
+
+    def draw(self, context: Context) -> None:
+        """Draw the entries."""
+        _draw(self.layout, curve_store.MODULATION)

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Presets of the curve widgets: what is chosen is shown, and a stroke gets what is shown."""
+
+import json
+import shutil
+
+import bpy
+import numpy as np
+from harness import SculptCase, module
+
+ops = bpy.ops.neural_sculpt
+KINDS = ("profile", "modulation")
+
+
+class Presets(SculptCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.presets, self.store = module("blender.presets"), module("blender.curve_store")
+        self.files = module("blender.preset_file")
+        self.brush = bpy.context.scene.neural_sculpt
+        self.addCleanup(self.presets.refresh)
+        self.addCleanup(shutil.rmtree, module("blender.folders").preset_folder(), True)
+
+    def shown(self, kind: str) -> np.ndarray:
+        """The widget's own curve, at 257 points of its domain."""
+        widget = self.store.mapping(self.brush.curves, kind)
+        return np.array([widget.evaluate(widget.curves[0], x) for x in self.domain(kind)])
+
+    def domain(self, kind: str) -> np.ndarray:
+        return np.linspace(*self.files.BOUNDS[kind], 257)
+
+    def gets(self, kind: str) -> np.ndarray:
+        """What a stroke gets at the same points."""
+        return getattr(module("blender.brush").current_brush(bpy.context), kind)(self.domain(kind))
+
+    def test_the_paper_and_more_can_be_chosen(self) -> None:
+        wanted = {
+            "profile": "LINEAR CUBIC QUINTIC RIDGE CREASE SEAM SCALES BRAID DENT CHISEL GEM",
+            "modulation": "IDENTITY LINEAR EXPONENTIAL CENTRAL INVERSE_CENTRAL SINUSOIDAL TAPER"
+            " SCALES BRAID",
+        }
+        for kind, names in wanted.items():
+            for name in names.split():
+                setattr(self.brush, kind, name)
+                formula = name.lower() in module(f"stroke.{kind}").__dict__[kind.title()].FORMULAS
+                self.assertEqual(getattr(self.brush, kind), name if formula else "CURVE")
+
+    def test_a_preset_is_shown_and_what_is_shown_is_what_a_stroke_gets(self) -> None:
+        for kind in KINDS:
+            for name, preset in self.presets.built_in(kind).items():
+                setattr(self.brush, kind, name)
+                shown, gets = self.shown(kind), self.gets(kind)
+                np.testing.assert_allclose(gets, shown, atol=2e-3, err_msg=name)
+                x, y = np.array(preset.points).T
+                at = np.interp(x, self.domain(kind), gets)
+                np.testing.assert_allclose(at, y, atol=0.06, err_msg=name)
+                if kind == "profile":
+                    self.assertLess(abs(gets[0]) + abs(gets[-1]), 1e-5, name)
+                self.assertAlmostEqual(np.abs(gets).max(), 1.0, delta=1e-3, msg=name)
+
+    def test_thumbnails_show_about_the_same(self) -> None:
+        thumbnails = module("blender.thumbnails")
+        for kind in KINDS:
+            for name, preset in self.presets.built_in(kind).items():
+                setattr(self.brush, kind, name)
+                drawn = thumbnails.sample(preset)
+                at = np.interp(self.domain(kind), np.linspace(*self.files.BOUNDS[kind], 256), drawn)
+                self.assertLess(np.abs(at - self.gets(kind)).mean(), 0.1, name)
+                picture = thumbnails.draw(kind, drawn)
+                self.assertEqual(picture.shape, (64, 64, 4))
+                self.assertTrue((picture[..., 3].max(0) > 0.9).all(), "a line from side to side")
+
+    def test_save_choose_rename_delete(self) -> None:
+        self.brush.profile = "GEM"
+        widget = self.store.mapping(self.brush.curves, "profile")
+        widget.curves[0].points[1].location.y = 0.5
+        widget.update()
+        mine = self.gets("profile")
+        ops.save_preset(kind="profile", name="Für Élise")
+        (stem,) = self.presets.own("profile")
+        self.assertEqual(self.presets.own("modulation"), {})
+        self.brush.profile = "DENT"
+        self.brush.profile = stem
+        np.testing.assert_allclose(self.gets("profile"), mine, atol=1e-5)
+        ops.rename_preset(kind="profile", preset=stem, name="Ruby")
+        ((stem, preset),) = self.presets.own("profile").items()
+        self.assertEqual(preset.name, "Ruby")
+        ops.save_preset(kind="profile", name="Ruby")
+        self.assertEqual(len(self.presets.own("profile")), 1, "the same name replaces it")
+        ops.delete_preset(kind="profile", preset=stem)
+        self.assertEqual(self.presets.own("profile"), {})
+
+    def test_share(self) -> None:
+        self.brush.modulation = "BEADS"
+        ops.save_preset(kind="modulation", name="Pearls")
+        (path,) = module("blender.folders").preset_folder().iterdir()
+        shared = self.folder / "from a friend.json"
+        path.rename(shared)
+        self.presets.refresh()
+        self.assertEqual(self.presets.own("modulation"), {})
+        ops.import_preset(filepath=str(shared))
+        (preset,) = self.presets.own("modulation").values()
+        self.assertEqual(preset, self.store.preset(self.brush.curves, "modulation", "Pearls"))
+
+    def test_only_a_curve_can_be_saved(self) -> None:
+        self.assert_fails("Choose Curve", ops.save_preset, kind="profile", name="Mine")
+        self.brush.profile = "CURVE"
+        self.assert_fails("name", ops.save_preset, kind="profile", name=" ")
+
+    def test_bad_files_are_refused_and_skipped(self) -> None:
+        good = json.loads(self.files.dump_preset(self.presets.built_in("profile")["GEM"]))
+        bad = [
+            "",
+            "[]",
+            "[" * 100_000,
+            json.dumps(good | {"version": 2}),
+            json.dumps(good | {"kind": "brush"}),
+            json.dumps(good | {"name": ""}),
+            json.dumps(good | {"name": "a\nb"}),
+            json.dumps(good | {"name": "n" * 49}),
+            json.dumps(good | {"more": 1}),
+            json.dumps(good | {"points": [[-1, 0]]}),
+            json.dumps(good | {"points": [[-1, 0], [1, True], [2, 3]]}),
+            json.dumps(good | {"points": [[-1, 0], [-1, 0], [0, 0], [1, 0]]}),
+            json.dumps(good | {"points": [[-1, 0], [0, 5], [0.5, 0], [1, 0]]}),
+            json.dumps(good | {"points": [[-1, 0], [0, float("nan")], [0.5, 0], [1, 0]]}),
+            json.dumps(good | {"points": {"a": 1}}),
+            json.dumps(good | {"handles": ["AUTO"] * 3}),
+            json.dumps(good | {"handles": ["ALIGNED"] * 4}),
+            json.dumps(good | {"handles": 4}),
+            " " * 70_000,
+        ]
+        folder = module("blender.folders").preset_folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        for number, text in enumerate(bad):
+            path = folder / f"bad {number}.json"
+            path.write_text(text)
+            self.assert_fails("", ops.import_preset, filepath=str(path))
+        (folder / "bytes.json").write_bytes(b"\xff\xfe")
+        self.assert_fails("cannot be read", ops.import_preset, filepath=str(folder / "bytes.json"))
+        (folder / "good.json").write_text(json.dumps(good))
+        self.presets.refresh()
+        self.assertEqual(list(self.presets.own("profile")), ["good"])
