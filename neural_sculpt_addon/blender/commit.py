@@ -20,7 +20,7 @@ from mathutils import Matrix
 from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from ..worker.client import Message
-from . import proxy_mesh, stroke_list
+from . import preview, proxy_mesh, stroke_list
 from .properties import field_of
 from .stroke_list import Entry
 
@@ -62,7 +62,7 @@ def create_field(
     group.source = new.source
     group.resolution = new.resolution
     _write(ob, result, new_revision(), report)
-    _push_undo(f"Add {new.name}")
+    push_undo(f"Add {new.name}")
     return ob
 
 
@@ -71,7 +71,7 @@ def add_strokes(ob: Object, strokes: Iterable[Stroke], result: Message, label: s
     _refuse_locked(ob)
     stroke_list.append(ob, strokes)
     show(ob, result)
-    _push_undo(label)
+    push_undo(label)
 
 
 def show(ob: Object, result: Message) -> None:
@@ -93,7 +93,7 @@ def set_history(
     stroke_list.write(ob, listed)
     if result is not None:
         show(ob, result)
-    _push_undo(label)
+    push_undo(label)
 
 
 def apply_to_base(ob: Object, label: str) -> None:
@@ -105,7 +105,7 @@ def apply_to_base(ob: Object, label: str) -> None:
     group = field_of(ob)
     group.base_weights = group.weights
     stroke_list.write(ob, [entry for entry in stroke_list.entries(ob) if entry.muted])
-    _push_undo(label)
+    push_undo(label)
 
 
 def set_proxy(ob: Object, resolution: int, result: Message) -> None:
@@ -113,7 +113,7 @@ def set_proxy(ob: Object, resolution: int, result: Message) -> None:
     _refuse_locked(ob)
     field_of(ob).resolution = resolution
     _fill(ob, result)
-    _push_undo("Remesh Proxy")
+    push_undo("Remesh Proxy")
 
 
 def _write(ob: Object, result: Message, revision: str, report: Mapping[str, Any]) -> None:
@@ -151,7 +151,9 @@ def _refuse_locked(ob: Object) -> None:
         raise SculptError(reason)
 
 
-def _push_undo(label: str) -> None:
+def push_undo(label: str) -> None:
+    """Let Blender remember everything as it is, without what is only previewed."""
+    preview.hide()
     with _window():
         bpy.ops.ed.undo_push(message=label)
 

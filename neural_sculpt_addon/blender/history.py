@@ -1,21 +1,48 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's undo, redo and load, as far as the worker must know of them.
+"""Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
 
 The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to show final results where undo brought their quick ones back, and to cancel the jobs
-whose base is no longer there.
+remains is to show final results where undo brought their quick ones back, to cancel the jobs whose
+base is no longer there, and to keep previews out of undo steps and files.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
+from . import preview
+from .commit import push_undo
 from .worker_session import session
+
+
+@persistent
+def undo_stroke(*_: object) -> None:
+    """Before undo: a stroke that has no result is what the artist did last, and no undo step yet.
+
+    It is cancelled; the undo itself is given a step to take back that changes nothing.
+    """
+    preview.hide()
+    if (job := session.newest_stroke()) is not None:
+        session.cancel_job(job, f"{job.label} was undone.")
+        push_undo(job.label)
+
+
+@persistent
+def hide(*_: object) -> None:
+    """Before redo and saving, and after loading what Blender saved by itself."""
+    preview.hide()
+
+
+@persistent
+def show(*_: object) -> None:
+    """After saving."""
+    preview.show()
 
 
 @persistent
 def follow(*_: object) -> None:
     """After undo and redo."""
     session.follow_history()
+    preview.show()
 
 
 @persistent
@@ -24,7 +51,16 @@ def leave(*_: object) -> None:
     session.leave_file()
 
 
-_HANDLERS = (("undo_post", follow), ("redo_post", follow), ("load_pre", leave))
+_HANDLERS = (
+    ("undo_pre", undo_stroke),
+    ("redo_pre", hide),
+    ("undo_post", follow),
+    ("redo_post", follow),
+    ("save_pre", hide),
+    ("save_post", show),
+    ("load_pre", leave),
+    ("load_post", hide),
+)
 
 
 def register() -> None:

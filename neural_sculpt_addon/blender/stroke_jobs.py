@@ -44,4 +44,4 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
     def apply(result: Message) -> None:
         add_strokes(found(target), strokes, result, label)
 
-    return Job(JobKind.EDIT, label, request, apply, target=target)
+    return Job(JobKind.EDIT, label, request, apply, target=target, strokes=strokes)

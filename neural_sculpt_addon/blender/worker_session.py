@@ -28,9 +28,10 @@ import numpy as np
 from bpy.types import Object
 
 from ..stroke.errors import SculptError
+from ..stroke.stroke import Stroke
 from ..worker import environment
 from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
-from . import preferences, redraw
+from . import preferences, preview, redraw
 from .finals import Finals
 from .folders import log_file
 from .properties import field_of
@@ -63,6 +64,7 @@ class Job:
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
     base:    revision that the target must have; set when the job is first of those on its target
+    strokes: what the proxy shows of the job until there is a result
     quick:   the quick result, while the job is refining
     """
 
@@ -72,6 +74,7 @@ class Job:
     apply: Callable[[Message], None]
     target: int | None = None
     base: str = ""
+    strokes: tuple[Stroke, ...] = ()
     status: JobStatus = JobStatus.QUEUED
     fraction: float = 0.0
     message: str = ""
@@ -114,6 +117,7 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.jobs.append(job)
+        self._preview()
         self._advance()
         self._watch()
 
@@ -138,6 +142,10 @@ class Session:
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
         return [job for job in self.jobs if job.target == target and job.pending]
+
+    def newest_stroke(self) -> Job | None:
+        """The job of the last strokes drawn, while it has no result."""
+        return next((job for job in reversed(self.jobs) if job.pending and job.strokes), None)
 
     def follow_history(self) -> None:
         """After undo and redo: show final results, cancel the jobs whose object or base is gone."""
@@ -250,6 +258,7 @@ class Session:
         elif self._apply(job, message):
             if message.kind is MessageKind.QUICK:
                 job.status, job.quick = JobStatus.REFINING, message
+                self._preview()
             else:
                 self._end(job, JobStatus.DONE, "")
         else:
@@ -272,11 +281,20 @@ class Session:
 
     def _bring_finals(self) -> None:
         """Show final results where their quick ones are, and tell the jobs that build on those."""
-        self._finals.bring()
+        with preview.hidden():
+            self._finals.bring()
         for target, job in self._firsts().items():
             ob, final = find(target), self._finals.successor(job.base)
             if ob is not None and field_of(ob).revision == final:
                 job.base = final
+
+    def _preview(self) -> None:
+        """Show the strokes that have no result yet on their proxies."""
+        waiting: dict[int, list[Stroke]] = {}
+        for job in self.jobs if not self.waits else ():
+            if job.target is not None and job.pending and job.strokes:
+                waiting.setdefault(job.target, []).extend(job.strokes)
+        preview.want(waiting)
 
     def _silence(self, job: Job) -> None:
         """Let the worker stop a job; what it still sends of it is ignored."""
@@ -295,6 +313,7 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
+        self._preview()
         if status is JobStatus.FAILED:
             self.last_error = message
             log.warning("%s: %s", job.label, message)

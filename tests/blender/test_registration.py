@@ -13,7 +13,8 @@ def traces() -> dict[str, object]:
     """All that a registered add-on leaves in Blender."""
     handlers = {
         name: [handler.__module__ for handler in getattr(bpy.app.handlers, name)]
-        for name in ("undo_post", "redo_post", "load_pre", "load_post", "save_pre")
+        for action in ("undo", "redo", "save", "load")
+        for name in (f"{action}_pre", f"{action}_post")
     }
     menus = {
         name: [draw.__module__ for draw in getattr(bpy.types, name)._dyn_ui_initialize()]

@@ -61,7 +61,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._target = active_field(context).session_uid
         self._drawing: Drawing | None = None
         try:
-            if event.value == "PRESS" and not self._begin(context, event):
+            if _is_press_of_tool(context, event) and not self._begin(context, event):
                 return PASS
         except SculptError as error:
             return fail(self, error)
@@ -151,6 +151,12 @@ class NEURAL_SCULPT_OT_draw(Operator):
             stroke = drawn_stroke(context, ob, drawing.line, self.invert)
             overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)
             context.area.tag_redraw()
+
+
+def _is_press_of_tool(context: Context, event: Event) -> bool:
+    """Whether it all began in the view; otherwise a button or the search did."""
+    in_view = context.region is not None and context.region.type == "WINDOW"
+    return in_view and event.value == "PRESS" and event.type.endswith("MOUSE")
 
 
 def _is_for_blender(context: Context, event: Event) -> bool:

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes shown on the proxy at once, until the worker's result takes their place.
+
+Which strokes an object waits for is told to `want`. A mesh that shows some carries its true
+positions and normals with it, as attributes: so whatever Blender does meanwhile, an undo step or a
+copy of it can be brought back to what the field is. `hide` does that for all meshes, before Blender
+saves or steps through its history, and before anything here pushes an undo step.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import bpy
+import numpy as np
+from bpy.types import Mesh, Object
+from numpy.typing import NDArray
+
+from ..stroke.stroke import Stroke
+from . import proxy_mesh
+from .displaced import displaced
+
+TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
+"""Attributes that a preview changes, and those that keep what they were."""
+
+_wanted: dict[int, tuple[Stroke, ...]] = {}
+"""By session_uid of the object."""
+
+
+def want(strokes: Mapping[int, Sequence[Stroke]]) -> None:
+    """From now on show these strokes, by session_uid of their object, and no others."""
+    if _wanted or strokes:
+        _wanted.clear()
+        _wanted.update({target: tuple(listed) for target, listed in strokes.items()})
+        show()
+
+
+def show() -> None:
+    """Show the wanted strokes on the meshes as they are now."""
+    hide()
+    for ob in bpy.data.objects if _wanted else ():
+        if strokes := _wanted.get(ob.session_uid):
+            _displace(ob, strokes)
+
+
+def hide() -> None:
+    """Bring every mesh back to what its field is."""
+    for mesh in bpy.data.meshes:
+        if TRUE["position"] in mesh.attributes and not mesh.is_editmode:
+            for shown, true in TRUE.items():
+                if true in mesh.attributes:
+                    _write(mesh, shown, _read(mesh, true))
+                    mesh.attributes.remove(mesh.attributes[true])
+            mesh.update()
+
+
+@contextmanager
+def hidden() -> Iterator[None]:
+    """Without previews meanwhile."""
+    hide()
+    try:
+        yield
+    finally:
+        show()
+
+
+def _displace(ob: Object, strokes: Sequence[Stroke]) -> None:
+    """Only a mesh that is the object's own, made of triangles, and not locked."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    of_triangles = len(mesh.loops) == 3 * len(mesh.polygons) > 0
+    if mesh.users > 1 or not of_triangles or proxy_mesh.why_locked(ob):
+        return
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore
+    now = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
+    moved = displaced(now["position"], corners.reshape(-1, 3), strokes)
+    for shown, values in zip(TRUE, (moved.positions, moved.normals), strict=True):
+        if shown in now:
+            mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
+            _write(mesh, TRUE[shown], now[shown])
+            now[shown][moved.vertices] = values
+            _write(mesh, shown, now[shown])
+    mesh.update()
+
+
+def _read(mesh: Mesh, attribute: str) -> NDArray[np.float32]:
+    """Vectors (V, 3) of a point attribute."""
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes[attribute].data.foreach_get("vector", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
+
+
+def _write(mesh: Mesh, attribute: str, vectors: NDArray[np.float32]) -> None:
+    mesh.attributes[attribute].data.foreach_set("vector", vectors.ravel())  # pyright: ignore

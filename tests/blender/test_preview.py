@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes shown before the worker has them: where vertices go, and that they always come back."""
+
+import unittest
+
+import bpy
+import numpy as np
+from harness import (
+    SteeredCase,
+    field,
+    module,
+    push_undo,
+    redo,
+    state,
+    stroke,
+    to_path,
+    undo,
+    vertices,
+)
+
+displaced = module("blender.displaced").displaced
+Brush = module("stroke.brush").Brush
+Ends = module("stroke.stroke").Ends
+Profile = module("stroke.profile").Profile
+Stroke = module("stroke.stroke").Stroke
+
+LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
+
+
+def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (count^2, 3) of [-0.8, 0.8]^2 in the plane z = 0, and triangles that look up."""
+    x, y = np.meshgrid(np.linspace(-0.8, 0.8, count), np.linspace(-0.8, 0.8, count), indexing="ij")
+    points = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
+    corner = np.arange(count**2, dtype=np.int32).reshape(count, count)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
+def moved(points: np.ndarray, result) -> np.ndarray:
+    after = points.copy()
+    after[result.vertices] = result.positions
+    return after
+
+
+class Displaced(unittest.TestCase):
+    def test_by_the_profile_and_nowhere_else(self) -> None:
+        points, triangles = square()
+        drawn = Stroke(LINE, Brush(0.15, 0.06, Profile("linear")), ends=Ends.FLAT)
+        after = moved(points, displaced(points, triangles, [drawn]))
+        x, y, _ = points.T
+        height = 0.06 * np.maximum(1 - np.abs(y - 0.11) / 0.15, 0) * (np.abs(x) <= 0.3001)
+        sure = np.abs(np.abs(x) - 0.3) > 0.001  # of the side of a flat end
+        np.testing.assert_allclose(after[sure, 2], height[sure], atol=1e-6)
+        np.testing.assert_array_equal(after[:, :2], points[:, :2])
+
+    def test_round_ends_dabs_and_carving(self) -> None:
+        points, triangles = square()
+        for path in (LINE, LINE[:1]):
+            drawn = Stroke(path, Brush(0.2, -0.1, Profile("linear")))
+            after = moved(points, displaced(points, triangles, [drawn]))
+            distance = to_path(points, np.vstack([path, path[-1:] + np.array(1e-9)]))
+            np.testing.assert_allclose(
+                after[:, 2], -0.1 * np.maximum(1 - distance / 0.2, 0), atol=1e-6
+            )
+
+    def test_one_stroke_upon_another(self) -> None:
+        points, triangles = square()
+        drawn = Stroke(LINE, Brush(0.3, 0.01, Profile("linear")))
+        once = moved(points, displaced(points, triangles, [drawn]))[:, 2]
+        twice = moved(points, displaced(points, triangles, [drawn, drawn]))[:, 2]
+        np.testing.assert_allclose(twice, 2 * once, atol=1e-3)
+        self.assertAlmostEqual(twice.max(), 0.02, delta=1e-3)
+
+    def test_mirror_images(self) -> None:
+        points, triangles = square()
+        drawn = Stroke(LINE, Brush(0.1, 0.05), mirror=frozenset("Y"))
+        after = moved(points, displaced(points, triangles, [drawn]))[:, 2].reshape(81, 81)
+        np.testing.assert_allclose(after, after[:, ::-1], atol=1e-6)
+        self.assertAlmostEqual(after.max(), 0.05, delta=1e-3)
+
+    def test_normals_are_those_of_the_displaced_surface(self) -> None:
+        points, triangles = square(321)
+        drawn = Stroke(LINE, Brush(0.2, 0.05, Profile("cubic")), ends=Ends.FLAT)
+        result = displaced(points, triangles, [drawn])
+        x, y, _ = points[result.vertices].T
+        inner = np.abs(x) < 0.28
+        v = (y - 0.11) / 0.2
+        slope = 0.05 / 0.2 * -6 * v * (1 - np.abs(v)) * (np.abs(v) < 1)  # of 1 - v^2 (3 - 2 |v|)
+        expected = np.stack([0 * x, -slope, np.ones_like(x)], axis=1)
+        expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+        np.testing.assert_allclose(result.normals[inner], expected[inner], atol=0.02)
+
+    def test_only_the_sheet_that_was_drawn_on(self) -> None:
+        points, triangles = square()
+        both = np.vstack([points, points - (0, 0, np.float32(0.05))]).astype(np.float32)
+        sheets = np.vstack([triangles, triangles[:, ::-1] + np.int32(len(points))])
+        result = displaced(both, sheets, [Stroke(LINE, Brush(0.15, 0.06))])
+        below = moved(both, result)[len(points) :]
+        np.testing.assert_array_equal(below, both[len(points) :])
+
+    def test_a_stroke_beside_the_surface_moves_nothing(self) -> None:
+        points, triangles = square()
+        result = displaced(
+            points, triangles, [Stroke(LINE + np.array((0, 0, 0.7)), Brush(0.1, 0.05))]
+        )
+        self.assertEqual(len(result.vertices), 0)
+
+
+class Preview(SteeredCase):
+    """A square stands for the proxy; the worker's answer is not heard until it is asked for."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        mesh = self.ob.data
+        points, triangles = square()
+        mesh.clear_geometry()
+        mesh.from_pydata(points.tolist(), [], triangles.tolist())
+        push_undo("Square")
+        self.before = state(self.ob)
+        self.flat = vertices(self.ob)
+
+    def draw(self, name: str = "One") -> None:
+        brush = bpy.context.scene.neural_sculpt
+        brush.radius, brush.intensity = 0.15, 0.06
+        stroke(LINE, name=name)
+
+    def heights(self) -> np.ndarray:
+        return vertices(field("Sphere"))[:, 2]
+
+    def assert_shown(self, strokes: int = 1) -> None:
+        self.assertAlmostEqual(self.heights().max(), 0.06 * strokes, delta=0.004 * strokes)
+
+    def assert_gone(self) -> None:
+        self.assertEqual(state(field("Sphere")), self.before)
+        names = [attribute.name for attribute in field("Sphere").data.attributes]
+        self.assertFalse([name for name in names if "neural" in name])
+
+    def test_is_there_at_once_and_gives_way_to_the_result(self) -> None:
+        self.draw()
+        self.assert_shown()
+        still = to_path(self.flat, LINE) > 0.16
+        np.testing.assert_array_equal(vertices(self.ob)[still], self.flat[still])
+        self.until_quick()
+        quick = vertices(field("Sphere"))
+        self.assertNotEqual(len(quick), len(self.flat))
+        names = [attribute.name for attribute in field("Sphere").data.attributes]
+        self.assertFalse([name for name in names if "neural" in name])
+
+    def test_cancelled_the_mesh_returns(self) -> None:
+        self.draw()
+        bpy.ops.neural_sculpt.cancel()
+        self.assert_gone()
+
+    def test_of_two_strokes_one_is_cancelled(self) -> None:
+        self.draw()
+        self.draw("Two")
+        self.assert_shown(2)
+        self.session.cancel_job(self.session.jobs[-1])
+        self.assert_shown(1)
+        self.session.cancel()
+        self.assert_gone()
+
+    def test_undo_takes_back_the_stroke_and_nothing_else(self) -> None:
+        field("Sphere").location.x = 1.0
+        push_undo("Move")
+        self.draw()
+        undo()
+        self.assertFalse(self.session.jobs)
+        self.assertEqual(field("Sphere").location.x, 1.0)
+        self.assertEqual(self.heights().max(), 0.0)
+        undo()
+        self.assertEqual(field("Sphere").location.x, 0.0)
+        self.assert_gone()
+
+    def test_a_native_step_meanwhile_does_not_keep_it(self) -> None:
+        self.draw()
+        field("Sphere").location.x = 1.0
+        push_undo("Move")  # Blender's own step, with the preview in it
+        self.until_quick()
+        quick = state(field("Sphere"))
+        undo()
+        self.assertEqual(field("Sphere").location.x, 1.0)
+        self.assertEqual(self.heights().max(), 0.0)
+        redo()
+        self.assertEqual(state(field("Sphere")), quick)
+        undo()
+        undo()
+        self.assert_gone()
+
+    def test_is_not_saved(self) -> None:
+        path = str(self.folder / "field.blend")
+        self.draw()
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        self.assert_shown()
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assert_gone()
+
+    def test_what_blender_saved_by_itself_is_mended(self) -> None:
+        path = str(self.folder / "field.blend")
+        self.draw()
+        bpy.data.libraries.write(path, {field("Sphere"), bpy.context.scene})  # calls no handlers
+        self.session.cancel()
+        bpy.ops.wm.open_mainfile(filepath=path)
+        np.testing.assert_array_equal(vertices(field("Sphere")), self.flat)
+
+    def test_shading_follows(self) -> None:
+        if bpy.app.version < (4, 5, 0):
+            self.skipTest("this Blender knows no free normals")
+        mesh = field("Sphere").data
+        mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
+        up = np.tile(np.float32((0, 0, 1)), len(self.flat))
+        mesh.attributes["custom_normal"].data.foreach_set("vector", up)
+        self.draw()
+        seen = np.empty_like(up)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", seen)
+        self.assertLess(seen.reshape(-1, 3)[:, 2].min(), 0.9)
+        np.testing.assert_allclose(np.linalg.norm(seen.reshape(-1, 3), axis=1), 1, atol=1e-5)
+        self.session.cancel()
+        mesh.attributes["custom_normal"].data.foreach_get("vector", seen)
+        np.testing.assert_array_equal(seen, up)
+
+    def test_a_mesh_of_two_objects_is_left_alone(self) -> None:
+        other = bpy.data.objects.new("Other", field("Sphere").data)
+        self.draw()
+        np.testing.assert_array_equal(vertices(other), self.flat)
