@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
 """Earlier Blenders ignore the attribute; their own smooth normals serve."""
 
+FILLED = "neural_sculpt_filled"
+"""Custom property of a proxy's mesh: the fingerprint of the vertices that it was filled with."""
+
 
 def why_locked(ob: Object) -> str:
     """Why the object's mesh cannot be replaced now, as a sentence; empty when it can."""
@@ -56,6 +59,7 @@ def fill(
     if CUSTOM_NORMALS:
         mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
         _write(mesh, "custom_normal", "vector", normals)
+    mesh[FILLED] = f"{fingerprint(vertices):08x}"
     mesh.update()
 
 

@@ -7,6 +7,7 @@ from bpy.types import Object, Scene
 
 from . import history, menus, overlay, shape_choices, tools
 from .operators import install_worker
+from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
@@ -73,6 +74,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_move_stroke,
     NEURAL_SCULPT_OT_edit_stroke,
     NEURAL_SCULPT_OT_apply_to_base,
+    NEURAL_SCULPT_OT_absorb,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,

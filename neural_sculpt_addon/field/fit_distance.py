@@ -52,9 +52,14 @@ def sample(
     points = np.concatenate([points, rest]).clip(-BOX, BOX)
     found = distance(points, progress)
     close = found.certain & (np.arange(count) < near + around)
+    return arranged(points, found.value, found.gradient, close)
+
+
+def arranged(points: NDArray, values: NDArray, gradients: NDArray, close: NDArray) -> Samples:
+    """Samples of which `close` (N,) come first: points (N, 3), values (N,), gradients (N, 3)."""
     order = np.argsort(~close, kind="stable")
-    gradients = found.gradient[order[: close.sum()]]
-    return Samples(*(_float(array) for array in (points[order], found.value[order], gradients)))
+    gradients = gradients[order[: close.sum()]]
+    return Samples(*(_float(array) for array in (points[order], values[order], gradients)))
 
 
 class Learner:

@@ -57,7 +57,7 @@ Handler = Callable[[Task, Progress], Payload]
 
 def warm_up() -> None:
     """Import what the jobs need, so that the first one need not wait for it."""
-    from ..field import checkpoint, edit, fit, prepare, primitives, proxy  # noqa: F401
+    from ..field import absorb, checkpoint, edit, fit, prepare, primitives, proxy  # noqa: F401
 
 
 class Jobs:
@@ -75,6 +75,7 @@ class Jobs:
             JobKind.REPLAY: self.replay,
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
+            JobKind.ABSORB: self.absorb,
             JobKind.LOAD: self.load,
             JobKind.SAVE: self.save,
             JobKind.PREPARE: self.prepare,
@@ -151,6 +152,16 @@ class Jobs:
             scale, center, report = result.scale, result.center, result.report
         arrays = _model(network, job, _part(progress, 0.9, 1.0))
         return Payload({"scale": scale, "center": list(center), "report": report}, arrays)
+
+    def absorb(self, job: Payload, progress: Progress) -> Payload:
+        """resolution, result_revision <field, proxy as sculpted> -> revision, reports <model>."""
+        from ..field.absorb import absorb
+
+        vertices, triangles = _array(job, "vertices"), _array(job, "triangles")
+        result = absorb(_network(job), vertices, triangles, progress=_part(progress, 0.0, 0.9))
+        arrays = _model(result.network, job, _part(progress, 0.9, 1.0))
+        fields = {"revision": _get(job, "result_revision", str), "reports": [result.report]}
+        return Payload(fields, arrays)
 
     def load(self, job: Payload, progress: Progress) -> Payload:
         """path, resolution -> widths <field, proxy>."""

@@ -49,6 +49,7 @@ class JobKind(StrEnum):
     REPLAY = "replay"
     MESH = "mesh"
     FIT = "fit"
+    ABSORB = "absorb"
     LOAD = "load"
     SAVE = "save"
     PREPARE = "prepare"

@@ -23,4 +23,5 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
         resolution = field_of(context.active_object).resolution
         layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
+        layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
         layout.operator("neural_sculpt.export", icon="EXPORT")

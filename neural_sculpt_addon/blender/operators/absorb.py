@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Take what Blender's own brushes did to the proxy into the field.
+
+The strokes so far become part of the base, since they cannot be replayed to what was sculpted over
+them.
+"""
+
+# pyright: reportOptionalMemberAccess=false
+
+import bpy
+import numpy as np
+from bpy.types import Context, Event, Mesh, Operator
+
+from ...stroke.errors import SculptError
+from ...worker.client import JobKind, Message
+from .. import native_edits, proxy_mesh
+from ..commit import new_revision, set_history
+from ..properties import field_of
+from ..worker_session import Job, Request, found
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch
+
+LABEL = "Absorb"
+
+
+class NEURAL_SCULPT_OT_absorb(Operator):
+    """Fit the field to its proxy as it was sculpted by other brushes. The strokes so far become \
+part of its base"""
+
+    bl_idname = "neural_sculpt.absorb"
+    bl_label = LABEL
+    bl_options = REGISTER
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A proxy that was changed."""
+        if not editable_poll(cls, context):
+            return False
+        ob = active_field(context)
+        if ob.mode != "SCULPT" and not native_edits.edited(ob):
+            cls.poll_message_set("The proxy is as the field made it")
+            return False
+        return True
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask before the strokes leave the list."""
+        count = len(field_of(active_field(context)).strokes)
+        if not count:
+            return self.execute(context)
+        return context.window_manager.invoke_confirm(
+            self,
+            event,
+            title=LABEL,
+            message=f"The field's {count} strokes become part of its base and leave the history.",
+            confirm_text=LABEL,
+        )
+
+    def execute(self, context: Context) -> Outcome:
+        """Fit in the worker."""
+        ob = active_field(context)
+        if ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting:
+            bpy.ops.object.mode_set(mode="OBJECT")  # only then the mesh has what was sculpted
+            bpy.ops.object.mode_set(mode="SCULPT")
+        target = ob.session_uid
+
+        def request() -> Request:
+            ob = found(target)
+            if not native_edits.edited(ob):
+                raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
+            group = field_of(ob)
+            fields = {"resolution": group.resolution, "result_revision": new_revision()}
+            assert isinstance(ob.data, Mesh)
+            vertices, triangles = proxy_mesh.read(ob.data)
+            arrays = {"vertices": vertices, "triangles": triangles}
+            return fields, {"field": np.frombuffer(group.weights, np.uint8), **arrays}
+
+        def apply(result: Message) -> None:
+            ob = found(target)
+            if reason := proxy_mesh.why_locked(ob):
+                raise SculptError(reason)
+            field_of(ob).base_weights = result.arrays["field"].tobytes()
+            set_history(ob, (), LABEL, result)
+
+        return launch(self, Job(JobKind.ABSORB, LABEL, request, apply, target=target))

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Native edits of a proxy are noticed, and absorbed into the field as one undo step."""
+
+import bpy
+import numpy as np
+from bpy.types import Object
+from harness import SculptCase, add, arc, field, module, push_undo, stroke, undo, vertices
+
+
+def pull(ob: Object) -> np.ndarray:
+    """Move the top of the proxy up, as a brush of Blender does; the new vertices (V, 3)."""
+    points = vertices(ob)
+    away = np.linalg.norm(points - points[points[:, 2].argmax()], axis=1) / 0.3
+    points[:, 2] += 0.1 * np.clip(1 - away**2, 0, None) ** 2
+    ob.data.vertices.foreach_set("co", points.ravel())
+    ob.data.update()
+    push_undo("Native Brush")
+    return points
+
+
+class Absorb(SculptCase):
+    def test_a_native_edit_is_noticed_and_absorbed(self) -> None:
+        edited = module("blender.native_edits").edited
+        ob = add("SPHERE")
+        name = ob.name
+        self.assertFalse(edited(ob))
+        with self.assertRaisesRegex(RuntimeError, "as the field made it"):
+            bpy.ops.neural_sculpt.absorb()
+        stroke(arc(ob, tilt=2.0), radius=0.1, intensity=0.03)
+        self.assertFalse(edited(ob))
+        sculpted = pull(ob)
+        self.assertTrue(edited(ob))
+        weights = ob.neural_sculpt.weights
+        self.assertEqual(bpy.ops.neural_sculpt.absorb(), {"FINISHED"})
+        self.assertFalse(edited(ob))
+        group = ob.neural_sculpt
+        self.assertEqual(len(group.strokes), 0)
+        self.assertEqual(group.weights, group.base_weights)
+        self.assertNotEqual(group.weights, weights)
+        self.assertAlmostEqual(vertices(ob)[:, 2].max(), sculpted[:, 2].max(), delta=0.01)
+        undo()
+        ob = field(name)
+        self.assertEqual(len(ob.neural_sculpt.strokes), 1)
+        self.assertEqual(ob.neural_sculpt.weights, weights)
+        self.assertTrue(edited(ob))
+        np.testing.assert_array_equal(vertices(ob), sculpted)
+        undo()
+        self.assertFalse(edited(field(name)))
+
+    def test_other_topology_in_sculpt_mode(self) -> None:
+        ob = add("TORUS")
+        modifier = ob.modifiers.new("Subdivision", "SUBSURF")
+        bpy.ops.object.modifier_apply(modifier=modifier.name)
+        bpy.ops.object.mode_set(mode="SCULPT")
+        self.assertEqual(bpy.ops.neural_sculpt.absorb(), {"FINISHED"})
+        self.assertEqual(ob.mode, "SCULPT")
+        self.assertFalse(module("blender.native_edits").edited(ob))
+
+    def test_a_proxy_that_left_the_box_stays_as_it_is(self) -> None:
+        ob = add("SPHERE")
+        points = 3 * vertices(ob)
+        ob.data.vertices.foreach_set("co", points.ravel())
+        self.assert_fails("leaves the box", bpy.ops.neural_sculpt.absorb)
+        np.testing.assert_array_equal(vertices(ob), points)
