@@ -19,7 +19,7 @@ from .memory import follow
 from .network import Siren
 from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
-from .proxy import extract
+from .proxy import Proxy, extract
 from .solvers import Refine, Solve, gauss_newton, paper
 from .solvers.gauss_newton import TOLERANCE
 
@@ -55,6 +55,10 @@ class Edit:
         """The network after all strokes."""
         return self.preparation.network
 
+    def then(self, report: dict[str, Any], preparation: Preparation) -> "Edit":
+        """This edit followed by one more stroke."""
+        return Edit(preparation, (*self.reports, report))
+
 
 def edit(
     network: Siren,
@@ -73,8 +77,8 @@ def edit(
     solver:      one of SOLVERS
     epochs:      of the paper's solver; its own default when None
     chamfer:     report the paper's Chamfer distance, too (seconds)
-    quick:       called once with the edit as it is before the last stroke is refined; not called
-                 by solvers that do not refine
+    quick:       called once with the edit as it is before the last stroke is refined, which is not
+                 measured then; not called by solvers that do not refine
 
     SculptError when a stroke does not lie on the surface or cannot be solved; Cancelled as soon as
     `progress` raises it. `network` itself is never changed.
@@ -95,34 +99,29 @@ def edit(
         report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}
         if chosen.refine is not None:
             if quick is not None and number == len(strokes) - 1:
-                quick(_finish(result, problem, network, report | {"solver": "quick"}, share))
+                proxy = extract(network, CELLS, lambda _, __: share(0.3, "Sculpting"))
+                shown = report | {"solver": "quick"}
+                quick(result.then(shown, follow(problem, network, proxy)))
             started = time.perf_counter()
             network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started
-        result = _finish(result, problem, network, report, share, chamfer)
+        proxy = extract(network, CELLS, lambda _, __: share(0.9, "Measuring"))
+        share(0.95, "Measuring")
+        report |= _measure(problem, network, proxy, chamfer)
+        result = result.then(report, follow(problem, network, proxy))
     return result
 
 
-def _finish(
-    before: Edit,
-    problem: Problem,
-    network: Siren,
-    report: dict[str, Any],
-    share: Progress,
-    chamfer: bool = False,
-) -> Edit:
-    """The edit `before` followed by one more stroke, measured and remembered."""
-    proxy = extract(network, CELLS, lambda _, message: share(0.9, message))
-    share(0.95, "Measuring")
+def _measure(problem: Problem, network: Siren, proxy: Proxy, chamfer: bool) -> dict[str, Any]:
+    """How close the network came, and what it is now."""
     measures = metrics.measure(problem, network, proxy)
     if chamfer:
         measures |= metrics.chamfer(problem, network, proxy)
-    verdict = {
+    return {
+        **measures,
         "tolerance_met": measures["tube_p95"] < TOLERANCE,
         "widths": list(network.widths),
     }
-    preparation = follow(problem, network, proxy)
-    return Edit(preparation, (*before.reports, report | measures | verdict))
 
 
 def _part(share: Progress, start: float, end: float) -> Progress:

@@ -71,7 +71,7 @@ def test_the_last_stroke_is_shown_once_before_it_is_refined(ready):
     assert [report["solver"] for report in quick.reports] == ["gauss_newton", "quick"]
     assert quick.reports[:1] == result.reports[:1]
     assert quick.reports[1]["seconds"] < result.reports[1]["seconds"]
-    assert quick.reports[1]["tube_mean"] > result.reports[1]["tube_mean"]
+    assert "tube_mean" not in quick.reports[1]
     again = edit(ready.network, strokes[:1], preparation=ready).preparation
     alone = edit(again.network, strokes[1:], solver="quick", preparation=again)
     assert all(map(torch.equal, quick.network.parameters, alone.network.parameters))
