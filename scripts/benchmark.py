@@ -9,9 +9,10 @@ import argparse
 
 import benchmark_edit
 import benchmark_fit
+import benchmark_proxy
 import environment
 
-BENCHMARKS = {"edit": benchmark_edit, "fit": benchmark_fit}
+BENCHMARKS = {"edit": benchmark_edit, "fit": benchmark_fit, "proxy": benchmark_proxy}
 
 
 def main() -> None:

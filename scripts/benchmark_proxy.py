@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The proxy benchmark: from scratch, after a stroke, and by dense evaluation, in one run.
+
+dense is the authors' way: all points of the lattice in blocks of 64^3 through the network as it
+is, then marching cubes. stroke is the update after the edit of a case by the quick solver; scratch
+is measured before and after it. Each time is the best of three (dense: of one).
+
+The networks are the pretrained ones with their public cases, or where these are absent the
+primitives with a stroke over the top. Errors are mean distances to the surface of vertices and
+of triangle centroids, model space; slivers the share of triangles below 5 degrees.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import read_cases
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from neural_sculpt_addon.field.network import Siren
+    from neural_sculpt_addon.field.proxy import Proxy
+    from neural_sculpt_addon.stroke.stroke import Stroke
+
+COLUMNS = ("seconds", "vertex_error", "centroid_error", "slivers", "nonmanifold_edges")
+BLOCK = 64**3  # points
+SLIVER = 5  # degrees
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `benchmark.py proxy`."""
+    parser.add_argument("--json", type=Path, help="write one object per row")
+    parser.add_argument("--cases", type=Path, default=read_cases.CASES, help="default: %(default)s")
+    parser.add_argument("--cells", default="128,256", help="per axis, comma-separated")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the table, and write the rows where `--json` says."""
+    print(_line("network", "cells", "what", COLUMNS))
+    rows = []
+    for cells in map(int, options.cells.split(",")):
+        for row in _rows(options.cases, cells):
+            rows.append(row)
+            figures = [f"{row[column]:.3g}" for column in COLUMNS]
+            print(_line(row["network"], str(cells), row["what"], figures), flush=True)
+        for what in ("scratch", "stroke", "dense"):
+            chosen = [row for row in rows if row["cells"] == cells and row["what"] == what]
+            worst = [f"{max(row[column] for row in chosen):.3g}" for column in COLUMNS]
+            print(_line("worst", str(cells), what, worst))
+    if options.json:
+        options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+
+
+def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
+    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.field.problem import pose
+    from neural_sculpt_addon.field.proxy import extract, update
+    from neural_sculpt_addon.field.solvers import gauss_newton
+
+    def row(
+        name: str, network: "Siren", what: str, make: "Callable[[], Proxy | Dense]", times: int = 3
+    ) -> dict[str, Any]:
+        seconds, mesh = _time(make, times)
+        measures = _measure(network, mesh.vertices, mesh.triangles)
+        return {"network": name, "cells": cells, "what": what, "seconds": seconds, **measures}
+
+    for name, network, strokes in _networks(cases):
+        yield row(name, network, "dense", lambda n=network: _dense(n, cells), times=1)
+        yield row(name, network, "scratch", lambda n=network: extract(n, cells))
+        proxy, preparation = extract(network, cells), prepare(network)
+        for stroke in strokes:
+            edited = gauss_newton.quick(pose(preparation, stroke))
+            yield row(stroke.name, edited, "stroke", lambda p=proxy, n=edited: update(p, n))
+            yield row(stroke.name, edited, "scratch", lambda n=edited: extract(n, cells))
+
+
+def _networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
+    """Each network with its strokes."""
+    from neural_sculpt_addon.field import checkpoint
+    from neural_sculpt_addon.field.primitives import PRIMITIVES, primitive
+    from neural_sculpt_addon.stroke.stroke import Stroke
+
+    if cases.is_file():
+        listed = json.loads(cases.read_text(encoding="utf-8"))["cases"]
+        for model in dict.fromkeys(case["model"] for case in listed):
+            network = checkpoint.load(cases.parent.parent / "networks" / f"{model}.pth")
+            strokes = [
+                Stroke.from_json(read_cases.read_case(case))
+                for case in listed
+                if case["model"] == model
+            ]
+            yield model, network, strokes
+    else:
+        for name in PRIMITIVES:
+            yield name, primitive(name), [_over_the_top(primitive(name), f"{name}-top")]
+
+
+def _over_the_top(network: "Siren", name: str) -> "Stroke":
+    """A stroke along x over the highest points of the surface."""
+    import numpy as np
+
+    from neural_sculpt_addon.field.proxy import extract
+    from neural_sculpt_addon.stroke.brush import Brush
+    from neural_sculpt_addon.stroke.stroke import Stroke
+
+    vertices = extract(network, 64).vertices
+    x = np.linspace(-0.2, 0.2, 9)
+    beside = np.hypot(vertices[:, 0] - x[:, None], vertices[:, 1]) < 0.05  # (9, V)
+    top = [vertices[column][np.argmax(vertices[column, 2])] for column in beside if column.any()]
+    return Stroke(np.array(top), Brush(0.08, 0.06), name=name)
+
+
+class Dense(NamedTuple):
+    """What marching cubes makes of all points."""
+
+    vertices: "NDArray[np.float32]"  # (V, 3)
+    triangles: "NDArray[np.int32]"  # (F, 3)
+
+
+def _dense(network: "Siren", cells: int) -> Dense:
+    import numpy as np
+    import torch
+    from skimage.measure import marching_cubes
+
+    axis = torch.linspace(-1, 1, cells + 1)
+    points = torch.cartesian_prod(axis, axis, axis)
+    with torch.no_grad():
+        values = torch.cat([network.value(block) for block in points.split(BLOCK)])
+    lattice = values.reshape((cells + 1,) * 3).numpy()
+    vertices, triangles, _, _ = marching_cubes(lattice, 0.0, spacing=(2 / cells,) * 3)
+    return Dense(vertices - np.float32(1), triangles)
+
+
+def _time(make: "Callable[[], Proxy | Dense]", times: int) -> "tuple[float, Proxy | Dense]":
+    """The fewest seconds of so many times, and what was made."""
+    seconds = []
+    while True:
+        start = time.perf_counter()
+        mesh = make()
+        seconds.append(time.perf_counter() - start)
+        if len(seconds) == times:
+            return min(seconds), mesh
+
+
+def _measure(
+    network: "Siren", vertices: "NDArray[np.float32]", triangles: "NDArray[np.int32]"
+) -> dict[str, float]:
+    import numpy as np
+    import trimesh
+
+    from neural_sculpt_addon.field.evaluate import values_and_gradients
+
+    def distance(points: "NDArray[Any]") -> float:
+        value, gradient = values_and_gradients(network, points)
+        return float(np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)))
+
+    mesh = trimesh.Trimesh(vertices, triangles, process=False)
+    _, uses = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+    return {
+        "vertex_error": distance(vertices),
+        "centroid_error": distance(mesh.triangles_center),
+        "slivers": float(np.mean(np.degrees(mesh.face_angles.min(axis=1)) < SLIVER)),
+        "nonmanifold_edges": int(np.sum(uses != 2)),
+    }
+
+
+def _line(network: str, cells: str, what: str, figures: Any) -> str:
+    return f"{network:<22}{cells:>5} {what:<8}" + " ".join(f"{figure:>17}" for figure in figures)
