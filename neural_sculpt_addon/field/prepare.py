@@ -19,7 +19,7 @@ from .surface import Samples, sample_surface
 CELLS = 128
 SURFACE_SAMPLES = 40_000
 SHELL = 0.01  # standard deviation of the distance of shell points from the surface
-BOX_SAMPLES = 6_000
+BOX_SAMPLES = 20_000
 
 
 class Values(NamedTuple):

@@ -2,7 +2,8 @@
 """What an edit asks of the network: where the zero set shall be after the stroke.
 
 The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
-are solved together; where they overlap, the larger displacement wins. Model space.
+are solved together; where they overlap, the larger displacement wins, and where the displaced
+surface would run through itself, as in a groove, its outermost parts count. Model space.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ..stroke.curve import Array
 from ..stroke.displacement import displace
@@ -24,6 +26,7 @@ from .surface import Samples
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
+SWALLOWED = 0.9  # of the displacement; the rest is for samples that are not everywhere
 
 
 class Laid(NamedTuple):
@@ -54,7 +57,7 @@ class Problem:
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
-        """The tube of each copy, without the samples that another copy displaces farther."""
+        """The tube of each copy, without what another copy displaces farther or swallows."""
         tubes = []
         for mine in self.laid:
             tube = sample_tube(self.network, *mine, rows, columns, jitter)
@@ -66,13 +69,20 @@ class Problem:
                     theirs = displace(*other, *tube.surface.where(close)).amount
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
-        return tubes
+        before, after = (
+            np.concatenate([getattr(tube, word).points for tube in tubes])
+            for word in ("surface", "target")
+        )
+        ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
+        gone = np.split(_swallowed(before, after), ends)
+        return [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
 
-        Their normals are those of the network: samples of the surface that was asked for may lie
-        beside what the network made of it.
+        It shrinks to nothing where the displaced surface runs inside of other parts of itself.
+        The samples' normals are those of the network: samples of the surface that was asked for may
+        lie beside what the network made of it.
         """
         moved = Samples(*(array.copy() for array in surface))
         _, gradient = values_and_gradients(self.network, surface.points)
@@ -88,6 +98,7 @@ class Problem:
             goal, factor = displaced(self.network, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
+        stretch[_swallowed(surface.points, moved.points)] = 0
         return moved, stretch
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
@@ -133,6 +144,18 @@ def pose(preparation: Preparation, stroke: Stroke) -> Problem:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
     copies = tuple(Laid(copy, lay(preparation.network, copy)) for copy in stroke.copies())
     return Problem(preparation, copies, stroke.seed)
+
+
+def _swallowed(before: NDArray[np.float32], after: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which displaced samples (N,) lie inside of what others displace, as in a groove.
+
+    There are others where the surface `before` comes closer than it is displaced there.
+    """
+    if not len(before):
+        return np.zeros(0, bool)
+    way = np.linalg.norm(after - before, axis=1)
+    distance, nearest = KDTree(before).query(after)
+    return distance < SWALLOWED * way[nearest]
 
 
 def _close(one: Laid, surface: Samples) -> NDArray[np.bool_]:

@@ -65,14 +65,14 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         progress(told, "Refining")
 
     sampler = Sampler(problem, REFINE.counts)
-    for growth in range(GROWTHS):
-        if sampler.error(network) > TOLERANCE and network.widths[0] < WIDEST:
-            network = grow(network, (2 * network.widths[0], *network.widths[1:]))
-        elif growth:
-            break
+    for growth in range(GROWTHS + 1):
         network = _improve(
-            network, sampler, REFINE, lambda part, done=growth: share(0.5 * (done + part))
+            network, sampler, REFINE, lambda part, done=growth: share(0.3 * (done + part))
         )
+        if sampler.error(network) < TOLERANCE or network.widths[0] >= WIDEST:
+            break
+        if growth < GROWTHS:
+            network = grow(network, (2 * network.widths[0], *network.widths[1:]))
     for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)

@@ -28,8 +28,11 @@ RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
+BOX_POOL = 3000  # points
+BOX_SAFE = 0.03  # of |f|, at which a point is half as likely to be chosen
 SLOPE_LENGTH = 0.02  # what one unit of slope weighs, in units of length
 HELD_OUT = 40  # rows and columns of the tube that is never trained on
+CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 AROUND_WEIGHT = BOX_WEIGHT = 0.3  # the square of it is the weight in the sum
 
@@ -78,7 +81,9 @@ class Sampler:
         self._preserve = self._pool(*_preserve(problem))
         self._around = self._pool(*_around(problem, target, amount, rim, 3 * counts.around, random))
         box = problem.preparation.box
-        far = problem.distance(box.points) > BOX_FROM
+        far = np.flatnonzero(problem.distance(box.points) > BOX_FROM)
+        risk = 1 / (np.abs(box.values[far]) + BOX_SAFE)  # where f is small, an edit tears it first
+        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=risk / risk.sum())
         self._box = self._pool(box.points[far], box.values[far])
         self._forbidden = self._box[:0]
         surface = problem.preparation.surface
@@ -87,15 +92,20 @@ class Sampler:
         """Samples (M, 3) of the whole surface that is asked for."""
 
     def error(self, network: Siren) -> float:
-        """The 95th percentile of the distance of fresh targets from the zero set of `network`."""
+        """The 95th percentile of the distance of fresh targets from the zero set of `network`.
+
+        Caps are left out, as in the tube's measures; a dab is all cap.
+        """
         random = np.random.default_rng((self._problem.seed, HELD_OUT))
         tubes = self._problem.tubes(HELD_OUT, HELD_OUT, random)
-        targets = np.concatenate([tube.target.points for tube in tubes])
+        beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
+        core = ~beyond if not beyond.all() else beyond
+        targets = np.concatenate([tube.target.points for tube in tubes])[core]
         return float(np.percentile(find_surface(network, targets).distance, 95))
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
-        more = self._pool(islands.points, islands.distance)
+        more = self._pool(islands.points, np.clip(islands.distance, -CLEAR, CLEAR))
         self._forbidden = torch.cat([self._forbidden, more])
 
     def draw(self) -> Rows:
