@@ -14,7 +14,6 @@ from .operators.cancel import NEURAL_SCULPT_OT_cancel
 from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
-from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
 from .operators.history import (
     NEURAL_SCULPT_OT_delete_stroke,
@@ -33,6 +32,7 @@ from .operators.presets import (
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_save_preset,
 )
+from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
@@ -68,7 +68,6 @@ CLASSES = (
     NEURAL_SCULPT_OT_draw,
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
-    NEURAL_SCULPT_OT_strokes_from_lines,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
     NEURAL_SCULPT_OT_delete_stroke,
@@ -85,6 +84,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_export,
     NEURAL_SCULPT_OT_cancel,
     NEURAL_SCULPT_OT_restart_worker,
+    NEURAL_SCULPT_OT_notice,
     NEURAL_SCULPT_OT_install_worker,
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_PT_model,

@@ -21,6 +21,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 from typing import Any
 
 import bpy
@@ -34,6 +35,7 @@ from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
 from . import preferences, preview, redraw
 from .finals import Finals
 from .folders import log_file
+from .operators import notice
 from .properties import field_of
 
 log = logging.getLogger(__name__)
@@ -225,18 +227,14 @@ class Session:
                 self._silence(job)
                 self._end(job, JobStatus.DONE, "")
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
-            self._start(self.jobs[0])
+            self._try(self.jobs[0], partial(self._start, self.jobs[0]))
 
     def _start(self, job: Job) -> None:
-        try:
-            self._check_target(job)
-            self._ensure_worker()
-            assert self.client is not None
-            fields, arrays = job.request()
-            job.number = self.client.submit(job.kind, fields, arrays)
-            job.status = JobStatus.RUNNING
-        except SculptError as error:
-            self._end(job, JobStatus.FAILED, str(error))
+        self._ensure_worker()
+        assert self.client is not None
+        fields, arrays = job.request()
+        job.number = self.client.submit(job.kind, fields, arrays)
+        job.status = JobStatus.RUNNING
 
     def _hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""
@@ -255,7 +253,7 @@ class Session:
             self._finals.remember(job.quick, message)
             self._end(job, JobStatus.DONE, "")
             self._bring_finals()
-        elif self._apply(job, message):
+        elif self._try(job, partial(job.apply, message)):
             if message.kind is MessageKind.QUICK:
                 job.status, job.quick = JobStatus.REFINING, message
                 self._preview()
@@ -264,11 +262,11 @@ class Session:
         else:
             self._silence(job)
 
-    def _apply(self, job: Job, message: Message) -> bool:
-        """Apply a result; when that cannot be, end the job."""
+    def _try(self, job: Job, step: Callable[[], None]) -> bool:
+        """Take a step of a job; when that cannot be, end the job."""
         try:
             self._check_target(job)
-            job.apply(message)
+            step()
         except SculptError as error:
             self._end(job, JobStatus.FAILED, str(error))
             return False
@@ -317,6 +315,7 @@ class Session:
         if status is JobStatus.FAILED:
             self.last_error = message
             log.warning("%s: %s", job.label, message)
+            notice.tell(message)
 
     def _watch(self) -> None:
         if not bpy.app.background and not bpy.app.timers.is_registered(self._tick):
