@@ -14,6 +14,7 @@ from .operators.cancel import NEURAL_SCULPT_OT_cancel
 from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
+from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
 from .operators.history import (
     NEURAL_SCULPT_OT_delete_stroke,
@@ -68,6 +69,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_draw,
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
+    NEURAL_SCULPT_OT_strokes_from_lines,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
     NEURAL_SCULPT_OT_delete_stroke,
