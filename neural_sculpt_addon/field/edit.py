@@ -19,7 +19,7 @@ from .memory import follow
 from .network import Siren
 from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
-from .proxy import Proxy, extract
+from .proxy import Proxy, extract, update
 from .solvers import Refine, Solve, gauss_newton, paper
 from .solvers.gauss_newton import TOLERANCE
 
@@ -99,7 +99,8 @@ def edit(
         report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}
         if chosen.refine is not None:
             if quick is not None and number == len(strokes) - 1:
-                proxy = extract(network, CELLS, lambda _, __: share(0.3, "Sculpting"))
+                known = result.preparation.proxy
+                proxy = update(known, network, lambda _, __: share(0.3, "Sculpting"))
                 shown = report | {"solver": "quick"}
                 quick(result.then(shown, follow(problem, network, proxy)))
             started = time.perf_counter()
