@@ -3,9 +3,11 @@
 
 Started by `scripts/test.py --window`, on a virtual screen:
 
-    blender --python tests/run_in_window.py -- EXTENSION.zip PICTURES [-k PATTERN ...]
+    blender --enable-event-simulate --python tests/run_in_window.py -- \\
+        EXTENSION.zip PICTURES [-k PATTERN ...]
 
-A test is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at
+Without --enable-event-simulate only test_person.py runs: Blender then takes no other input. A test
+is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at
 the end of each test goes to the folder PICTURES. The last line reads as in run_in_blender.py.
 """
 
@@ -31,8 +33,9 @@ def cases(patterns: list[str]) -> Iterator[unittest.TestCase]:
     """The tests of tests/window, one by one."""
     loader = unittest.TestLoader()
     loader.testNamePatterns = patterns or None
+    files = "test_[!p]*.py" if bpy.app.use_event_simulate else "test_person.py"
     waiting: list[unittest.TestSuite | unittest.TestCase] = [
-        loader.discover(str(ROOT / "tests" / "window"))
+        loader.discover(str(ROOT / "tests" / "window"), files)
     ]
     while waiting:
         first = waiting.pop(0)

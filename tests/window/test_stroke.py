@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 import simulated_input as hand
-from drawing import WindowCase, field, middle, operate, redo, undo
+from drawing import INTENSITY, WindowCase, choose_tool, corner, field, middle, operate, redo, undo
 from harness import state, vertices
 from simulated_input import Steps
 
@@ -16,10 +16,20 @@ class Strokes(WindowCase):
         yield from self.draw(path)
         self.assert_raised(path)
 
+    def test_button(self) -> Steps:
+        """The button Draw Stroke, with any tool; a press beside the field is not for it."""
+        yield from self.add()
+        choose_tool("builtin.select_box")
+        operate(bpy.ops.neural_sculpt.draw)
+        yield from hand.drag([corner(), (corner()[0] + 5, corner()[1] + 5)])
+        self.assertEqual(len(field().neural_sculpt.strokes), 0)
+        path = self.arc()
+        yield from self.draw(path)
+        self.assert_raised(path)
+
     def test_escape(self) -> Steps:
         yield from self.add()
         before = state(field())
-        operate(bpy.ops.neural_sculpt.stroke)
         points = hand.to_window(self.arc())
         hand.press(points[0])
         for point in points[1:]:
@@ -28,8 +38,50 @@ class Strokes(WindowCase):
         hand.tap("ESC", points[-1])
         yield hand.DRAWN
         hand.release(points[-1])
+        yield hand.DRAWN
+        yield from hand.drag([corner(), middle()])  # begins off the surface
         yield from self.idle()
         self.assertEqual(state(field()), before)
+
+    def test_control_points(self) -> Steps:
+        """Clicked with Shift, one of them dragged, confirmed with Enter."""
+        yield from self.add()
+        path = self.arc()
+        clicks = hand.to_window(path[::7])
+        aside = hand.to_window(self.arc(0.4)[7:8])[0]
+        for place in (clicks[0], aside, clicks[2]):
+            hand.move(place)
+            hand.tap("LEFTMOUSE", place, ("shift",) if place == clicks[0] else ())
+            yield hand.DRAWN
+        yield from hand.drag([aside, clicks[1]], pause=0.05)
+        self.assertEqual(len(field().neural_sculpt.strokes), 0)
+        hand.tap("RET", clicks[2])
+        yield from self.strokes_are(1)
+        self.assert_raised(path)
+
+    def test_inverted(self) -> Steps:
+        yield from self.add()
+        path = self.arc()
+        yield from self.draw(path, ("ctrl",))
+        self.assert_raised(path, by=-INTENSITY)
+
+    def test_symmetry(self) -> Steps:
+        """The mirror flags of the mesh repeat a stroke on the other side."""
+        yield from self.add()
+        field().data.use_mirror_z = True
+        path = self.arc(0.5)
+        yield from self.draw(path)
+        self.assert_raised(path, path * [1, 1, -1])
+
+    def test_sculpt_mode(self) -> Steps:
+        yield from self.add()
+        bpy.ops.object.mode_set(mode="SCULPT")
+        yield hand.DRAWN
+        choose_tool()
+        path = self.arc()
+        yield from self.draw(path)
+        self.assertEqual(field().mode, "SCULPT")
+        self.assert_raised(path)
 
     def test_undo_and_redo(self) -> Steps:
         """Three strokes and a native move between them, one by one and back."""
@@ -39,7 +91,7 @@ class Strokes(WindowCase):
             yield from self.draw(self.arc(tilt))
             states.append(state(field()))
         hand.tap("G", middle())
-        for key, text in (("X", ""), ("PERIOD", "."), ("THREE", "3"), ("RET", "")):
+        for key, text in (("X", ""), ("ZERO", "0"), ("PERIOD", "."), ("THREE", "3"), ("RET", "")):
             yield hand.DRAWN
             hand.tap(key, middle(), text=text)
         yield 2 * hand.DRAWN

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The brush by hand: its keys, and the curve widgets in the sidebar."""
+
+import numpy as np
+import simulated_input as hand
+from drawing import INTENSITY, RADIUS, WindowCase, brush_settings, field, middle
+from harness import module
+from simulated_input import Steps
+
+STRONG, WEAK = ((0, 1), (1, 1)), ((0, 0), (1, 0))
+
+
+class Brush(WindowCase):
+    def test_keys(self) -> Steps:
+        """F and Shift F follow the mouse in model space; brackets step; Esc brings back."""
+        yield from self.add()
+        brush = brush_settings()
+        x, y = hand.to_window([(0, -self.size, 0)])[0]
+        pixels = hand.to_window([(1, -self.size, 0)])[0][0] - x
+        for held, length in (((), "radius"), (("shift",), "intensity")):
+            before = getattr(brush, length)
+            for key in ("LEFTMOUSE", "ESC"):
+                hand.move((x, y))
+                yield hand.DRAWN
+                hand.tap("F", (x, y), held)
+                yield hand.DRAWN
+                hand.move((x + 40, y))
+                yield hand.DRAWN
+                self.assertAlmostEqual(getattr(brush, length), before + 40 / pixels, delta=2e-3)
+                hand.tap(key, (x + 40, y))
+                yield hand.DRAWN
+                if key == "LEFTMOUSE":
+                    self.assertAlmostEqual(getattr(brush, length), before + 40 / pixels, delta=2e-3)
+                    setattr(brush, length, before)
+                else:
+                    self.assertAlmostEqual(getattr(brush, length), before, places=6)
+        hand.tap("LEFT_BRACKET", (x, y))
+        yield hand.DRAWN
+        self.assertLess(brush.radius, RADIUS - 0.01)
+        hand.tap("RIGHT_BRACKET", (x, y))
+        yield hand.DRAWN
+        self.assertAlmostEqual(brush.radius, RADIUS, places=5)
+        self.assertEqual(len(field().neural_sculpt.strokes), 0)
+
+    def test_curve_widget(self) -> Steps:
+        """Half the strength is dragged into the curve, and the surface gets just that."""
+        yield from self.add()
+        brush = brush_settings()
+        brush.modulation = "CURVE"
+        yield from hand.show_tab("Neural Sculpt")
+        left, bottom, right, top = yield from self.widget_of("modulation")
+        for x in (left, right):
+            path = np.linspace((x, top), (x, (top + bottom) / 2), 6)
+            yield from hand.drag(map(tuple, path), pause=0.05)
+        store = module("blender.curve_store")
+        values = np.array(store.table(brush.curves, "modulation"))
+        np.testing.assert_allclose(values, 0.5, atol=0.05)
+        path = self.arc()
+        yield from self.draw(path)
+        self.assert_raised(path, by=INTENSITY * values.mean())
+
+    def widget_of(self, curve: str) -> Steps:
+        """Where the widget's plot is, as left, bottom, right, top in window pixels: what changes
+        in the picture when the curve moves from its lower to its upper bound."""
+        store, tree = module("blender.curve_store"), brush_settings().curves
+        pictures = []
+        for points in (WEAK, STRONG):
+            store.set_curve(tree, curve, points)
+            hand.region("UI").tag_redraw()
+            hand.move(middle())
+            yield 4 * hand.DRAWN
+            pictures.append(hand.screen_pixels().astype(int))
+        place = hand.region("UI")
+        changed = (np.abs(pictures[0] - pictures[1]).max(2) > 24)[::-1]  # (H, W), from below
+        changed[:, : place.x] = changed[:, place.x + place.width :] = False
+        rows, columns = np.nonzero(changed)
+        self.assertGreater(len(rows), 100, "the widget is not seen")
+        return columns.min(), rows.min(), columns.max(), rows.max()
