@@ -5,7 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import history, menus, overlay, shape_choices, tools
+from . import history, menus, overlay, shape_choices, tools, translations
 from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
@@ -104,6 +104,7 @@ CLASSES = (
 
 def register() -> None:
     """Tell Blender."""
+    translations.register()
     shape_choices.register()
     for cls in CLASSES:
         bpy.utils.register_class(cls)
@@ -128,3 +129,4 @@ def unregister() -> None:
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     shape_choices.unregister()
+    translations.unregister()

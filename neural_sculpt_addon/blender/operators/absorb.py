@@ -17,7 +17,7 @@ from .. import native_edits, proxy_mesh
 from ..commit import new_revision, set_history
 from ..properties import field_of
 from ..worker_session import Job, Request, found
-from .launch import REGISTER, Outcome, active_field, editable_poll, launch
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 
 LABEL = "Absorb"
 
@@ -37,8 +37,7 @@ part of its base"""
             return False
         ob = active_field(context)
         if ob.mode != "SCULPT" and not native_edits.edited(ob):
-            cls.poll_message_set("The proxy is as the field made it")
-            return False
+            return refuse(cls, "The proxy is as the field made it")
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:

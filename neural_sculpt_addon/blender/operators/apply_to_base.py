@@ -7,7 +7,7 @@ from ...stroke.errors import SculptError
 from ..commit import apply_to_base
 from ..worker_session import session
 from .history import listed_poll
-from .launch import FINISHED, REGISTER, Outcome, active_field, fail
+from .launch import FINISHED, REGISTER, Outcome, active_field, fail, refuse
 
 
 class NEURAL_SCULPT_OT_apply_to_base(Operator):
@@ -23,8 +23,7 @@ class NEURAL_SCULPT_OT_apply_to_base(Operator):
         if not listed_poll(cls, context):
             return False
         if any(job.target == active_field(context).session_uid for job in session.jobs):
-            cls.poll_message_set("The worker still changes this field")
-            return False
+            return refuse(cls, "The worker still changes this field")
         return True
 
     def execute(self, context: Context) -> Outcome:

@@ -6,7 +6,7 @@
 from bpy.types import Context, Operator
 
 from ..worker_session import session
-from .launch import FINISHED, INTERNAL, Outcome
+from .launch import FINISHED, INTERNAL, Outcome, refuse
 
 
 class NEURAL_SCULPT_OT_cancel(Operator):
@@ -21,8 +21,7 @@ class NEURAL_SCULPT_OT_cancel(Operator):
         """There is something to cancel."""
         if session.jobs:
             return True
-        cls.poll_message_set("The worker is idle")
-        return False
+        return refuse(cls, "The worker is idle")
 
     def execute(self, context: Context) -> Outcome:
         """Cancel all jobs."""

@@ -60,13 +60,14 @@ Their thickness acts as the pen's pressure"""
         ob = active_field(context)
         annotated = self.source == ANNOTATIONS
         lines = annotation_lines(context) if annotated else selected_lines(context)
-        if not lines:
-            where = (
-                "There are no annotations on this frame. Draw some on the field first."
-                if annotated
-                else "No grease pencil, curve or hair is selected. Select some beside the field."
+        if not lines and annotated:
+            return fail(
+                self, "There are no annotations on this frame. Draw some on the field first."
             )
-            return fail(self, where)
+        if not lines:
+            return fail(
+                self, "No grease pencil, curve or hair is selected. Select some beside the field."
+            )
         spacing = brush_of(context).spacing * brush_of(context).radius * world_scale(ob)
         try:
             strokes = tuple(

@@ -16,7 +16,7 @@ from ...stroke.errors import SculptError
 from .. import stroke_list
 from ..properties import field_of
 from ..replay import Change, change_history
-from .launch import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, launch
+from .launch import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, launch, refuse
 
 
 def listed_poll(cls: type[Operator], context: Context) -> bool:
@@ -24,8 +24,7 @@ def listed_poll(cls: type[Operator], context: Context) -> bool:
     if not editable_poll(cls, context):
         return False
     if not len(field_of(active_field(context)).strokes):
-        cls.poll_message_set("This field has no strokes yet")
-        return False
+        return refuse(cls, "This field has no strokes yet")
     return True
 
 

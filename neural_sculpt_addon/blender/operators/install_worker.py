@@ -9,7 +9,7 @@ from bpy.types import Context, Event, Operator
 from .. import redraw
 from ..folders import environment_folder
 from ..installer import installer
-from .launch import FINISHED, INTERNAL, Outcome, fail
+from .launch import FINISHED, INTERNAL, Outcome, fail, refuse
 
 REDRAW = 0.25  # seconds between two pictures of the progress
 
@@ -25,11 +25,9 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
     def poll(cls, context: Context) -> bool:
         """Online access is allowed and no installation is under way."""
         if installer.running:
-            cls.poll_message_set("The worker is being installed")
-            return False
+            return refuse(cls, "The worker is being installed")
         if not bpy.app.online_access:
-            cls.poll_message_set("Turn on Allow Online Access in Preferences, System first")
-            return False
+            return refuse(cls, "Turn on Allow Online Access in Preferences, System first")
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:

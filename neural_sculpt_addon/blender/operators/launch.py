@@ -5,6 +5,8 @@
 
 from typing import TYPE_CHECKING, TypeAlias
 
+from bpy.app.translations import pgettext_rpt as rpt_
+from bpy.app.translations import pgettext_tip as tip_
 from bpy.types import Context, Object, Operator
 
 from ...stroke.errors import SculptError
@@ -38,16 +40,21 @@ def launch(operator: Operator, job: Job) -> Outcome:
 
 def fail(operator: Operator, error: SculptError | str) -> Outcome:
     """Tell the artist what happened and what to do."""
-    operator.report({"ERROR"}, str(error))
+    operator.report({"ERROR"}, rpt_(str(error)))
     return CANCELLED
+
+
+def refuse(cls: type[Operator], reason: str) -> bool:
+    """The answer of a poll: no, and a sentence beside the grey button that says why."""
+    cls.poll_message_set(tip_(reason))
+    return False
 
 
 def field_poll(cls: type[Operator], context: Context) -> bool:
     """Whether the active object is a neural field; a grey button says that it is not."""
     if is_field(context.active_object):
         return True
-    cls.poll_message_set("Select a neural field first")
-    return False
+    return refuse(cls, "Select a neural field first")
 
 
 def editable_poll(cls: type[Operator], context: Context) -> bool:
@@ -55,8 +62,7 @@ def editable_poll(cls: type[Operator], context: Context) -> bool:
     if not field_poll(cls, context):
         return False
     if reason := proxy_mesh.why_locked(active_field(context)):
-        cls.poll_message_set(reason)
-        return False
+        return refuse(cls, reason)
     return True
 
 

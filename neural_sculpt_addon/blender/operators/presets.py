@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 
@@ -43,7 +44,7 @@ _items: list[tuple[str, str, str]] = []  # Blender does not copy the texts
 def _own_items(operator: Any, context: Context | None) -> list[tuple[str, str, str]]:
     _items[:] = [
         (stem, preset.name, "") for stem, preset in presets.own(operator.kind).items()
-    ] or [("NONE", "No presets of your own yet", "")]
+    ] or [("NONE", iface_("No presets of your own yet"), "")]
     return _items
 
 

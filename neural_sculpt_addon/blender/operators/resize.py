@@ -9,6 +9,7 @@ mouse. Lengths are in model space.
 
 from typing import TYPE_CHECKING
 
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras import view3d_utils
@@ -104,7 +105,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
         word = self.length.title()
         value = getattr(brush_of(context), f"scene_{self.length.lower()}")
         context.area.header_text_set(f"{word} {value:.4f}")
-        context.workspace.status_text_set("Click or Enter: keep     Esc: as before")
+        context.workspace.status_text_set(iface_("Click or Enter: keep     Esc: as before"))
         context.area.tag_redraw()
 
 

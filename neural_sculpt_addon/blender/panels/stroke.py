@@ -36,7 +36,8 @@ class NEURAL_SCULPT_PT_stroke(Sidebar):
             for axis in AXES:
                 row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
         column = layout.column(align=True)
-        for source, icon in (("SELECTED", "OUTLINER_OB_CURVE"), ("ANNOTATIONS", "GREASEPENCIL")):
-            name = "From Selected Objects" if source == "SELECTED" else "From Annotations"
-            button = column.operator("neural_sculpt.strokes_from_lines", text=name, icon=icon)
-            button.source = source
+        lines = "neural_sculpt.strokes_from_lines"
+        selected = column.operator(lines, text="From Selected Objects", icon="OUTLINER_OB_CURVE")
+        selected.source = "SELECTED"
+        annotated = column.operator(lines, text="From Annotations", icon="GREASEPENCIL")
+        annotated.source = "ANNOTATIONS"
