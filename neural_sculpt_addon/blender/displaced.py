@@ -46,7 +46,7 @@ def displaced(positions: Vectors, triangles: Triangles, strokes: Iterable[Stroke
         if not len(near):
             continue
         a, b, c = triangles.T
-        around = triangles[within[a] | within[b] | within[c]]  # (T, 3)
+        around = triangles[within.take(a) | within.take(b) | within.take(c)]  # (T, 3)
         upright = _normals(moving, around)[near]
         path = _lay(points, moving[near], upright, stroke.closed)
         shift = displace(stroke, path, moving[near], upright)
@@ -92,8 +92,9 @@ def _within(positions: Array, points: Array, reach: float) -> NDArray[np.bool_]:
     grid = np.zeros(cells.max(axis=0) + 3, bool)
     for step in np.ndindex(3, 3, 3):
         grid[tuple((cells + step - 1).T)] = True
-    scaled = (positions - low) / size  # (V, 3)
-    x, y, z = ((axis >= 0) & (axis < n) for axis, n in zip(scaled.T, grid.shape, strict=True))
+    high = low + size * np.array(grid.shape)
+    x, y, z = ((a > b) & (a < c) for a, b, c in zip(positions.T, low, high, strict=True))
     inside = x & y & z
-    inside[inside] = grid[tuple(scaled[inside].astype(np.intp).T)]
+    place = ((positions[inside] - low) / size).astype(np.intp)  # (I, 3)
+    inside[inside] = grid[tuple(np.minimum(place, np.array(grid.shape) - 1).T)]
     return inside

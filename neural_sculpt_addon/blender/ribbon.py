@@ -19,9 +19,9 @@ from ..stroke.displacement import displace, local_radius
 from ..stroke.path import make_path
 from ..stroke.stroke import AXES, Stroke
 
-ROWS, COLUMNS = 64, 9
-RIM = 48  # points of the circle
-SECTION = 49  # points of the cross-section
+ROWS, COLUMNS = 40, 7
+RIM = 32  # points of the circle
+SECTION = 25  # points of the cross-section
 LIFT = 0.004  # model space; keeps the overlay clear of the facets of the proxy
 
 Lay = Callable[[ArrayLike], tuple[Array, Array]]

@@ -30,6 +30,7 @@ KEYS = (
         _press("LEFTMOUSE", ctrl=True, shift=True),
         {"properties": [("invert", True), ("clicks", True)]},
     ),
+    (DRAW, {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
     (RESIZE, _press("F"), {"properties": [("length", "RADIUS")]}),
     (RESIZE, _press("F", shift=True), {"properties": [("length", "INTENSITY")]}),
     (

@@ -7,26 +7,28 @@ operator would. A press beside the surface is left to Blender.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
-from bpy.types import Context, Event, Object, Operator
+from bpy.types import Context, Event, Menu, Object, Operator
 
 from ...stroke.errors import SculptError
-from .. import overlay
+from .. import native_edits, overlay
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
-from ..properties import brush_of
+from ..properties import brush_of, field_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import find, session
-from .launch import CANCELLED, INTERNAL, Outcome, active_field, editable_poll, fail, launch
+from .launch import CANCELLED, INTERNAL, Outcome, active_field, editable_poll, fail, launch, refuse
 
 RUNNING: Outcome = {"RUNNING_MODAL"}
 PASS: Outcome = {"PASS_THROUGH"}
 
 HINTS = {
-    None: "Draw on the field with the left mouse button     Esc: stop",
-    Phase.DRAWING: "Release: sculpt the stroke     Esc: cancel",
-    Phase.EDITING: (
+    None: n_("Draw on the field with the left mouse button     Esc: stop"),
+    Phase.DRAWING: n_("Release: sculpt the stroke     Esc: cancel"),
+    Phase.EDITING: n_(
         "Click: add a point     Drag: move it     Backspace: remove it"
         "     Enter: sculpt     Esc: cancel"
     ),
@@ -52,17 +54,18 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def poll(cls, context: Context) -> bool:
         """A field whose proxy can be replaced, in a 3D viewport."""
         if context.area is None or context.area.type != "VIEW_3D":
-            cls.poll_message_set("Strokes are drawn in a 3D viewport")
-            return False
+            return refuse(cls, "Strokes are drawn in a 3D viewport")
         return editable_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Begin where the tool was pressed; from a button, wait for the press."""
         self._target = active_field(context).session_uid
         self._drawing: Drawing | None = None
+        if event.value == "CLICK_DRAG":
+            return CANCELLED  # a stroke that missed the surface must not move the object
         try:
-            if _is_press_of_tool(context, event) and not self._begin(context, event):
-                return PASS
+            if _is_press_of_tool(context, event) and (missed := self._begin(context, event)):
+                return missed
         except SculptError as error:
             return fail(self, error)
         context.window_manager.modal_handler_add(self)
@@ -71,18 +74,14 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     def modal(self, context: Context, event: Event) -> Outcome:
         """Hand the event to the drawing, and sculpt when that is done."""
-        drawing, ob = self._drawing, find(self._target)
-        pressed = event.value == "PRESS"
+        ob = find(self._target)
+        if ob is None or (event.value == "PRESS" and event.type in {"ESC", "RIGHTMOUSE"}):
+            self.cancel(context)
+            return CANCELLED
         try:
-            if ob is None or (pressed and event.type in {"ESC", "RIGHTMOUSE"}):
-                self.cancel(context)
-                return CANCELLED
-            if drawing is None:
-                if event.type != "LEFTMOUSE" or not pressed or not self._begin(context, event):
-                    return PASS
-                taken = True
-            else:
-                taken = self._pass_on(drawing, context, event, ob)
+            if self._drawing is None:
+                return self._wait(context, event)
+            taken = self._pass_on(self._drawing, context, event, ob)
             if self._drawing.phase is Phase.CANCELLED:
                 self.cancel(context)
                 return CANCELLED
@@ -100,13 +99,37 @@ class NEURAL_SCULPT_OT_draw(Operator):
         context.workspace.status_text_set(None)
         context.area.tag_redraw()
 
-    def _begin(self, context: Context, event: Event) -> bool:
-        """Start at the point under the mouse, if there is one."""
+    def _wait(self, context: Context, event: Event) -> Outcome:
+        """For the press on the surface."""
+        if event.type != "LEFTMOUSE":
+            return PASS
+        if event.value != "PRESS":
+            return RUNNING if event.value == "CLICK_DRAG" else PASS
+        if missed := self._begin(context, event):
+            if missed == PASS:
+                return PASS
+            self.cancel(context)
+            return missed
+        self._show(context)
+        return RUNNING
+
+    def _begin(self, context: Context, event: Event) -> "Outcome | None":
+        """Start at the point under the mouse; what to answer when there is none to start from.
+
+        A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
+        take it.
+        """
         ob = active_field(context)
         mouse = event.mouse_x, event.mouse_y
         view = view_under(context.area, mouse, ob)
-        if view is None or over_interface(context.area, mouse) or (hit := view.cast(mouse)) is None:
-            return False
+        if view is None or over_interface(context.area, mouse):
+            return PASS
+        if (hit := view.cast(mouse)) is None:
+            return PASS if context.mode == "OBJECT" else CANCELLED
+        if native_edits.edited(ob):
+            title = "The proxy was sculpted by other brushes"
+            context.window_manager.popup_menu(_offer_absorb, title=title, icon="ERROR")
+            return CANCELLED
         settings = brush_of(context)
         habits = Habits(
             spacing=settings.spacing * settings.radius,
@@ -116,7 +139,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         )
         session.submit(prepare_job(ob))
         self._drawing = Drawing(habits, hit, mouse, event.pressure)
-        return True
+        return None
 
     def _pass_on(self, drawing: Drawing, context: Context, event: Event, ob: Object) -> bool:
         """Tell the drawing what happened; whether nobody else needs to know."""
@@ -146,11 +169,20 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _show(self, context: Context) -> None:
         """Say what can be done, and show what would be sculpted."""
         drawing, ob = self._drawing, find(self._target)
-        context.workspace.status_text_set(HINTS[drawing and drawing.phase])
+        context.workspace.status_text_set(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
             stroke = drawn_stroke(context, ob, drawing.line, self.invert)
             overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)
             context.area.tag_redraw()
+
+
+def _offer_absorb(menu: Menu, context: Context) -> None:
+    """What can be done with edits of other brushes, before a stroke would take them away."""
+    layout = menu.layout
+    layout.operator("neural_sculpt.absorb", text="Absorb Them into the Field", icon="IMPORT")
+    layout.operator_context = "EXEC_DEFAULT"
+    discard = layout.operator("neural_sculpt.remesh", text="Discard Them", icon="TRASH")
+    discard.resolution = field_of(active_field(context)).resolution
 
 
 def _is_press_of_tool(context: Context, event: Event) -> bool:
