@@ -79,7 +79,7 @@ class Tool(unittest.TestCase):
         found = Toolbars._tool_class_from_space_type("VIEW_3D")._tools[mode]
         return [tool.idname for tool in Toolbars._tools_flatten(found) if tool is not None]
 
-    def keys(self) -> dict[str, list[tuple[str, str, bool, bool]]]:
+    def keys(self) -> dict[str, list[tuple[str, str, int, int]]]:
         keymaps = bpy.context.window_manager.keyconfigs.addon.keymaps
         return {
             keymap.name: [(i.idname, i.type, i.ctrl, i.shift) for i in keymap.keymap_items]
@@ -101,7 +101,7 @@ class Tool(unittest.TestCase):
             ("neural_sculpt.draw", "LEFTMOUSE", True, False),
             ("neural_sculpt.draw", "LEFTMOUSE", False, True),
             ("neural_sculpt.draw", "LEFTMOUSE", True, True),
-            ("neural_sculpt.draw", "LEFTMOUSE", False, False),
+            ("neural_sculpt.draw", "LEFTMOUSE", -1, -1),  # a drag, with whatever is held
             ("neural_sculpt.resize", "F", False, False),
             ("neural_sculpt.resize", "F", False, True),
             ("neural_sculpt.resize", "LEFT_BRACKET", False, False),

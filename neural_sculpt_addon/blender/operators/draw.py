@@ -10,13 +10,13 @@ operator would. A press beside the surface is left to Blender.
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
-from bpy.types import Context, Event, Menu, Object, Operator
+from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from .. import native_edits, overlay
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
-from ..properties import brush_of, field_of
+from ..properties import brush_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import find, session
@@ -117,7 +117,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         """Start at the point under the mouse; what to answer when there is none to start from.
 
         A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
-        take it.
+        take it. SculptError when a stroke would lose what other brushes did to the proxy.
         """
         ob = active_field(context)
         mouse = event.mouse_x, event.mouse_y
@@ -127,9 +127,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
         if native_edits.edited(ob):
-            title = "The proxy was sculpted by other brushes"
-            context.window_manager.popup_menu(_offer_absorb, title=title, icon="ERROR")
-            return CANCELLED
+            raise SculptError(native_edits.WARNING)
         settings = brush_of(context)
         habits = Habits(
             spacing=settings.spacing * settings.radius,
@@ -174,15 +172,6 @@ class NEURAL_SCULPT_OT_draw(Operator):
             stroke = drawn_stroke(context, ob, drawing.line, self.invert)
             overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)
             context.area.tag_redraw()
-
-
-def _offer_absorb(menu: Menu, context: Context) -> None:
-    """What can be done with edits of other brushes, before a stroke would take them away."""
-    layout = menu.layout
-    layout.operator("neural_sculpt.absorb", text="Absorb Them into the Field", icon="IMPORT")
-    layout.operator_context = "EXEC_DEFAULT"
-    discard = layout.operator("neural_sculpt.remesh", text="Discard Them", icon="TRASH")
-    discard.resolution = field_of(active_field(context)).resolution
 
 
 def _is_press_of_tool(context: Context, event: Event) -> bool:
