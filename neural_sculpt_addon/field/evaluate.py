@@ -2,14 +2,10 @@
 """Evaluation of a field at many points: NumPy in, NumPy out, no autograd.
 
 The network is so small that overhead decides. On the CPU, chunks that fit the cache go to a pool
-of threads with one torch thread each: contended OpenMP regions stall for seconds when Blender is
-busy, single-threaded chunks do not. Points are in model space.
+of threads. Points are in model space.
 """
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 
 import numpy as np
 import torch
@@ -17,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from .network import Siren
+from .threads import pool
 
 CHUNK = 4096
 DEVICE_CHUNK = 1 << 18
@@ -96,11 +93,4 @@ def _in_chunks(evaluate: Callable[[slice], None], count: int, device: torch.devi
         for part in parts:
             task(part)
     else:
-        list(_pool().map(task, parts))  # list: raise what a chunk raised
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(
-        min(8, os.cpu_count() or 1), "evaluate", initializer=torch.set_num_threads, initargs=(1,)
-    )
+        list(pool().map(task, parts))  # list: raise what a chunk raised

@@ -10,6 +10,7 @@ Periodic Activation Functions", 2020; the paper's networks are 3-128-128-1 with 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -87,8 +88,8 @@ class Siren:
         h, slopes = x, []
         for weight, bias, omega in zip(self.weights, self.biases, self.omegas, strict=False):
             z = torch.addmm(omega * bias, h, (omega * weight).T)  # (N, width)
-            h = torch.sin(z)
-            slopes.append(torch.cos(z))
+            h, slope = _SineAndCosine.apply(z)
+            slopes.append(slope)
         value = h @ self.weights[-1][0] + self.biases[-1]  # (N,)
         back = self.weights[-1]  # (1, width), broadcast over the points
         for weight, omega, slope in zip(
@@ -96,3 +97,18 @@ class Siren:
         ):
             back = (back * slope) @ (omega * weight)  # (N, width below)
         return value, back
+
+
+class _SineAndCosine(torch.autograd.Function):
+    """sin z and cos z, each of which is the other's derivative: autograd computes them twice."""
+
+    @staticmethod
+    def forward(ctx: Any, z: Tensor) -> tuple[Tensor, Tensor]:
+        sine, cosine = torch.sin(z), torch.cos(z)
+        ctx.save_for_backward(sine, cosine)
+        return sine, cosine
+
+    @staticmethod
+    def backward(ctx: Any, *slopes: Tensor) -> Tensor:
+        sine, cosine = ctx.saved_tensors
+        return torch.addcmul(slopes[0] * cosine, slopes[1], sine, value=-1)
