@@ -20,6 +20,7 @@ from bpy.types import Context, Object, SpaceView3D, WindowManager
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
+from ..stroke.brush import Brush
 from ..stroke.stroke import Stroke
 from . import preferences
 from .brush import current_brush, mirror_of
@@ -45,6 +46,7 @@ class _Shown:
     """A stroke that is being drawn, in model space."""
 
     target: int
+    brush: Brush
     ribbons: tuple[Ribbon, ...]
     knots: NDArray[np.float64]  # (K, 3), control points that can be edited
     chosen: int | None
@@ -68,7 +70,7 @@ def show_stroke(ob: Object, stroke: Stroke, editing: bool, chosen: int | None) -
     """Show a stroke as it is now."""
     knots = stroke.points if editing else stroke.points[:0]
     shown = ribbons(stroke, partial(lay, ob))
-    _State.stroke = _Shown(ob.session_uid, shown, knots, chosen)
+    _State.stroke = _Shown(ob.session_uid, stroke.brush, shown, knots, chosen)
 
 
 def hide_stroke() -> None:
@@ -148,7 +150,8 @@ def _draw_brush(mouse: Mouse) -> None:
         center, normal = hit
     else:
         return
-    brush = current_brush(context)
+    shown = _State.stroke
+    brush = shown.brush if shown is not None and anchor is None else current_brush(context)
     shape = cursor(brush, center, normal, view.axes(), partial(lay, ob))
     colors = preferences.overlay_colors()
     gpu.state.blend_set("ALPHA")

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a drawn line to a stroke: the brush, the pen's pressure, symmetry, ends, direction."""
+
+import bpy
+import numpy as np
+from bpy.types import Object
+from harness import SculptCase, module
+
+BRUSH = module("blender.brush")
+Line = module("blender.recorder").StrokeRecorder
+Stroke = module("stroke.stroke").Stroke
+
+POINTS = [(0.0, 0.0, 0.5), (0.1, 0.0, 0.5), (0.2, 0.0, 0.5)]
+PRESSURES = [0.0, 0.5, 1.0]
+
+
+class DrawnStroke(SculptCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.ob = bpy.data.objects.new("Field", bpy.data.meshes.new("Field"))
+        self.brush = bpy.context.scene.neural_sculpt
+        self.brush.radius, self.brush.intensity = 0.2, 0.04
+        self.brush.pressure_radius = self.brush.pressure_intensity = False
+
+    def drawn(self, inverted: bool = False, ob: Object | None = None) -> object:
+        line = Line(0.1, list(POINTS), list(PRESSURES))
+        return BRUSH.drawn_stroke(bpy.context, ob or self.ob, line, inverted)
+
+    def set_curve(self, name: str, *points: tuple[float, float]) -> None:
+        module("blender.curve_store").set_curve(self.brush.curves, name, points)
+
+    def test_without_pressure(self) -> None:
+        stroke = self.drawn()
+        np.testing.assert_allclose(stroke.points, POINTS)
+        self.assertIsNone(stroke.radius_factors)
+        self.assertIsNone(stroke.intensity_factors)
+        self.assertAlmostEqual(stroke.brush.radius, 0.2, places=6)
+        self.assertAlmostEqual(stroke.brush.intensity, 0.04, places=6)
+
+    def test_inverted(self) -> None:
+        self.assertAlmostEqual(self.drawn(inverted=True).brush.intensity, -0.04, places=6)
+
+    def test_pressure_goes_through_its_curve(self) -> None:
+        self.brush.pressure_intensity = True
+        self.set_curve("pressure_intensity", (0.0, 1.0), (1.0, 0.0))
+        stroke = self.drawn()
+        np.testing.assert_allclose(stroke.intensity_factors, [1.0, 0.5, 0.0], atol=1e-3)
+        self.assertIsNone(stroke.radius_factors)
+
+    def test_the_lightest_touch_keeps_some_width(self) -> None:
+        self.brush.pressure_radius = True
+        self.set_curve("pressure_radius", (0.0, 0.0), (1.0, 1.0))
+        stroke = self.drawn()
+        np.testing.assert_allclose(stroke.radius_factors, [BRUSH.NARROWEST, 0.5, 1.0], atol=1e-3)
+
+    def test_a_mouse_presses_fully(self) -> None:
+        self.brush.pressure_radius = self.brush.pressure_intensity = True
+        for name in ("pressure_radius", "pressure_intensity"):
+            self.set_curve(name, (0.0, 0.0), (1.0, 1.0))
+        line = Line(0.1, list(POINTS), [1.0, 1.0, 1.0])
+        stroke = BRUSH.drawn_stroke(bpy.context, self.ob, line, False)
+        self.assertIsNone(stroke.radius_factors)
+        self.assertIsNone(stroke.intensity_factors)
+
+    def test_symmetry_is_the_meshs_own(self) -> None:
+        self.ob.data.use_mirror_x = self.ob.data.use_mirror_z = True
+        stroke = self.drawn()
+        self.assertEqual(stroke.mirror, frozenset("XZ"))
+        corners = {tuple(np.sign(copy.points[-1, [0, 2]])) for copy in stroke.copies()}
+        self.assertEqual(corners, {(x, z) for x in (-1, 1) for z in (-1, 1)})
+
+    def test_ends_and_direction(self) -> None:
+        self.brush.ends, self.brush.direction = "FLAT", "STROKE"
+        stroke = self.drawn()
+        self.assertEqual((stroke.ends, stroke.direction), ("flat", "stroke"))
+        self.assertEqual(Stroke.from_json(stroke.to_json()), stroke)
