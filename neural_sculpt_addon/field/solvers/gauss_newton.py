@@ -44,8 +44,8 @@ class Course:
     counts: Counts
 
 
-FIRST = Course(5, 10, Counts(tube=800, slope=500, preserve=1800, around=200, box=200))
-REFINE = Course(6, 16, Counts(tube=1500, slope=1000, preserve=4500, around=400, box=300))
+FIRST = Course(6, 10, Counts(tube=600, slope=400, preserve=2600, around=250, box=250))
+REFINE = Course(5, 20, Counts(tube=1800, slope=900, preserve=5000, around=400, box=400))
 REPAIR = replace(REFINE, steps=3)
 
 

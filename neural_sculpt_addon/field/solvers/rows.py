@@ -30,11 +30,12 @@ SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the su
 BOX_FROM = 2.0  # radii
 BOX_POOL = 3000  # points
 BOX_SAFE = 0.03  # of |f|, at which a point is half as likely to be chosen
-SLOPE_LENGTH = 0.02  # what one unit of slope weighs, in units of length
+SLOPE_LENGTH = 0.04  # what one unit of slope weighs, in units of length
 HELD_OUT = 40  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
-AROUND_WEIGHT = BOX_WEIGHT = 0.3  # the square of it is the weight in the sum
+PRESERVE_WEIGHT = 1.7  # of residuals; its square is the weight in the sum
+AROUND_WEIGHT = BOX_WEIGHT = 0.3
 
 
 class Counts(NamedTuple):
@@ -136,7 +137,8 @@ class Sampler:
             torch.cat([zeros, known[:, 3], (normals[slope] * directions).sum(1)]),
             torch.cat(
                 [
-                    torch.ones(len(on) + len(rim) + len(preserve)),
+                    torch.ones(len(on)),
+                    torch.full((len(rim) + len(preserve),), PRESERVE_WEIGHT),
                     torch.full((len(around),), AROUND_WEIGHT),
                     torch.full((len(box),), BOX_WEIGHT),
                     torch.ones(len(forbidden)),
