@@ -53,7 +53,7 @@ def create_field(
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
     ob.matrix_world = new.matrix
-    with _window():
+    with in_window():
         bpy.context.collection.objects.link(ob)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
@@ -154,10 +154,10 @@ def _refuse_locked(ob: Object) -> None:
 def push_undo(label: str) -> None:
     """Let Blender remember everything as it is, without what is only previewed."""
     preview.hide()
-    with _window():
+    with in_window():
         bpy.ops.ed.undo_push(message=label)
 
 
-def _window() -> Any:
+def in_window() -> Any:
     """A context with a window, which a timer lacks just after a file was loaded."""
     return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])

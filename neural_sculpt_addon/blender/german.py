@@ -3,6 +3,8 @@
 
 TEXTS = {
     # model
+    "{} in Blender": "{} in Blender",
+    "{} in the worker while it is meshed": "{} im Arbeitsprozess, solange er es vernetzt",
     "128, and 256 for a mesh that needs it": "128, und 256 für ein Mesh, das es braucht",
     "A box as a neural field": "Ein Quader als neuronales Feld",
     "A capsule as a neural field": "Eine Kapsel als neuronales Feld",
@@ -11,8 +13,8 @@ TEXTS = {
     "A sphere as a neural field": "Eine Kugel als neuronales Feld",
     "A suzanne as a neural field": "Suzanne als neuronales Feld",
     "A torus as a neural field": "Ein Torus als neuronales Feld",
+    "About {} triangles": "Etwa {} Dreiecke",
     "Absorb": "Aufnehmen",
-    "Absorb Them into the Field": "In das Feld aufnehmen",
     "Add Neural Field": "Neuronales Feld hinzufügen",
     "Add a neural field at the 3D cursor": "Ein neuronales Feld am 3D-Cursor hinzufügen",
     "As large as those of the paper": "So groß wie die des Artikels",
@@ -22,16 +24,17 @@ TEXTS = {
     "Cells along an edge of the box in which the proxy of a new field is meshed": "Zellen an einer"
     " Kante des Würfels, in dem der Proxy eines neuen Feldes vernetzt wird",
     "Cells along an edge of the field's box": "Zellen an einer Kante des Würfels um das Feld",
+    "Cells along an edge of the field's box, for a mesh or a level set": "Zellen an einer Kante des"
+    " Würfels um das Feld, für ein Mesh oder ein Level-Set",
     "Cells along an edge of the field's box in which the proxy is meshed": "Zellen an einer Kante"
     " des Würfels um das Feld, in denen der Proxy vernetzt wird",
-    "Discard Them": "Verwerfen",
     "Distance from the mesh": "Abstand vom Mesh",
     "Distance from the mesh, 95 %": "Abstand vom Mesh, 95 %",
     "Draft": "Entwurf",
     "Drift": "Drift",
     "Export Neural Field": "Neuronales Feld exportieren",
-    "Export the active neural field as a network or as a mesh": "Das aktive neuronale Feld als Netz"
-    " oder als Mesh exportieren",
+    "Export the active neural field as a network, a mesh or a level set": "Das aktive neuronale"
+    " Feld als Netz, als Mesh oder als Level-Set exportieren",
     "File": "Datei",
     "Fine": "Fein",
     "Fit a neural field to the active mesh": "Ein neuronales Feld an das aktive Mesh anpassen",
@@ -50,8 +53,9 @@ TEXTS = {
     "Model": "Modell",
     "Name": "Name",
     "Network": "Netz",
-    "Network: .safetensors or .pth. Proxy mesh: .obj, .ply or .stl": "Netz: .safetensors oder .pth."
-    " Proxy-Mesh: .obj, .ply oder .stl",
+    "Network: .safetensors or .pth. Mesh: .obj, .ply, .stl, .glb or .gltf. OpenVDB level set"
+    ": .vdb": "Netz: .safetensors oder .pth. Mesh: .obj, .ply, .stl, .glb oder .gltf. OpenVDB-"
+    "Level-Set: .vdb",
     "Neural Field": "Neuronales Feld",
     "Neural Field from Mesh": "Neuronales Feld aus Mesh",
     "Neural Sculpt": "Neural Sculpt",

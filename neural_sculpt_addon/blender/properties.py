@@ -34,12 +34,12 @@ GROUP = "neural_sculpt"
 DEFAULT_RESOLUTION = 128
 
 
-def resolution_property(description: str) -> Any:
+def resolution_property(description: str, default: int = DEFAULT_RESOLUTION) -> Any:
     """A property that says how fine a proxy is."""
     return IntProperty(
         name="Resolution",
         description=description,
-        default=DEFAULT_RESOLUTION,
+        default=default,
         min=16,
         soft_max=256,
         max=512,

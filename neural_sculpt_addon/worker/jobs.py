@@ -78,6 +78,7 @@ class Jobs:
             JobKind.ABSORB: self.absorb,
             JobKind.LOAD: self.load,
             JobKind.SAVE: self.save,
+            JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
         }
 
@@ -177,6 +178,13 @@ class Jobs:
         path = _get(job, "path", str)
         save(_network(job), path)
         return Payload({"path": path})
+
+    def sample(self, job: Payload, progress: Progress) -> Payload:
+        """resolution <field> -> <band>, see field.volume."""
+        from ..field.volume import sample_band
+
+        band = sample_band(_network(job), _get(job, "resolution", int), progress)
+        return Payload({}, {"band": band})
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
         """revision <field> -> nothing; the next edit of that revision starts at once."""

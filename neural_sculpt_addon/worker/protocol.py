@@ -52,6 +52,7 @@ class JobKind(StrEnum):
     ABSORB = "absorb"
     LOAD = "load"
     SAVE = "save"
+    SAMPLE = "sample"
     PREPARE = "prepare"
 
 

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the active field: its network through the worker, its proxy through Blender."""
+"""Export the active field: its network, a mesh of any resolution, or a level set.
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+Worker and field make the arrays; Blender's own exporters write meshes, its OpenVDB level sets.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,20 +13,28 @@ from pathlib import Path
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, StringProperty
-from bpy.types import Context, Event, Object, Operator
+from bpy.types import Context, Event, Mesh, Object, Operator
 
-from ...worker.client import JobKind
-from ..properties import field_of
-from ..worker_session import Job
-from .launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, launch
+from ...stroke.errors import SculptError
+from ...worker.client import JobKind, Message
+from .. import estimate, level_set, proxy_mesh
+from ..commit import PROXY, in_window
+from ..properties import field_of, resolution_property, world_scale
+from ..worker_session import Job, find
+from .launch import REGISTER, Outcome, active_field, fail, field_poll, launch
 
-NETWORKS = (".safetensors", ".pth")
-MESHES = {".obj": "obj_export", ".ply": "ply_export", ".stl": "stl_export"}
-"""Blender's own exporters."""
+NETWORK = ".safetensors"
+KINDS = {
+    **dict.fromkeys((NETWORK, ".pth"), JobKind.SAVE),
+    **dict.fromkeys((".obj", ".ply", ".stl", ".glb", ".gltf"), JobKind.MESH),
+    level_set.SUFFIX: JobKind.SAMPLE,
+}
+"""What the worker makes for a file of each suffix."""
+DEFAULT_RESOLUTION = 256
 
 
 class NEURAL_SCULPT_OT_export(Operator):
-    """Export the active neural field as a network or as a mesh"""
+    """Export the active neural field as a network, a mesh or a level set"""
 
     bl_idname = "neural_sculpt.export"
     bl_label = "Export Neural Field"
@@ -31,12 +42,16 @@ class NEURAL_SCULPT_OT_export(Operator):
 
     filepath: StringProperty(
         name="File",
-        description="Network: .safetensors or .pth. Proxy mesh: .obj, .ply or .stl",
+        description="Network: .safetensors or .pth. Mesh: .obj, .ply, .stl, .glb or .gltf."
+        " OpenVDB level set: .vdb",
         subtype="FILE_PATH",
         options={"SKIP_SAVE"},
     )
+    resolution: resolution_property(
+        "Cells along an edge of the field's box, for a mesh or a level set", DEFAULT_RESOLUTION
+    )
     filter_glob: StringProperty(
-        default=";".join(f"*{suffix}" for suffix in (*NETWORKS, *MESHES)), options={"HIDDEN"}
+        default=";".join(f"*{suffix}" for suffix in KINDS), options={"HIDDEN"}
     )
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
@@ -48,51 +63,87 @@ class NEURAL_SCULPT_OT_export(Operator):
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for the file."""
         if not self.filepath:
-            self.filepath = bpy.path.clean_name(active_field(context).name) + NETWORKS[0]
+            self.filepath = bpy.path.clean_name(active_field(context).name) + NETWORK
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
-    def execute(self, context: Context) -> Outcome:
-        """Write the file; its suffix says what it is."""
-        ob = active_field(context)
-        path = Path(bpy.path.abspath(self.filepath))
-        suffix = path.suffix.lower()
-        if not path.parent.is_dir():
-            return fail(self, f"There is no folder {path.parent}. Choose another place.")
-        if suffix in NETWORKS:
-            weights = np.frombuffer(field_of(ob).weights, np.uint8)
-            request = {"path": str(path)}, {"field": weights}
-            return launch(
-                self, Job(JobKind.SAVE, f"Export {path.name}", lambda: request, lambda _: None)
-            )
-        if suffix not in MESHES:
-            known = ", ".join((*NETWORKS, *MESHES))
-            return fail(self, f"A field cannot be exported as {path.name}. Use one of {known}.")
-        return self._export_mesh(context, ob, path)
+    def draw(self, context: Context) -> None:
+        """Draw the resolution and its cost, beside the files."""
+        self.layout.prop(self, "resolution")
+        estimate.draw(self.layout, active_field(context), self.resolution)
 
-    def _export_mesh(self, context: Context, ob: Object, path: Path) -> Outcome:
-        export = getattr(bpy.ops.wm, MESHES[path.suffix.lower()])
+    def execute(self, context: Context) -> Outcome:
+        """Have the worker make what the suffix says, and write it."""
+        path = Path(bpy.path.abspath(self.filepath))
+        kind = KINDS.get(path.suffix.lower())
         try:
-            with _selected_alone(context, ob):
+            if kind is None:
+                known = ", ".join(KINDS)
+                raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
+            if not path.parent.is_dir():
+                raise SculptError(f"There is no folder {path.parent}. Choose another place.")
+            if kind is JobKind.SAMPLE:
+                level_set.check()
+        except SculptError as error:
+            return fail(self, error)
+        ob = active_field(context)
+        target, weights = ob.session_uid, np.frombuffer(field_of(ob).weights, np.uint8)
+        fields = {"path": str(path), "resolution": self.resolution}
+
+        def write(result: Message) -> None:
+            ob = find(target)
+            if kind is JobKind.SAVE:  # the worker has done it
+                return
+            if ob is None:
+                raise SculptError(f"{path.name} was not written: the object is gone.")
+            if kind is JobKind.SAMPLE:
+                level_set.write(path, result.arrays["band"], ob.matrix_world, world_scale(ob))
+            else:
+                _write_mesh(path, ob, result)
+
+        request = fields, {"field": weights}
+        return launch(self, Job(kind, f"Export {path.name}", lambda: request, write))
+
+
+def _write_mesh(path: Path, ob: Object, result: Message) -> None:
+    """Write the result's mesh as if it were the object's: its place, materials, modifiers."""
+    with in_window(), _stand_in(ob, result):
+        try:
+            if path.suffix.lower() in (".glb", ".gltf"):
+                kind = "GLB" if path.suffix.lower() == ".glb" else "GLTF_SEPARATE"
+                bpy.ops.export_scene.gltf(
+                    filepath=str(path), export_format=kind, use_selection=True, export_apply=True
+                )
+            else:
+                export = getattr(bpy.ops.wm, f"{path.suffix.lower()[1:]}_export")
                 export(filepath=str(path), export_selected_objects=True)
         except RuntimeError as error:  # an operator's error report
             cause = str(error).strip().removeprefix("Error: ")
-            return fail(
-                self, f"{path.name} was not written ({cause}). Choose another folder or file name."
-            )
-        return FINISHED
+            raise SculptError(
+                f"{path.name} was not written ({cause}). Choose another folder or file name."
+            ) from error
 
 
 @contextmanager
-def _selected_alone(context: Context, ob: Object) -> Iterator[None]:
-    """Blender's exporters take what is selected."""
-    selected = [*(context.selected_objects or ())]
+def _stand_in(ob: Object, result: Message) -> Iterator[None]:
+    """A copy of the object with another mesh, alone selected: exporters take what is selected."""
+    selected = [*(bpy.context.selected_objects or ())]
     for other in selected:
         other.select_set(False)
-    ob.select_set(True)
+    mesh = bpy.data.meshes.new(ob.name)
+    proxy_mesh.fill(mesh, *(result.arrays[name] for name in PROXY))
+    assert isinstance(ob.data, Mesh)
+    for material in ob.data.materials:
+        mesh.materials.append(material)
+    copy = ob.copy()
+    copy.data = mesh
+    copy.hide_viewport = False
+    bpy.context.scene.collection.objects.link(copy)
+    copy.select_set(True)
     try:
         yield
     finally:
-        ob.select_set(False)
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
         for other in selected:
             other.select_set(True)

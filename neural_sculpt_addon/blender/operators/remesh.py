@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh the proxy of the active field again, finer or coarser. The field itself stays."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
 
 import numpy as np
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
+from .. import estimate
 from ..commit import set_proxy
 from ..properties import field_of, resolution_property
 from ..worker_session import Job, Request, found
@@ -28,9 +29,14 @@ class NEURAL_SCULPT_OT_remesh(Operator):
         return editable_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for the resolution."""
+        """Ask for the resolution, and say what it costs."""
         self.resolution = field_of(active_field(context)).resolution
-        return context.window_manager.invoke_props_popup(self, event)
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context: Context) -> None:
+        """Draw the resolution and its cost."""
+        self.layout.prop(self, "resolution")
+        estimate.draw(self.layout, active_field(context), self.resolution)
 
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""
