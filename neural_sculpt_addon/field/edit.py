@@ -107,15 +107,16 @@ def edit(
             network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started
         proxy = extract(network, CELLS, lambda _, __: share(0.9, "Measuring"))
-        share(0.95, "Measuring")
-        report |= _measure(problem, network, proxy, chamfer)
+        report |= _measure(problem, network, proxy, chamfer, _part(share, 0.95, 1.0))
         result = result.then(report, follow(problem, network, proxy))
     return result
 
 
-def _measure(problem: Problem, network: Siren, proxy: Proxy, chamfer: bool) -> dict[str, Any]:
+def _measure(
+    problem: Problem, network: Siren, proxy: Proxy, chamfer: bool, progress: Progress
+) -> dict[str, Any]:
     """How close the network came, and what it is now."""
-    measures = metrics.measure(problem, network, proxy)
+    measures = metrics.measure(problem, network, proxy, progress)
     if chamfer:
         measures |= metrics.chamfer(problem, network, proxy)
     return {

@@ -36,6 +36,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from ..stroke.progress import Progress, silent
 from .network import Siren
 from .pieces import components
 from .problem import Problem
@@ -45,13 +46,17 @@ from .surface import Samples, sample_surface
 from .tube import Tube
 
 FAR = 1.4
+PARTS = 8  # in which the samples of the surface are looked at, so that a cancel is heard
+MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
 
 Array = NDArray[np.floating[Any]]
 
 
-def measure(problem: Problem, edited: Siren, proxy: Proxy) -> dict[str, Any]:
+def measure(
+    problem: Problem, edited: Siren, proxy: Proxy, progress: Progress = silent
+) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
     proxy: of `edited`, at CELLS cells per axis
@@ -59,15 +64,22 @@ def measure(problem: Problem, edited: Siren, proxy: Proxy) -> dict[str, Any]:
     A measure over an empty region (a closed stroke has no cap) is None.
     """
     before = problem.preparation
+    progress(0.0, MEASURING)
     tubes = problem.tubes(jitter=np.random.default_rng((problem.seed, FRESH)))
     beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
     target = np.concatenate([tube.target.points for tube in tubes])
     target_normals = np.concatenate([tube.target.normals for tube in tubes])
     core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
+    progress(0.3, MEASURING)
     found = find_surface(edited, target)
     cosine = np.einsum("ij,ij->i", found.normals, target_normals)[core]
     near = problem.nearness(before.surface)
-    moved = find_surface(edited, before.surface.points).distance
+    parts = []
+    for number, points in enumerate(np.array_split(before.surface.points, PARTS)):
+        progress(0.4 + 0.4 * number / PARTS, MEASURING)
+        parts.append(find_surface(edited, points).distance)
+    moved = np.concatenate(parts)
+    progress(0.8, MEASURING)
     return {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[beyond], mean="mean", p95=95, max="max"),
