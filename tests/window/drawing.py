@@ -71,19 +71,19 @@ class WindowCase(harness.SculptCase):
         """How far each vertex of the proxy (V,) lies above the sphere that it was."""
         return np.linalg.norm(vertices(field()), axis=1) - self.size
 
-    def assert_raised(self, *paths: Array, by: float = INTENSITY, radius: float = RADIUS) -> None:
+    def assert_raised(self, *paths: Array, by: float | tuple[float, ...] = INTENSITY) -> None:
         """The surface is higher by `by` along the middle of each path, and nowhere else."""
         heights = self.heights()
         points = vertices(field()) * (self.size / (self.size + heights))[:, None]  # on the sphere
         distance = np.full(len(points), np.inf)
-        for path in paths:
-            inner = to_path(points, path[2:-2]) < NEAR * radius  # off the ends of the stroke
+        for path, height in zip(paths, np.broadcast_to(by, len(paths)), strict=True):
+            inner = to_path(points, path[2:-2]) < NEAR * RADIUS  # off the ends of the stroke
             self.assertGreater(inner.sum(), 5)
-            reached = heights[inner] / by
+            reached = heights[inner] / height
             self.assertAlmostEqual(reached.max(), 1.0, delta=0.15)
             self.assertGreater(reached.min(), 0.4)
             distance = np.minimum(distance, to_path(points, path))
-        still = heights[distance > FAR * radius]
+        still = heights[distance > FAR * RADIUS]
         self.assertGreater(len(still), len(points) / 2)
         self.assertLess(np.abs(still).max(), STILL)
 
@@ -109,12 +109,12 @@ def choose_tool(name: str = "neural_sculpt.tool") -> None:
     operate(bpy.ops.wm.tool_set_by_id, name=name)
 
 
-def operate(operator: object, **given: object) -> None:
-    """Invoke an operator as a button in the viewport does."""
+def operate(operator: object, how: str = "INVOKE_DEFAULT", **given: object) -> None:
+    """Call an operator as a button in the viewport does."""
     area = hand.view_area()
     context = {"window": hand.window(), "area": area, "region": hand.region("WINDOW", area)}
     with bpy.context.temp_override(**context):
-        outcome = operator("INVOKE_DEFAULT", **given)
+        outcome = operator(how, **given)
     assert outcome <= {"FINISHED", "RUNNING_MODAL"}, outcome
 
 
@@ -144,3 +144,20 @@ def _type(key: str, held: hand.Held) -> Steps:
     hand.tap(key, middle(), held)
     yield 2 * hand.DRAWN
     hand.window().view_layer.update()  # as the next picture does
+
+
+def changed(
+    before: np.ndarray, after: np.ndarray, place: bpy.types.Region, first: int = 0
+) -> tuple[int, int, int, int]:
+    """Left, bottom, right, top of what differs in a region of two pictures.
+
+    first: column of the window where the pictures begin
+    """
+    differs = np.abs(before.astype(int) - after).max(2)[::-1] > 24  # (H, W), from below
+    rows, columns = np.nonzero(differs)
+    columns += first
+    inside = (columns >= place.x) & (columns < place.x + place.width)
+    inside &= (rows >= place.y) & (rows < place.y + place.height)
+    assert inside.sum() > 100, "nothing changed in the window"
+    rows, columns = rows[inside], columns[inside]
+    return columns.min(), rows.min(), columns.max(), rows.max()

@@ -3,7 +3,7 @@
 
 import numpy as np
 import simulated_input as hand
-from drawing import INTENSITY, RADIUS, WindowCase, brush_settings, field, middle
+from drawing import INTENSITY, RADIUS, WindowCase, brush_settings, changed, field, middle
 from harness import module
 from simulated_input import Steps
 
@@ -69,10 +69,5 @@ class Brush(WindowCase):
             hand.region("UI").tag_redraw()
             hand.move(middle())
             yield 4 * hand.DRAWN
-            pictures.append(hand.screen_pixels().astype(int))
-        place = hand.region("UI")
-        changed = (np.abs(pictures[0] - pictures[1]).max(2) > 24)[::-1]  # (H, W), from below
-        changed[:, : place.x] = changed[:, place.x + place.width :] = False
-        rows, columns = np.nonzero(changed)
-        self.assertGreater(len(rows), 100, "the widget is not seen")
-        return columns.min(), rows.min(), columns.max(), rows.max()
+            pictures.append(hand.screen_pixels())
+        return changed(*pictures, hand.region("UI"))

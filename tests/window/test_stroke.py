@@ -4,9 +4,22 @@
 import bpy
 import numpy as np
 import simulated_input as hand
-from drawing import INTENSITY, WindowCase, choose_tool, corner, field, middle, operate, redo, undo
+from drawing import (
+    INTENSITY,
+    WindowCase,
+    brush_settings,
+    choose_tool,
+    corner,
+    field,
+    middle,
+    operate,
+    redo,
+    undo,
+)
 from harness import state, vertices
+from mathutils import Matrix
 from simulated_input import Steps
+from test_sources import LAYER, grease_pencil
 
 
 class Strokes(WindowCase):
@@ -82,6 +95,34 @@ class Strokes(WindowCase):
         yield from self.draw(path)
         self.assertEqual(field().mode, "SCULPT")
         self.assert_raised(path)
+
+    def test_grease_pencil(self) -> Steps:
+        """A line of the selected grease pencil, a little above the surface, becomes a stroke."""
+        yield from self.add()
+        brush_settings().pressure_intensity = False  # the line is not everywhere as thick
+        ob, path = field(), self.arc(0.5)
+        above = 1.05 * path - np.array(LAYER.translation)
+        grease_pencil(above.astype(np.float32), matrix=Matrix())
+        hand.window().view_layer.objects.active = ob
+        operate(bpy.ops.neural_sculpt.strokes_from_lines)
+        yield from self.strokes_are(1)
+        self.assert_raised(path)
+
+    def test_history(self) -> Steps:
+        """The first of two strokes is muted, then taken in again as a groove."""
+        yield from self.add()
+        paths = self.arc(-0.4), self.arc(0.4)
+        for path in paths:
+            yield from self.draw(path)
+        uid = field().neural_sculpt.strokes[0].uid
+        operate(bpy.ops.neural_sculpt.mute_stroke, uid=uid)
+        yield from self.idle()
+        self.assert_raised(paths[1])
+        operate(bpy.ops.neural_sculpt.edit_stroke, "EXEC_DEFAULT", uid=uid, intensity=-INTENSITY)
+        yield from self.idle()
+        operate(bpy.ops.neural_sculpt.mute_stroke, uid=uid)
+        yield from self.idle()
+        self.assert_raised(*paths, by=(-INTENSITY, INTENSITY))
 
     def test_undo_and_redo(self) -> Steps:
         """Three strokes and a native move between them, one by one and back."""
