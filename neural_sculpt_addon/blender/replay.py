@@ -62,10 +62,12 @@ def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
         return listed
 
     def request() -> Request:
-        group = field_of(found(target))
+        ob = found(target)
+        group = field_of(ob)
         strokes = stroke_list.unmuted(changed())
         fields: dict[str, Any] = {
             "strokes": [stroke.to_json() for stroke in strokes],
+            "states": stroke_list.states(ob, SOLVER, strokes),
             "solver": SOLVER,
             "resolution": group.resolution,
             "result_revision": new_revision(),

@@ -8,6 +8,7 @@ from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
 from .commit import add_strokes, new_revision
 from .properties import field_of
+from .stroke_list import state_after
 from .worker_session import Job, Request, found, session
 
 SOLVER = "gauss_newton"
@@ -29,13 +30,15 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
     label = strokes[0].name or "Neural Stroke"
 
     def request() -> Request:
-        group = field_of(found(target))
+        ob = found(target)
+        group = field_of(ob)
         fields = {
             "strokes": [stroke.to_json() for stroke in strokes],
             "solver": SOLVER,
             "resolution": group.resolution,
             "revision": group.revision,
             "result_revision": new_revision(),
+            "result_state": state_after(ob, SOLVER, strokes),
         }
         if not session.waits:
             fields["quick_revision"] = new_revision()

@@ -5,6 +5,7 @@ They are kept on the object, one item each, and are read and written here as pla
 weights of the object are always what its unmuted strokes made of the base weights. Model space.
 """
 
+import hashlib
 import json
 import uuid
 from collections.abc import Iterable, Sequence
@@ -109,8 +110,31 @@ def active_uid(ob: Object) -> str:
     return group.strokes[group.active_stroke].uid if chosen else ""
 
 
+def states(ob: Object, solver: str, strokes: Iterable[Stroke]) -> list[str]:
+    """Names of the states that strokes on the base weights lead to: before all, after the first,
+    and so on."""
+    return _states(ob, solver, map(_text, strokes))
+
+
+def state_after(ob: Object, solver: str, strokes: Iterable[Stroke]) -> str:
+    """The name of the state that further strokes lead to."""
+    kept = (item.data for item in field_of(ob).strokes if not item.muted)
+    return _states(ob, solver, (*kept, *map(_text, strokes)))[-1]
+
+
+def _states(ob: Object, solver: str, texts: Iterable[str]) -> list[str]:
+    names = [hashlib.sha256(solver.encode() + field_of(ob).base_weights).hexdigest()]
+    for text in texts:
+        names.append(hashlib.sha256((names[-1] + text).encode()).hexdigest())
+    return names
+
+
 def _add(ob: Object, entry: Entry) -> None:
     item = field_of(ob).strokes.add()
     item.name = entry.stroke.name or f"Stroke {len(field_of(ob).strokes)}"
-    item.muted, item.uid = entry.muted, entry.uid
-    item.data = json.dumps(entry.stroke.to_json(), allow_nan=False)
+    item.muted, item.uid, item.data = entry.muted, entry.uid, _text(entry.stroke)
+
+
+def _text(stroke: Stroke) -> str:
+    """A stroke as it is kept, without the name, which is beside it."""
+    return json.dumps(replace(stroke, name="").to_json(), allow_nan=False)

@@ -86,7 +86,8 @@ class Jobs:
         """strokes, solver, epochs, resolution, revision <field> -> reports <field, proxy>.
 
         The result's revision is `result_revision`. With a `quick_revision`, the quick result comes
-        ahead in the same form. What is known of both is kept for the strokes to come.
+        ahead in the same form. What is known of both is kept for the strokes to come. With a
+        `result_state`, replays need not repeat the edit.
         """
         from ..field.edit import edit
 
@@ -108,13 +109,16 @@ class Jobs:
             quick=send_quick if "quick_revision" in job.fields else None,
             progress=_part(progress, 0.1, 0.9),
         )
+        if "result_state" in job.fields:
+            self._replays.remember(_get(job, "result_state", str), result)
         return answer("result_revision", result, _part(progress, 0.9, 1.0))
 
     def replay(self, job: Task, progress: Progress) -> Payload:
-        """strokes, solver, resolution <base field> -> revision, reports <field, proxy>."""
+        """strokes, states, solver, resolution <base field> -> revision, reports <field, proxy>."""
         result = self._replays.run(
             _array(job, "field").tobytes(),
             [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)],
+            _get(job, "states", list),
             _get(job, "solver", str),
             _part(progress, 0.0, 0.9),
         )

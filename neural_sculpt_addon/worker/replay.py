@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Replays: the strokes of a history applied to its base weights, one after another.
 
-What the first strokes made is remembered, so that a change of the last one need not repeat them. A
-state is named by a hash of the base weights, the solver and the strokes that led to it.
+What the first strokes made is remembered, so that a change of the last one need not repeat them.
+Blender names each state: the same name always means the same base weights, solver and strokes.
 """
 
-import hashlib
-import json
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..stroke.errors import SculptError
@@ -24,16 +21,23 @@ EDITS = 16
 
 
 class Replays:
-    """The replays of one worker."""
+    """The replays of one worker, and the strokes that need none because they were just drawn."""
 
     def __init__(self) -> None:
-        """Nothing was replayed yet."""
+        """Nothing is known yet."""
         self._edits: OrderedDict[str, Edit] = OrderedDict()
 
     def run(
-        self, base: bytes, strokes: Sequence[Stroke], solver: str, progress: Progress
+        self,
+        base: bytes,
+        strokes: Sequence[Stroke],
+        states: Sequence[str],
+        solver: str,
+        progress: Progress,
     ) -> "Edit":
         """The edit of `base`, a field as of `field.checkpoint.to_bytes`, by all strokes.
+
+        states: names of the state before all strokes, after the first, and so on
 
         Its reports end with that of the last stroke; there are none without strokes. SculptError
         that names the stroke which cannot be applied where it stands now.
@@ -41,14 +45,15 @@ class Replays:
         from ..field.checkpoint import from_bytes
         from ..field.edit import edit
 
-        keys = [*state_keys(base, strokes, solver)]
-        done = next((n for n in reversed(range(len(keys))) if keys[n] in self._edits), None)
+        if len(states) != len(strokes) + 1:
+            raise SculptError("A replay needs the name of the state before and after each stroke.")
+        done = next((n for n in reversed(range(len(states))) if states[n] in self._edits), None)
         if done is None:
             progress(0.0, "Preparing")
             done, last = 0, edit(from_bytes(base), [])
         else:
-            last = self._edits[keys[done]]
-        self._remember(keys[done], last)
+            last = self._edits[states[done]]
+        self.remember(states[done], last)
         for number, stroke in enumerate(strokes[done:], done):
 
             def share(fraction: float, message: str, place: int = number) -> None:
@@ -66,21 +71,12 @@ class Replays:
             except SculptError as error:
                 name = stroke.name or f"Stroke {number + 1}"
                 raise SculptError(f"{name}: {error} Nothing was changed.") from error
-            self._remember(keys[number + 1], last)
+            self.remember(states[number + 1], last)
         return last
 
-    def _remember(self, key: str, edit: "Edit") -> None:
-        self._edits[key] = edit
-        self._edits.move_to_end(key)
+    def remember(self, state: str, edit: "Edit") -> None:
+        """What the strokes so far made."""
+        self._edits[state] = edit
+        self._edits.move_to_end(state)
         while len(self._edits) > EDITS:
             self._edits.popitem(last=False)
-
-
-def state_keys(base: bytes, strokes: Sequence[Stroke], solver: str) -> Iterator[str]:
-    """The names of the state before all strokes, after the first, and so on."""
-    key = hashlib.sha256(solver.encode() + b"\0" + base).hexdigest()
-    yield key
-    for stroke in strokes:
-        data = json.dumps(replace(stroke, name="").to_json(), sort_keys=True)
-        key = hashlib.sha256(f"{key}{data}".encode()).hexdigest()
-        yield key

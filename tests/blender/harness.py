@@ -187,7 +187,7 @@ def state(ob: Object) -> tuple[object, ...]:
 
 def strokes_of(ob: Object) -> list[dict[str, object]]:
     """The listed strokes as in a stroke file."""
-    return [json.loads(item.data) for item in ob.neural_sculpt.strokes]
+    return [json.loads(item.data) | {"name": item.name} for item in ob.neural_sculpt.strokes]
 
 
 def field(name: str) -> Object:

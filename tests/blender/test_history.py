@@ -32,6 +32,7 @@ class History(SculptCase):
     """Three strokes on a sphere, far from one another; drawn once, by the quick solver."""
 
     drawn_file: str = ""
+    before_last: bytes
 
     def setUp(self) -> None:
         super().setUp()
@@ -52,6 +53,7 @@ class History(SculptCase):
         self.addClassCleanup(folder.cleanup)
         ob = add("SPHERE")
         for name, tilt in TILTS.items():
+            History.before_last = ob.neural_sculpt.weights
             stroke(arc(ob, tilt=tilt), radius=RADIUS, intensity=INTENSITY, name=name)
         path = str(Path(folder.name) / "drawn.blend")
         bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -93,6 +95,10 @@ class History(SculptCase):
         self.assertEqual(state(field("Sphere")), self.drawn)
         redo()
         self.assertEqual(state(field("Sphere")), muted)
+
+    def test_without_the_last_stroke_the_field_is_as_it_was_before_it(self) -> None:
+        ops.mute_stroke(uid=self.uid("Three"))
+        self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
 
     def test_all_muted_is_the_base(self) -> None:
         for name in TILTS:
