@@ -69,6 +69,16 @@ class Undo(SteeredCase):
         self.back_and_forth()
         self.assertEqual(len(field("Sphere").data.materials), 1)
 
+    def test_in_sculpt_mode(self) -> None:
+        bpy.ops.object.mode_set(mode="SCULPT")
+        push_undo("Sculpt Mode")
+        self.states = [state(field("Sphere"))]
+        self.stroke()
+        self.stroke(meanwhile=lambda: move(1.0))
+        self.back_and_forth()
+        self.assertEqual(field("Sphere").mode, "SCULPT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_undo_and_another_stroke_leave_the_other_branch(self) -> None:
         self.stroke()
         undo()
