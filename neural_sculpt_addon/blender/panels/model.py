@@ -5,6 +5,7 @@ import json
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
@@ -13,11 +14,11 @@ from ..worker_session import session
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
-    "error_mean": "Distance from the mesh",
-    "error_p95": "Distance from the mesh, 95 %",
-    "tube_mean": "Stroke error",
-    "tube_p95": "Stroke error, 95 %",
-    "drift_mean": "Drift",
+    "error_mean": n_("Distance from the mesh"),
+    "error_p95": n_("Distance from the mesh, 95 %"),
+    "tube_mean": n_("Stroke error"),
+    "tube_p95": n_("Stroke error, 95 %"),
+    "drift_mean": n_("Drift"),
 }
 """Lengths of a report that are shown, in this order."""
 
