@@ -61,12 +61,13 @@ def warm_up() -> None:
 
 
 class Jobs:
-    """The handlers and the one thing they remember: preparations by revision."""
+    """The handlers and what they remember: preparations by revision, and the proxy last shown."""
 
     def __init__(self) -> None:
         """Nothing is prepared yet."""
         self._preparations: OrderedDict[str, Preparation] = OrderedDict()
         self._replays = Replays()
+        self._shown: tuple[str, Proxy] | None = None
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""
@@ -94,7 +95,8 @@ class Jobs:
         def answer(name: str, result: "Edit", progress: Progress) -> Payload:
             revision = _get(job, name, str)
             self._keep(revision, result.preparation)
-            arrays = _edited(result.preparation, job, progress)
+            follows = _get(job, "revision", str) if name == "quick_revision" else ""
+            arrays = self._edited(result.preparation, revision, job, progress, follows)
             return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 
         def send_quick(result: "Edit") -> None:
@@ -124,7 +126,7 @@ class Jobs:
         )
         revision = _get(job, "result_revision", str)
         self._keep(revision, result.preparation)
-        arrays = _edited(result.preparation, job, _part(progress, 0.9, 1.0))
+        arrays = self._edited(result.preparation, revision, job, _part(progress, 0.9, 1.0))
         return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
@@ -211,6 +213,32 @@ class Jobs:
             self._preparations.popitem(last=False)
         return preparation
 
+    def _edited(
+        self,
+        known: "Preparation",
+        revision: str,
+        job: Payload,
+        progress: Progress,
+        follows: str = "",
+    ) -> dict[str, np.ndarray]:
+        """An edited field and its proxy, which is known already at the usual resolution.
+
+        At another one it is that of the revision it `follows`, updated, when that was shown last.
+        """
+        from ..field.checkpoint import to_bytes
+        from ..field.prepare import CELLS
+        from ..field.proxy import extract, update
+
+        proxy, cells = known.proxy, _get(job, "resolution", int)
+        if cells != CELLS:
+            shown, last = self._shown or ("", proxy)
+            if shown == follows and last.active.cells == cells:
+                proxy = update(last, known.network, progress)
+            else:
+                proxy = extract(known.network, cells, progress)
+            self._shown = revision, proxy
+        return {"field": np.frombuffer(to_bytes(known.network), np.uint8), **_arrays(proxy)}
+
 
 def _network(job: Payload) -> "Siren":
     from ..field.checkpoint import from_bytes
@@ -224,16 +252,6 @@ def _model(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.n
 
     weights = np.frombuffer(to_bytes(network), np.uint8)
     return {"field": weights, **_proxy(network, job, progress)}
-
-
-def _edited(known: "Preparation", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
-    """The same of an edited field, whose proxy is known already at the usual resolution."""
-    from ..field.checkpoint import to_bytes
-    from ..field.prepare import CELLS
-
-    usual = _get(job, "resolution", int) == CELLS
-    proxy = _arrays(known.proxy) if usual else _proxy(known.network, job, progress)
-    return {"field": np.frombuffer(to_bytes(known.network), np.uint8), **proxy}
 
 
 def _proxy(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
