@@ -91,16 +91,17 @@ class SculptTool(_NeuralStroke):
     bl_context_mode = "SCULPT"
 
 
-TOOLS = (ObjectTool, SculptTool)
+BRUSHES = {"builtin.brush"} if bpy.app.version >= (4, 3, 0) else None
+"""Tools of Sculpt Mode after which ours is in sight; earlier Blenders have one for each brush."""
 
 
 def register() -> None:
-    """Put the tool at the end of both toolbars."""
-    for tool in TOOLS:
-        bpy.utils.register_tool(tool, separator=True)
+    """Put the tool into both toolbars."""
+    bpy.utils.register_tool(ObjectTool, separator=True)
+    bpy.utils.register_tool(SculptTool, after=BRUSHES, separator=True)
 
 
 def unregister() -> None:
     """Take it out of them, with its keys."""
-    for tool in reversed(TOOLS):
-        bpy.utils.unregister_tool(tool)
+    bpy.utils.unregister_tool(SculptTool)
+    bpy.utils.unregister_tool(ObjectTool)

@@ -126,6 +126,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
             return PASS
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
+        if ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting:
+            raise SculptError("Dyntopo owns the mesh while it is on. Turn it off to draw strokes.")
         if native_edits.edited(ob):
             raise SculptError(native_edits.WARNING)
         settings = brush_of(context)
