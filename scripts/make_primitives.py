@@ -22,7 +22,7 @@ from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.course import Course, follow
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import fit_mesh
-from neural_sculpt_addon.field.fit_distance import BOX, OMEGAS, Learner, Samples
+from neural_sculpt_addon.field.fit_distance import BOX, Learner, Samples
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
 from neural_sculpt_addon.stroke.progress import silent
@@ -77,7 +77,7 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Siren:
     )
     arrays = (points, distance(points), gradient[: len(near)])
     samples = Samples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
-    network = Siren.random(omega=OMEGAS, generator=torch.Generator().manual_seed(0))
+    network = Siren.random(generator=torch.Generator().manual_seed(0))
     learner = Learner(samples, network, COURSE.batch, seed=0)
     follow(learner, COURSE, silent)
     error = np.abs(values(learner.network, points) - distance(points))[: len(near)]

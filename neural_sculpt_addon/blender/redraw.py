@@ -1,9 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ask Blender to draw our panels again: it does not know when the worker has news."""
+"""Ask Blender to draw again: it does not know when the worker has news."""
 
 # pyright: reportOptionalMemberAccess=false
 
 import bpy
+
+
+def tag_views() -> None:
+    """Redraw all 3D viewports."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
 
 
 def tag_panels() -> None:

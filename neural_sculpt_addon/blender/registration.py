@@ -5,7 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import history, menus, overlay, shape_choices, tools, translations
+from . import fit_overlay, history, menus, overlay, shape_choices, tools, translations
 from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
@@ -16,6 +16,7 @@ from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
 from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
+from .operators.good_enough import NEURAL_SCULPT_OT_good_enough
 from .operators.history import (
     NEURAL_SCULPT_OT_delete_stroke,
     NEURAL_SCULPT_OT_duplicate_stroke,
@@ -85,6 +86,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_remesh,
     NEURAL_SCULPT_OT_export,
     NEURAL_SCULPT_OT_cancel,
+    NEURAL_SCULPT_OT_good_enough,
     NEURAL_SCULPT_OT_restart_worker,
     NEURAL_SCULPT_OT_notice,
     NEURAL_SCULPT_OT_install_worker,
@@ -113,6 +115,7 @@ def register() -> None:
     history.register()
     menus.register()
     overlay.register()
+    fit_overlay.register()
     tools.register()
 
 
@@ -121,6 +124,7 @@ def unregister() -> None:
     session.stop()
     install_worker.stop()
     tools.unregister()
+    fit_overlay.unregister()
     overlay.unregister()
     menus.unregister()
     history.unregister()

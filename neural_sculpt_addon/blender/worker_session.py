@@ -67,6 +67,7 @@ class Job:
     target:  session_uid of the object that the job edits, None when it edits none
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
+    preview: shows what the result looks like so far
     quick:   the quick result, while the job is refining
     """
 
@@ -77,6 +78,7 @@ class Job:
     target: int | None = None
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
+    preview: Callable[[Message], None] | None = None
     status: JobStatus = JobStatus.QUEUED
     fraction: float = 0.0
     message: str = ""
@@ -140,6 +142,11 @@ class Session:
         """Cancel one job that is pending."""
         self._silence(job)
         self._end(job, JobStatus.CANCELLED, why)
+
+    def settle(self, job: Job) -> None:
+        """Let a running job end with what it has."""
+        if job.status is JobStatus.RUNNING and self.client is not None:
+            self.client.settle(job.number)
 
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
@@ -244,6 +251,9 @@ class Session:
         if message.kind is MessageKind.PROGRESS:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
+        elif message.kind is MessageKind.PREVIEW:
+            if job.preview is not None:
+                job.preview(message)
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:

@@ -29,6 +29,8 @@ class Course:
     steps, batch, samples: how many, of how many samples each, of how many in all
     rate:                  of the first step
     tolerance:             mean distance from the surface that will do, model units
+    omega:                 of a new network's first layer; a high one holds more detail, but needs
+                           more steps to calm down far from the surface
     """
 
     steps: int
@@ -36,6 +38,7 @@ class Course:
     samples: int
     rate: float
     tolerance: float
+    omega: float = 30.0
 
 
 class Learner(Protocol):

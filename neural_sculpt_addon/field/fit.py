@@ -47,15 +47,16 @@ class Preset(StrEnum):
 
 
 COURSES = {
-    (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 20_000, 1.5e-3, 0.006),
-    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3, 0.003),
-    (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3, 0.0015),
+    (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 30_000, 1.5e-3, 0.006),
+    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3, 0.003, omega=48.0),
+    (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3, 0.0015, omega=48.0),
     (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3, np.inf),
     (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3, np.inf),
     (Method.PAPER, Preset.FINE): Course(10_000, 2048, 100_000, 1e-3, np.inf),
 }
 
 WIDTHS = (64, 128, 256)  # units of each of the two hidden layers
+OMEGA = 30.0  # of the second layer
 AUTOMATIC = (128, 256)  # the first that meets the tolerance
 
 
@@ -109,7 +110,8 @@ def fit_mesh(
     with one_thread():
         teach = _teacher(method, course, distance, rng, seed, part(progress, 0.08, 0.15))
         widths, quality = (width,) if width else AUTOMATIC, {}
-        network = _begin(method, widths[0], seed)
+        random = torch.Generator().manual_seed(seed)
+        network = Siren.random((widths[0],) * 2, (course.omega, OMEGA), random)
         for units in widths:
             learner = teach(grow(network, (units, units)))
             network = learner.network
@@ -128,12 +130,6 @@ def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None
     if not 0 < thickness < np.inf:
         raise SculptError("The thickness of a sheet must be a positive number.")
     return thicken(mesh, thickness / mesh.scale)
-
-
-def _begin(method: Method, units: int, seed: int) -> Siren:
-    """A network that knows nothing yet."""
-    omega = fit_distance.OMEGAS if method is Method.DISTANCE else fit_paper.OMEGA
-    return Siren.random((units, units), omega, torch.Generator().manual_seed(seed))
 
 
 def _teacher(

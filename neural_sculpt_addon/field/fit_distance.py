@@ -22,9 +22,8 @@ from .adam import Adam
 from .mesh_distance import MeshDistance
 from .network import Siren
 
-OMEGAS = (48.0, 30.0)  # of the first layer and the second: more detail than 30, 30
 NEAR, AROUND = 0.01, 0.06  # standard deviations of the samples' distance from the surface
-NEAR_SHARE, AROUND_SHARE = 0.65, 0.15  # the rest is uniform in the sampled box
+NEAR_SHARE, AROUND_SHARE = 0.6, 0.15  # the rest is uniform in the sampled box
 BOX = 1.15  # half the edge of the sampled box; with 1, islands grow on the faces of the real box
 SOFTNESS = 0.03
 GRADIENT_WEIGHT = 0.045

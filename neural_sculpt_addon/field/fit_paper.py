@@ -21,7 +21,6 @@ from .network import Siren
 
 SURFACE, NORMAL, EIKONAL, BOUNDARY = 1500.0, 2.5, 5.0, 5.0
 SHARPNESS = 100.0  # of the boundary loss
-OMEGA = 30.0  # of both layers
 
 
 class Learner:

@@ -113,6 +113,11 @@ class Client:
         if job in self._open and self._process is not None:
             self._process.send(Message(ControlKind.CANCEL, job))
 
+    def settle(self, job: int) -> None:
+        """Ask a running job for the result that it has by now; jobs that have none go on."""
+        if job in self._open and self._process is not None:
+            self._process.send(Message(ControlKind.ENOUGH, job))
+
     def poll_once(self) -> list[Message]:
         """All news of jobs since the last call, oldest first; never blocks."""
         self._take_all()
@@ -125,9 +130,9 @@ class Client:
     ) -> Message:
         """Block until `job` has ended and return its final message.
 
-        A Cancelled raised by `on_progress` cancels the job; a quick result is passed over. News of
-        other jobs is kept for `poll_once`. TimeoutError after `timeout` seconds, ValueError for a
-        job that is not open.
+        A Cancelled raised by `on_progress` cancels the job; what comes ahead of the final message
+        is passed over. News of other jobs is kept for `poll_once`. TimeoutError after `timeout`
+        seconds, ValueError for a job that is not open.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -136,7 +141,7 @@ class Client:
                 self._inbox.remove(message)
                 if message.kind in FINAL:
                     return message
-                if message.kind is MessageKind.QUICK:
+                if message.kind in (MessageKind.QUICK, MessageKind.PREVIEW):
                     continue
                 try:
                     on_progress(message.fields["fraction"], message.fields["message"])

@@ -9,6 +9,7 @@ Torch and the rest are imported by the job that needs them first, or by `warm_up
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -22,6 +23,7 @@ from .replay import Replays
 
 if TYPE_CHECKING:
     from ..field.edit import Edit
+    from ..field.fit import Fit
     from ..field.network import Siren
     from ..field.prepare import Preparation
     from ..field.proxy import Proxy
@@ -31,6 +33,9 @@ T = TypeVar("T")
 PREPARATIONS = 16
 """Revisions whose preparations are kept, some 10 MB each and two of each stroke: a few objects and
 steps of undo."""
+
+PREVIEW_CELLS = 64
+"""Of a proxy that is only looked at for a moment."""
 
 QUICK_AT = 0.34
 """Progress of an edit of one stroke when its quick result is there."""
@@ -46,9 +51,16 @@ class Payload:
 
 @dataclass(frozen=True)
 class Task(Payload):
-    """A job to be done. `quick` sends a first result ahead of the one that the handler returns."""
+    """A job to be done.
+
+    quick:   sends a first result ahead of the one that the handler returns
+    preview: sends what the result looks like so far
+    enough:  whether the artist wants what is there now
+    """
 
     quick: Callable[[Payload], None] = field(kw_only=True)
+    preview: Callable[[Payload], None] = field(kw_only=True)
+    enough: Callable[[], bool] = field(kw_only=True)
 
 
 Handler = Callable[[Task, Progress], Payload]
@@ -133,18 +145,23 @@ class Jobs:
         """resolution <field> -> <proxy>."""
         return Payload({}, _proxy(_network(job), job, progress))
 
-    def fit(self, job: Payload, progress: Progress) -> Payload:
+    def fit(self, job: Task, progress: Progress) -> Payload:
         """primitive, or preset, width, thickness, seed <mesh> -> scale, center, report <model>.
 
-        Without a width the mesh decides; without a thickness sheets are refused.
+        Without a width the mesh decides; without a thickness sheets are refused. With `preview`,
+        scale, center, report <proxy> come now and then.
         """
-        if "primitive" in job.fields:
-            from ..field.primitives import primitive
+        from ..field.fit import Fit, fit_mesh
+        from ..field.primitives import primitive
+        from ..field.proxy import extract
 
-            network = primitive(_get(job, "primitive", str))
-            scale, center, report = 1.0, (0.0, 0.0, 0.0), {}
+        if "primitive" in job.fields:
+            result = Fit(primitive(_get(job, "primitive", str)), 1.0, (0.0, 0.0, 0.0), {})
         else:
-            from ..field.fit import fit_mesh
+
+            def show(fit: "Fit") -> None:
+                with suppress(SculptError):  # there is no surface yet
+                    job.preview(Payload(_place(fit), _arrays(extract(fit.network, PREVIEW_CELLS))))
 
             result = fit_mesh(
                 _array(job, "vertices"),
@@ -154,11 +171,10 @@ class Jobs:
                 thickness=job.fields.get("thickness"),
                 seed=_get(job, "seed", int),
                 progress=_part(progress, 0.0, 0.9),
+                preview=show if job.fields.get("preview") else lambda _: None,
+                enough=job.enough,
             )
-            network = result.network
-            scale, center, report = result.scale, result.center, result.report
-        arrays = _model(network, job, _part(progress, 0.9, 1.0))
-        return Payload({"scale": scale, "center": list(center), "report": report}, arrays)
+        return Payload(_place(result), _model(result.network, job, _part(progress, 0.9, 1.0)))
 
     def absorb(self, job: Payload, progress: Progress) -> Payload:
         """resolution, result_revision <field, proxy as sculpted> -> revision, reports <model>."""
@@ -276,6 +292,11 @@ def _arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
 def _part(progress: Progress, start: float, end: float) -> Progress:
     """Progress of a step that is the part from `start` to `end` of the whole."""
     return lambda fraction, message: progress(start + (end - start) * fraction, message)
+
+
+def _place(fit: "Fit") -> dict[str, Any]:
+    """Where a fitted field belongs, and how good it is."""
+    return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
 
 
 def _get(job: Payload, name: str, wanted: type[T]) -> T:

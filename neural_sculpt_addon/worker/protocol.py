@@ -60,18 +60,21 @@ class ControlKind(StrEnum):
     """What Blender says about jobs and the worker itself."""
 
     CANCEL = "cancel"
+    ENOUGH = "enough"
     STOP = "stop"
 
 
 class MessageKind(StrEnum):
     """What the worker says: hello once, then per job any progress and one of the last three.
 
-    quick: a first result, at most once, ahead of the last message
+    quick:   a first result, at most once, ahead of the last message
+    preview: what the result looks like so far, any number of times
     """
 
     HELLO = "hello"
     PROGRESS = "progress"
     QUICK = "quick"
+    PREVIEW = "preview"
     RESULT = "result"
     ERROR = "error"
     CANCELLED = "cancelled"

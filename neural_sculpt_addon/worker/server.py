@@ -73,10 +73,11 @@ class Server:
         self._requests = requests
         self._answers = answers
         self._writing = threading.Lock()
-        self._changed = threading.Condition()  # guards the next three
+        self._changed = threading.Condition()  # guards the next four
         self._waiting: deque[Message] = deque()
         self._running: int | None = None
         self._cancelled = False
+        self._enough = False
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
 
     def serve(self, handlers: Mapping[JobKind, Handler], hello: Mapping[str, Any]) -> None:
@@ -86,7 +87,7 @@ class Server:
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting)
                 job = self._waiting.popleft()
-                self._running, self._cancelled = job.job, False
+                self._running, self._cancelled, self._enough = job.job, False, False
             self._finish(self._run(job, handlers))
 
     def _run(self, job: Message, handlers: Mapping[JobKind, Handler]) -> Message:
@@ -94,7 +95,13 @@ class Server:
         started = time.monotonic()
         try:
             handler = handlers[JobKind(job.kind)]
-            task = Task(job.fields, job.arrays, quick=partial(self._send_quick, job.job))
+            task = Task(
+                job.fields,
+                job.arrays,
+                quick=partial(self._send_part, MessageKind.QUICK, job.job),
+                preview=partial(self._send_part, MessageKind.PREVIEW, job.job),
+                enough=lambda: self._enough,
+            )
             result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
@@ -129,8 +136,8 @@ class Server:
 
         return report
 
-    def _send_quick(self, job: int, result: Payload) -> None:
-        self._send(Message(MessageKind.QUICK, job, dict(result.fields), dict(result.arrays)))
+    def _send_part(self, kind: MessageKind, job: int, result: Payload) -> None:
+        self._send(Message(kind, job, dict(result.fields), dict(result.arrays)))
 
     def _finish(self, answer: Message) -> None:
         """End the running job: from here on a cancel comes too late."""
@@ -163,9 +170,13 @@ class Server:
             os._exit(code)
 
     def _take(self, message: Message) -> None:
-        """Queue a job, or cancel one wherever it is."""
+        """Queue a job, or end one: without a result, or with the one that it has."""
         if message.kind is ControlKind.CANCEL:
             self._cancel(message.job)
+            return
+        if message.kind is ControlKind.ENOUGH:
+            with self._changed:
+                self._enough = self._enough or message.job == self._running
             return
         if not isinstance(message.kind, JobKind):
             raise ProtocolError(f"The worker was sent a {message.kind}.")

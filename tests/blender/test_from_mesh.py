@@ -93,6 +93,27 @@ class FromMesh(SculptCase):
         self.assert_fails("open", fit)
         self.assertEqual(len(bpy.data.objects), count + 1)
 
+    def test_good_enough_keeps_what_there_is_and_cancel_drops_it(self) -> None:
+        bpy.ops.mesh.primitive_uv_sphere_add()
+        source = bpy.context.active_object
+        good_enough = bpy.ops.neural_sculpt.good_enough
+        with self.assertRaisesRegex(RuntimeError, "No mesh is becoming"):
+            good_enough()
+        count = len(bpy.data.objects)
+        with self.as_in_a_window():
+            for end in (bpy.ops.neural_sculpt.cancel, good_enough):
+                self.assertEqual(len(bpy.data.objects), count)
+                bpy.context.view_layer.objects.active = source
+                bpy.ops.neural_sculpt.from_mesh(preset="FINE")
+                job, shown = self.session.jobs[0], []
+                job.preview = shown.append
+                self.pump(lambda shown=shown: shown)
+                self.assertIn("vertices", shown[0].arrays)
+                self.assertEqual(end(), {"FINISHED"})
+                self.finish()
+        self.assertEqual(len(bpy.data.objects), count + 1)
+        self.assertLess(self.gaps(source, bpy.context.active_object).max(), 0.02)
+
     def test_a_plane_gets_a_thickness_in_scene_units(self) -> None:
         bpy.ops.mesh.primitive_plane_add(size=2)
         source = bpy.context.active_object

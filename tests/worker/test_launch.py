@@ -13,7 +13,7 @@ import trimesh
 from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind
 from neural_sculpt_addon.worker.environment import worker_command
 from neural_sculpt_addon.worker.protocol import FINAL
-from tests.worker.support import PATIENCE, ROOT
+from tests.worker.support import PATIENCE, ROOT, until
 
 CELLS = 48
 STROKE = {
@@ -190,6 +190,30 @@ def test_a_mesh_becomes_a_field(client):
     np.testing.assert_allclose(corners.min(axis=0), box.bounds[0], atol=0.15)
     np.testing.assert_allclose(corners.max(axis=0), box.bounds[1], atol=0.15)
     assert fit.fields["report"]
+
+
+def test_a_fit_shows_what_it_has_and_ends_when_that_is_good_enough(client):
+    ball = trimesh.creation.icosphere(3, radius=2.0)
+    mesh = {"vertices": ball.vertices.astype("<f4"), "triangles": ball.faces.astype("<i4")}
+    fields = {"preset": "fine", "seed": 1, "resolution": CELLS, "preview": True}
+    job = client.submit(JobKind.FIT, fields, mesh)
+    heard: list[Message] = []
+
+    def of(*kinds: MessageKind) -> list[Message]:
+        heard.extend(client.poll_once())
+        return [message for message in heard if message.kind in kinds]
+
+    until(lambda: any(m.fields["report"]["error"] < 0.006 for m in of(MessageKind.PREVIEW)))
+    latest = of(MessageKind.PREVIEW)[-1]
+    assert latest.fields["scale"] == pytest.approx(4 / 1.7, rel=0.01)
+    assert np.median(radii(latest)) == pytest.approx(0.85, abs=0.02)
+    client.settle(job)
+    until(lambda: of(*FINAL))
+    (result,) = of(*FINAL)
+    assert result.kind is MessageKind.RESULT
+    assert result.fields["report"]["error_mean"] < 0.003
+    fractions = [message.fields["fraction"] for message in of(MessageKind.PROGRESS)]
+    assert not any(0.75 < fraction < 0.82 for fraction in fractions)  # the last steps are left out
 
 
 BAD = {

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import preferences, proxy_mesh
+from .. import fit_overlay, preferences, proxy_mesh
 from ..commit import NewField, create_field
-from ..worker_session import Job, find
+from ..worker_session import Job, find, session
 from .launch import REGISTER, Outcome, fail, launch
 
 
@@ -82,22 +82,28 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             return fail(self, error)
         resolution = preferences.resolution()
         name, uid = source.name, source.session_uid
+
+        def place(message: Message) -> Matrix:
+            shift = Matrix.Translation(message.fields["center"])
+            return frame @ shift @ Matrix.Scale(message.fields["scale"], 4)
+
         fields = {
             "preset": self.preset.lower(),
             "width": None if self.width == "AUTOMATIC" else int(self.width),
             "thickness": self.thickness or None,
             "seed": self.seed,
             "resolution": resolution,
+            "preview": not session.waits,
         }
         arrays = {"vertices": vertices, "triangles": triangles}
 
         def add(result: Message) -> None:
-            place = Matrix.Translation(result.fields["center"])
-            matrix = frame @ place @ Matrix.Scale(result.fields["scale"], 4)
-            new = NewField(f"{name} Field", f"{name} (mesh)", matrix, resolution)
+            new = NewField(f"{name} Field", f"{name} (mesh)", place(result), resolution)
             create_field(new, result, result.fields["report"], replaced=find(uid))
 
-        return launch(self, Job(JobKind.FIT, f"Fit {name}", lambda: (fields, arrays), add))
+        job = Job(JobKind.FIT, f"Fit {name}", lambda: (fields, arrays), add)
+        job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
+        return launch(self, job)
 
 
 def read_source(

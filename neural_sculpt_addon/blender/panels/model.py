@@ -45,6 +45,8 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         for job in session.jobs:
             if job.kind in (JobKind.FIT, JobKind.LOAD):
                 draw_job(layout, job)
+                if job.preview is not None:
+                    layout.operator("neural_sculpt.good_enough", icon="CHECKMARK")
 
 
 def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
