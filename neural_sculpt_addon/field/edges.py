@@ -11,8 +11,14 @@ from numpy.typing import NDArray
 
 def find_edges(triangles: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """The vertices (E, 2) of each edge, and for the corners (F, 3) the edge to the next corner."""
-    ends = np.stack([triangles, triangles[:, [1, 2, 0]]], axis=-1).astype(np.int64)  # (F, 3, 2)
-    names = (ends.min(axis=-1) << 32) + ends.max(axis=-1)  # (F, 3)
-    edges, of_corners = np.unique(names, return_inverse=True)
+    following = triangles[:, [1, 2, 0]]
+    low, high = np.minimum(triangles, following), np.maximum(triangles, following)
+    names = (low.astype(np.int64) << 32 | high).ravel()  # (3F,)
+    order = np.argsort(names, kind="stable")  # quick, because a mesh is nearly sorted already
+    ordered = names[order]
+    first = np.append(True, ordered[1:] != ordered[:-1])[: len(names)]
+    of_corners = np.empty(len(names), np.int32)
+    of_corners[order] = np.cumsum(first, dtype=np.int32) - 1
+    edges = ordered[first]
     vertices = np.stack([edges >> 32, edges & 0xFFFFFFFF], axis=1)  # (E, 2)
-    return vertices.astype(np.int32), of_corners.reshape(triangles.shape).astype(np.int32)
+    return vertices.astype(np.int32), of_corners.reshape(triangles.shape)
