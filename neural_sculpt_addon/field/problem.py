@@ -57,7 +57,10 @@ class Problem:
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
-        """The tube of each copy, without what another copy displaces farther or swallows."""
+        """The tube of each copy, without what another copy displaces farther or swallows.
+
+        SculptError when nothing is left.
+        """
         tubes = []
         for mine in self.laid:
             tube = sample_tube(self.network, *mine, rows, columns, jitter)
@@ -75,7 +78,10 @@ class Problem:
         )
         ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
         gone = np.split(_swallowed(before, after), ends)
-        return [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
+        tubes = [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
+        if not any(len(tube.surface.points) for tube in tubes):
+            raise SculptError("The stroke's brush meets no surface. Choose a larger radius.")
+        return tubes
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
