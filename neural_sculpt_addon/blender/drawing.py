@@ -18,7 +18,7 @@ from typing import Protocol
 from .recorder import Mouse, Point, Stabilizer, StrokeRecorder
 
 GRAB = 14.0  # pixels; a control point this near to the mouse is meant
-CORNER = 0.2  # of the spacing: how far simplifying may move the line
+CORNER = 0.4  # of the spacing: how far simplifying may move the line
 
 
 class Surface(Protocol):

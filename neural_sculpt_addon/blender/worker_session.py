@@ -121,7 +121,8 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.jobs.append(job)
-        self._preview()
+        if job.strokes:
+            self._preview()
         self._advance()
         self._watch()
 
@@ -321,7 +322,8 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
-        self._preview()
+        if job.target is not None:
+            self._preview()
         if status is JobStatus.FAILED:
             self.last_error = message
             log.warning("%s: %s", job.label, message)
