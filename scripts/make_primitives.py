@@ -29,7 +29,7 @@ from neural_sculpt_addon.stroke.progress import silent
 
 Array = NDArray[np.float64]
 
-COURSE = Course(steps=6000, batch=1024, samples=200_000, rate=1.2e-3, tolerance=1e-3)
+COURSE = Course(steps=6000, batch=1024, samples=200_000, rate=1.2e-3, tolerance=1e-3, omega=42.0)
 SHARE_NEAR, NEAR = 0.8, 0.05  # share of the samples within this distance of the surface
 STEP = 1e-5  # of the central differences that give a closed form's gradient
 
@@ -77,7 +77,7 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Siren:
     )
     arrays = (points, distance(points), gradient[: len(near)])
     samples = Samples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
-    network = Siren.random(generator=torch.Generator().manual_seed(0))
+    network = Siren.random(omega=(COURSE.omega, 30.0), generator=torch.Generator().manual_seed(0))
     learner = Learner(samples, network, COURSE.batch, seed=0)
     follow(learner, COURSE, silent)
     error = np.abs(values(learner.network, points) - distance(points))[: len(near)]
