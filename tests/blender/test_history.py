@@ -100,6 +100,11 @@ class History(SculptCase):
         ops.mute_stroke(uid=self.uid("Three"))
         self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
 
+    def test_a_replay_by_another_worker_makes_the_same_field(self) -> None:
+        self.session.stop()
+        ops.mute_stroke(uid=self.uid("Three"))
+        self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
+
     def test_all_muted_is_the_base(self) -> None:
         for name in TILTS:
             ops.mute_stroke(uid=self.uid(name))
