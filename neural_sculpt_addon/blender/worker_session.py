@@ -121,8 +121,7 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.jobs.append(job)
-        if job.strokes:
-            self._preview()
+        self._preview()
         self._advance()
         self._watch()
 
@@ -322,8 +321,7 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
-        if job.target is not None:
-            self._preview()
+        self._preview()
         if status is JobStatus.FAILED:
             self.last_error = message
             log.warning("%s: %s", job.label, message)
