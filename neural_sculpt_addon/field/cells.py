@@ -118,9 +118,8 @@ class _Search:
         self.steps = steps(cells)
         self.corners = (CORNERS @ self.steps).astype(np.int32)[:, None]  # (8, 1)
         self.spacing = 2 / cells
-        self.axis = np.zeros(self.n, np.float32)  # coordinates of the points, 2 in the ring
+        self.axis = np.zeros(self.n, np.float32)  # coordinates of the points; any in the ring
         self.axis[1:-1] = np.linspace(-1, 1, cells + 1)
-        self.axis[[0, -1]] = 2
         self.root = _root_stride(cells)
         self.fraction = 0.0
 
@@ -207,15 +206,18 @@ class _Search:
             self.progress(self.fraction, "Searching the surface")
             part = unknown[start : start + BATCH]
             x = np.empty((len(part), 3), np.float32)
-            row, k = np.divmod(part, np.int32(self.n))
-            i, j = np.divmod(row, np.int32(self.n))
-            for axis, place in enumerate((i, j, k)):
+            rest, in_ring = part, np.zeros(len(part), bool)
+            for axis in (2, 1, 0):
+                above = rest // np.int32(self.n)
+                place = rest - above * np.int32(self.n)
+                in_ring |= (place == 0) | (place == self.cells + 2)
                 x[:, axis] = self.axis[place]
+                rest = above
             value = values(self.network, x)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
             value[value == 0] = INSIDE
-            value[x.max(axis=1) > 1] = OUTSIDE
+            value[in_ring] = OUTSIDE
             self.flat[part] = value
 
     def outer_sum(self, place: NDArray[np.intp]) -> NDArray[np.int32]:
@@ -238,7 +240,10 @@ def _parts(blocks: NDArray[np.int32]) -> list[NDArray[np.int32]]:
 
 def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Which of the 8 corners, on the first axis, are inside, as bits; zero counts as inside."""
-    return np.packbits(value <= 0, axis=0, bitorder="little")[0]
+    codes = np.zeros(value.shape[1:], np.uint8)
+    for corner, row in enumerate(value <= 0):
+        codes |= row.view(np.uint8) << np.uint8(corner)
+    return codes
 
 
 def _mixed(value: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -19,6 +19,7 @@ from skimage.measure import marching_cubes
 from .cells import CORNERS, ActiveCells, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
+MOST = 5  # triangles of a cell
 NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is snapped later
 
 
@@ -40,7 +41,8 @@ class RawMesh:
 def march(active: ActiveCells) -> RawMesh:
     """The surface within the active cells."""
     codes = active.codes
-    crossed = codes[:, None] >> UPPER & 1 != codes[:, None] & 1  # (A, 3)
+    inside = codes[:, None] >> np.append(UPPER, 0).astype(np.uint8) & 1  # (A, 4)
+    crossed = inside[:, :3] != inside[:, 3:]  # (A, 3)
     owner, axis = np.nonzero(crossed)  # (V,)
     vertex = np.cumsum(crossed, dtype=np.int32).reshape(crossed.shape) - 1  # (A, 3)
     triangles = _triangles(active, codes, vertex)
@@ -105,19 +107,36 @@ def _triangles(
     cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
     first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
     number = np.arange(len(cell), dtype=np.int32) - first[cell]  # (F,), within its cell
-    edge = table[codes[cell], number]  # (F, 3), 3 * corner + axis
-    row = np.empty((active.cells + 3) ** 3, np.int32)  # of a cell among the active ones
-    row[active.index] = np.arange(len(active.index), dtype=np.int32)
-    offset = np.repeat((CORNERS @ steps(active.cells)).astype(np.int32), 3)  # (24,)
-    owner = row[active.index[cell][:, None] + offset[edge]]  # (F, 3)
+    edge = table.reshape(-1, 3).take(MOST * codes[cell].astype(np.int32) + number, axis=0)  # (F, 3)
+    owner = _rows_above(active)[edge // 3, cell[:, None]]  # (F, 3)
     return vertex.ravel()[3 * owner + edge % 3]
+
+
+def _rows_above(active: ActiveCells) -> NDArray[np.int32]:
+    """Rows (8, A), among the active cells, of the cells whose lowest corner is each corner.
+
+    Where such a cell is not active the row is any.
+    """
+    index, offset = active.index, (CORNERS @ steps(active.cells)).astype(np.int32)
+    rows = np.empty((8, len(index)), np.int32)
+    rows[0] = np.arange(len(index))
+    rows[1] = rows[0] + 1  # of the next cell along z, if that is active
+    for corner in (2, 4, 6):
+        wanted = index + offset[corner]
+        rows[corner] = np.searchsorted(index, wanted)  # fast, because both rise
+        here = index[rows[corner].clip(max=len(index) - 1)] == wanted
+        rows[corner + 1] = rows[corner] + here
+    return rows
 
 
 @cache
 def _table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Triangles of each sign code: how many (256,), and their edges (256, 5, 3)."""
+    """Triangles of each sign code: how many (256,), and their edges (256, MOST, 3).
+
+    An edge is named 3 * (corner at its lower end) + axis.
+    """
     count = np.zeros(256, np.int32)
-    table = np.zeros((256, 5, 3), np.int32)
+    table = np.zeros((256, MOST, 3), np.int32)
     for code in range(1, 255):
         cube = np.where(code >> np.arange(8) & 1, -1.0, 1.0).reshape(2, 2, 2)
         middles, triangles, _, _ = marching_cubes(cube, 0.0, method="lorensen")
