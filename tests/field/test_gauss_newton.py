@@ -12,6 +12,7 @@ from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
 from neural_sculpt_addon.field.solvers.layers import Layers
@@ -170,15 +171,39 @@ def test_what_lies_below_the_last_hidden_layer_is_kept(problem):
     assert not torch.equal(edited.weights[1], problem.network.weights[1])
 
 
-def test_it_can_be_cancelled_at_every_iteration(problem):
+@pytest.mark.parametrize("last", [0, 3, 40])
+def test_it_can_be_cancelled_anywhere(problem, last):
+    """While samples are drawn, in a step, and in a later one."""
     calls = []
 
     def stop(fraction: float, _: str) -> None:
         calls.append(fraction)
-        if len(calls) == 3:
+        if len(calls) > last:
             raise Cancelled
 
     with pytest.raises(Cancelled):
         gauss_newton.quick(problem, stop)
-    assert len(calls) == 3
+    assert len(calls) == last + 1
     assert calls == sorted(calls)
+
+
+def test_a_cancel_is_heard_between_all_pieces_of_the_work(problem):
+    """Samples are drawn in four pieces, a step has at least one for each of its iterations."""
+    calls = []
+    gauss_newton.quick(problem, lambda fraction, _: calls.append(fraction))
+    course = gauss_newton.FIRST
+    assert calls.count(0.0) >= 4
+    assert len(calls) >= 4 + course.steps * (course.iterations + 2)
+
+
+def test_a_mirrored_stroke_is_as_symmetric_as_it_is_true(preparation):
+    """Its targets are symmetric to 2e-5 (test_problem); a network knows nothing of symmetry."""
+    angle = np.linspace(0.3, 0.9, 5)
+    points = 0.6 * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], 1)
+    problem = pose(preparation, Stroke(points, Brush(0.12, 0.04), mirror=frozenset("Z")))
+    edited = gauss_newton.refine(problem, gauss_newton.quick(problem))
+    above = problem.tubes(30, 30)[0].target.points
+    there = project(edited, above).points * np.array([1, 1, -1])
+    distance = find_surface(edited, there).distance
+    assert distance.mean() < 1e-3
+    assert np.percentile(distance, 95) < gauss_newton.TOLERANCE

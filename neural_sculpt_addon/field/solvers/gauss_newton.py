@@ -10,6 +10,7 @@ and least_squares (the solution).
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from ...stroke.progress import Progress, silent
 from ..grow import grow
@@ -51,7 +52,7 @@ REPAIR = replace(REFINE, steps=3)
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
     """What the artist sees first: a few steps, the network as wide as it is."""
-    sampler = Sampler(problem, FIRST.counts)
+    sampler = Sampler(problem, FIRST.counts, lambda: progress(0.0, "Sculpting"))
     return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
@@ -64,7 +65,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         told = max(told, fraction)
         progress(told, "Refining")
 
-    sampler = Sampler(problem, REFINE.counts)
+    sampler = Sampler(problem, REFINE.counts, lambda: share(0.0))
     for growth in range(GROWTHS + 1):
         network = _improve(
             network, sampler, REFINE, lambda part, done=growth: share(0.3 * (done + part))
@@ -90,6 +91,7 @@ def _improve(
     layers, damping = Layers.of(network), DAMPING
     step = failures = 0
     while step < course.steps:
+        share(step / course.steps)
         rows = sampler.draw()
         linear = layers.linearise(rows)
         delta, promised = least_squares.solve(
@@ -99,7 +101,8 @@ def _improve(
             lambda part, done=step: share((done + part) / course.steps),
         )
         now = float(linear.residual.square().sum())
-        layers, left = _search_line(layers, delta, rows, now)
+        check = partial(share, (step + 1) / course.steps)
+        layers, left = _search_line(layers, delta, rows, now, check)
         kept = (now - left) / promised
         if kept < FAILED and failures < MOST_FAILURES:
             damping, failures = damping * RAISE, failures + 1
@@ -110,13 +113,16 @@ def _improve(
     return layers.network()
 
 
-def _search_line(layers: Layers, delta: Delta, rows: Rows, now: float) -> tuple[Layers, float]:
+def _search_line(
+    layers: Layers, delta: Delta, rows: Rows, now: float, check: Callable[[], None]
+) -> tuple[Layers, float]:
     """Take the step, or the best of its halves when that leaves less of the sum of squares `now`.
 
     On a coarsely fitted network a first full step can lead far out of the linear range.
     """
     best, least = layers, now
     for halving in range(HALVINGS + 1):
+        check()
         tried = layers.moved(delta.times(0.5**halving))
         left = float(tried.residual(rows).square().sum())
         if left > least and best is not layers:

@@ -9,6 +9,7 @@ around    f(p) = signed distance  above and below the displaced surface: nothing
 box       f(p) = f0(p)            far from the stroke
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -65,13 +66,18 @@ class Rows(NamedTuple):
 class Sampler:
     """Pools of equations of one edit, and the draws from them."""
 
-    def __init__(self, problem: Problem, counts: Counts) -> None:
+    def __init__(
+        self, problem: Problem, counts: Counts, check: Callable[[], None] = lambda: None
+    ) -> None:
+        """`check` is called between the parts of the work and may raise."""
+        check()
         random = np.random.default_rng(problem.seed)
         side = int(np.sqrt(3 * max(counts.tube, counts.slope)))
         tubes = problem.tubes(side, side, random)
         moved = [tube.target for tube in tubes]
         target = Samples(*(np.concatenate(part) for part in zip(*moved, strict=True)))
         amount = np.concatenate([tube.displacement.amount for tube in tubes])
+        check()
         rim = problem.rim(RIM_REACH, int(2 * RIM_SHARE * counts.preserve), random)
         self._problem = problem
         self._counts = counts
@@ -79,8 +85,11 @@ class Sampler:
         self._generator = torch.Generator().manual_seed(problem.seed)
         self._target = [torch.from_numpy(array) for array in target]
         self._rim = torch.from_numpy(rim.points)
+        check()
         self._preserve = self._pool(*_preserve(problem))
+        check()
         self._around = self._pool(*_around(problem, target, amount, rim, 3 * counts.around, random))
+        check()
         box = problem.preparation.box
         far = np.flatnonzero(problem.distance(box.points) > BOX_FROM)
         risk = 1 / (np.abs(box.values[far]) + BOX_SAFE)  # where f is small, an edit tears it first
