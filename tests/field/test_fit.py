@@ -3,6 +3,7 @@
 
 import json
 
+import igl
 import numpy as np
 import pytest
 import torch
@@ -32,6 +33,7 @@ from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 SPHERE = trimesh.creation.icosphere(subdivisions=4)
 TORUS = trimesh.creation.torus(0.5, 0.2, major_sections=96, minor_sections=48)
 BOX = trimesh.creation.box((1.7, 1.2, 0.8))
+COARSE = trimesh.creation.icosphere(subdivisions=2)
 
 
 def distance_to(vertices, triangles):
@@ -153,6 +155,39 @@ def test_distance_of_a_sphere_is_the_closed_form():
     assert found.value == pytest.approx(radius - 0.85, abs=2e-4)
     assert np.abs(found.gradient - x / radius[:, None]).max() < 0.05
     assert found.certain.all()
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**31), flipped=st.booleans())
+def test_distance_of_any_closed_mesh_is_that_of_libigl(seed, flipped):
+    rng = np.random.default_rng(seed)
+    radii = np.exp(0.25 * rng.standard_normal(len(COARSE.vertices)))[:, None]
+    faces = COARSE.faces[:, ::-1] if flipped else COARSE.faces
+    mesh = clean(radii * COARSE.vertices, faces)
+    x = box_points(300, seed)
+    found = MeshDistance(mesh, rng)(x)
+    kind = igl.SIGNED_DISTANCE_TYPE_PSEUDONORMAL
+    signed, *_ = igl.signed_distance(x, mesh.vertices, mesh.triangles, kind)
+    assert found.value == pytest.approx(signed, abs=1e-9)
+    inside = igl.winding_number(mesh.vertices, mesh.triangles, x) > 0.5
+    assert np.array_equal(inside, found.value < 0)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**31), thickness=st.floats(0.02, 0.5))
+def test_any_patch_becomes_a_closed_shell_of_its_thickness(seed, thickness):
+    rng = np.random.default_rng(seed)
+    toward = rng.standard_normal(3)
+    patch = SPHERE.faces[SPHERE.triangles_center @ (toward / np.linalg.norm(toward)) > 0.6]
+    area = trimesh.Trimesh(SPHERE.vertices, patch).area
+    mesh = clean(SPHERE.vertices, rng.permutation(patch))
+    thick = thicken(mesh, thickness / mesh.scale)
+    shell = trimesh.Trimesh(thick.vertices, thick.triangles, process=False)
+    shell.remove_unreferenced_vertices()
+    assert shell.is_watertight
+    assert shell.is_winding_consistent
+    exact = area * thickness * (1 + thickness**2 / 12)  # between two spheres
+    assert shell.volume * thick.scale**3 == pytest.approx(exact, rel=0.02)
 
 
 def test_distance_of_a_box_is_the_closed_form():
