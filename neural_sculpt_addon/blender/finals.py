@@ -17,8 +17,8 @@ from . import proxy_mesh
 from .commit import show
 from .properties import field_of, is_field
 
-BYTES = 256 << 20
-"""Of all final results together; some 3 MB each with 100,000 triangles."""
+BYTES = 128 << 20
+"""Of all final results together; some 5 MB each with 100,000 triangles."""
 
 
 @dataclass(frozen=True)

@@ -90,6 +90,13 @@ class Refining(SteeredCase):
         redo()
         self.assertEqual(state(field("Sphere")), remeshed)
 
+    def test_an_export_waits_for_the_final_result(self) -> None:
+        path = self.folder / "field.safetensors"
+        quick = self.quick_stroke()
+        bpy.ops.neural_sculpt.export(filepath=str(path))
+        self.final_of(quick)
+        self.assertEqual(path.read_bytes(), field("Sphere").neural_sculpt.weights)
+
     def test_the_worker_is_killed(self) -> None:
         quick = self.quick_stroke()
         os.kill(self.session.client.pid, 9)

@@ -69,6 +69,12 @@ def mesh(job, progress):
     return Payload({}, model(job.arrays["field"], job))
 
 
+def save(job, progress):
+    """The bytes of the field in a file."""
+    Path(job.fields["path"]).write_bytes(job.arrays["field"].tobytes())
+    return Payload()
+
+
 if __name__ == "__main__":
-    handlers = {JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.MESH: mesh}
+    handlers = {JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.MESH: mesh, JobKind.SAVE: save}
     take_over().serve(handlers, {"torch": None, "device": "cpu", "python": sys.version})

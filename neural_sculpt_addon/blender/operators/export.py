@@ -20,7 +20,7 @@ from ...worker.client import JobKind, Message
 from .. import estimate, level_set, proxy_mesh
 from ..commit import PROXY, in_window
 from ..properties import field_of, resolution_property, world_scale
-from ..worker_session import Job, find
+from ..worker_session import Job, Request, find
 from .launch import REGISTER, Outcome, active_field, fail, field_poll, launch
 
 NETWORK = ".safetensors"
@@ -86,23 +86,27 @@ class NEURAL_SCULPT_OT_export(Operator):
                 level_set.check()
         except SculptError as error:
             return fail(self, error)
-        ob = active_field(context)
-        target, weights = ob.session_uid, np.frombuffer(field_of(ob).weights, np.uint8)
+        target = active_field(context).session_uid
         fields = {"path": str(path), "resolution": self.resolution}
 
+        def exported() -> Object:
+            if (ob := find(target)) is None:
+                raise SculptError(f"{path.name} was not written: the object is gone.")
+            return ob
+
+        def request() -> Request:  # when the strokes drawn so far are final
+            return fields, {"field": np.frombuffer(field_of(exported()).weights, np.uint8)}
+
         def write(result: Message) -> None:
-            ob = find(target)
             if kind is JobKind.SAVE:  # the worker has done it
                 return
-            if ob is None:
-                raise SculptError(f"{path.name} was not written: the object is gone.")
+            ob = exported()
             if kind is JobKind.SAMPLE:
                 level_set.write(path, result.arrays["band"], ob.matrix_world, world_scale(ob))
             else:
                 _write_mesh(path, ob, result)
 
-        request = fields, {"field": weights}
-        return launch(self, Job(kind, f"Export {path.name}", lambda: request, write))
+        return launch(self, Job(kind, f"Export {path.name}", request, write))
 
 
 def _write_mesh(path: Path, ob: Object, result: Message) -> None:
