@@ -102,9 +102,10 @@ def apply_to_base(ob: Object, label: str) -> None:
     SculptError when the object is locked.
     """
     _refuse_locked(ob)
+    muted = [entry for entry in stroke_list.entries(ob) if entry.muted]
     group = field_of(ob)
     group.base_weights = group.weights
-    stroke_list.write(ob, [entry for entry in stroke_list.entries(ob) if entry.muted])
+    stroke_list.write(ob, muted)
     push_undo(label)
 
 

@@ -10,6 +10,7 @@ TEXTS = {
     "A capsule as a neural field": "Eine Kapsel als neuronales Feld",
     "A network from a .safetensors or .pth file": "Ein Netz aus einer .safetensors-"
     " oder .pth-Datei",
+    "A .safetensors or .pth file": "Eine .safetensors- oder .pth-Datei",
     "A sphere as a neural field": "Eine Kugel als neuronales Feld",
     "A suzanne as a neural field": "Suzanne als neuronales Feld",
     "A torus as a neural field": "Ein Torus als neuronales Feld",
@@ -30,6 +31,7 @@ TEXTS = {
     " des Würfels um das Feld, in denen der Proxy vernetzt wird",
     "Distance from the mesh": "Abstand vom Mesh",
     "Distance from the mesh, 95 %": "Abstand vom Mesh, 95 %",
+    "Distance from the mesh, largest": "Abstand vom Mesh, größter",
     "Draft": "Entwurf",
     "Drift": "Drift",
     "Export Neural Field": "Neuronales Feld exportieren",
@@ -44,6 +46,7 @@ TEXTS = {
     "From File": "Aus Datei",
     "Good Enough": "Gut genug",
     "Good enough to sculpt on": "Gut genug zum Modellieren",
+    "How close to the mesh, and how long it takes": "Wie nah am Mesh, und wie lange es dauert",
     "Kind": "Art",
     "Large and slow": "Groß und langsam",
     "Makes solids of the open parts of the mesh; 0 leaves them as they are": "Macht offene Teile"
@@ -60,6 +63,7 @@ TEXTS = {
     "Neural Field from Mesh": "Neuronales Feld aus Mesh",
     "Neural Sculpt": "Neural Sculpt",
     "Normal": "Normal",
+    "Normals off by": "Normalen weichen ab um",
     "Of all random numbers": "Aller Zufallszahlen",
     "Proxy": "Proxy",
     "Quality": "Qualität",
@@ -91,6 +95,8 @@ TEXTS = {
     "Triangles": "Dreiecke",
     "Units in each of the two layers: more hold more detail and take longer": "Neuronen in jeder"
     " der beiden Schichten: mehr halten mehr Einzelheiten und brauchen länger",
+    "Volume on the wrong side": "Volumen auf der falschen Seite",
+    "What the field is made of": "Woraus das Feld gemacht wird",
     "What the field was made from": "Woraus das Feld entstand",
     "{}, from {}": "{}, aus {}",
     # brush
@@ -127,6 +133,9 @@ TEXTS = {
     "Of a stroke where it carves": "Eines Strichs, wo er vertieft",
     "Of a stroke where it raises the surface": "Eines Strichs, wo er die Oberfläche erhöht",
     "Of the circle under the mouse": "Des Kreises unter der Maus",
+    "Of the brush's intensity, at this point": "Der Stärke des Pinsels, an diesem Punkt",
+    "Of the brush's radius, at this point": "Des Radius des Pinsels, an diesem Punkt",
+    "Of the brush, which to change": "Welche des Pinsels geändert wird",
     "Pen Pressure": "Stiftdruck",
     "Pressure on Intensity": "Druck auf Stärke",
     "Pressure on Radius": "Druck auf Radius",
@@ -167,6 +176,7 @@ TEXTS = {
     "Dent": "Delle",
     "Gem": "Edelstein",
     "Give a preset of your own another name": "Einer eigenen Vorlage einen anderen Namen geben",
+    "A preset file that somebody shared": "Eine Vorlagendatei, die jemand weitergegeben hat",
     "Import Preset": "Vorlage importieren",
     "Load this preset into the curve widget": "Diese Vorlage in das Kurvenfeld laden",
     "Modulation Presets": "Modulationsvorlagen",

@@ -254,8 +254,20 @@ class NEURAL_SCULPT_PG_point(PropertyGroup):
     location: FloatVectorProperty(
         name="Location", description="Point in model space, the object's local space", size=3
     )
-    radius_factor: FloatProperty(name="Radius Factor", default=1.0, min=0.0, max=10.0)
-    intensity_factor: FloatProperty(name="Intensity Factor", default=1.0, min=0.0, max=10.0)
+    radius_factor: FloatProperty(
+        name="Radius Factor",
+        description="Of the brush's radius, at this point",
+        default=1.0,
+        min=0.0,
+        max=10.0,
+    )
+    intensity_factor: FloatProperty(
+        name="Intensity Factor",
+        description="Of the brush's intensity, at this point",
+        default=1.0,
+        min=0.0,
+        max=10.0,
+    )
 
 
 def field_of(ob: Object) -> NEURAL_SCULPT_PG_field:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from bpy.types import Object
 
+from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from .properties import field_of
 
@@ -29,9 +30,7 @@ class Entry:
 def entries(ob: Object) -> list[Entry]:
     """All strokes of a field. SculptError when an item holds none, which no tool of ours wrote."""
     return [
-        Entry(
-            replace(Stroke.from_json(json.loads(item.data)), name=item.name), item.muted, item.uid
-        )
+        Entry(replace(_stroke(item.data, item.name), name=item.name), item.muted, item.uid)
         for item in field_of(ob).strokes
     ]
 
@@ -133,6 +132,15 @@ def _add(ob: Object, entry: Entry) -> None:
     item = field_of(ob).strokes.add()
     item.name = entry.stroke.name or f"Stroke {len(field_of(ob).strokes)}"
     item.muted, item.uid, item.data = entry.muted, entry.uid, _text(entry.stroke)
+
+
+def _stroke(text: str, name: str) -> Stroke:
+    try:
+        return Stroke.from_json(json.loads(text))
+    except (ValueError, RecursionError, SculptError) as error:
+        raise SculptError(
+            f"{name} cannot be read ({error}). The history of this field is damaged."
+        ) from error
 
 
 def _text(stroke: Stroke) -> str:

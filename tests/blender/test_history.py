@@ -204,6 +204,15 @@ class History(SculptCase):
         self.assert_fails("Flag", ops.mute_stroke, uid=self.uid("Hill"))
         self.assertEqual(state(self.ob), before)
 
+    def test_a_damaged_history_is_refused_whole(self) -> None:
+        for text in ("", "[" * 100_000, '{"points": []}', "null"):
+            self.ob.neural_sculpt.strokes[1].data = text
+            before = state(self.ob)
+            self.assert_fails("Two", ops.mute_stroke, uid=self.uid("One"))
+            self.assert_fails("Two", ops.apply_to_base)
+            self.assert_fails("Two", ops.edit_stroke, uid=self.uid("One"), radius=0.1)
+            self.assertEqual(state(self.ob), before)
+
     def test_cancel(self) -> None:
         with self.as_in_a_window():
             ops.mute_stroke(uid=self.uid("One"))

@@ -6,6 +6,7 @@ import importlib.util
 import unittest
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 from harness import EXTENSION, module
@@ -40,21 +41,27 @@ def said() -> Iterator[str]:
                     yield text.value
 
 
+def properties() -> Iterator[tuple[str, dict[str, Any]]]:
+    """How all properties that are not hidden were defined."""
+    for cls in module("blender.registration").CLASSES:
+        for parent in cls.__mro__:
+            for name, deferred in vars(parent).get("__annotations__", {}).items():
+                given = getattr(deferred, "keywords", None)
+                if given is not None and "HIDDEN" not in given.get("options", ()):
+                    yield f"{cls.__name__}.{name}", given
+
+
 def shown() -> Iterator[str]:
     """Labels and tooltips of everything that is registered."""
     for cls in module("blender.registration").CLASSES:
         yield getattr(cls, "bl_label", "")
         if issubclass(cls, bpy.types.Operator):
             yield cls.__doc__
-        for parent in cls.__mro__:
-            for deferred in vars(parent).get("__annotations__", {}).values():
-                given = getattr(deferred, "keywords", {})
-                if "HIDDEN" in given.get("options", ()):
-                    continue
-                yield from (given.get("name", ""), given.get("description", ""))
-                items = given.get("items", ())
-                for item in items if isinstance(items, list) else ():
-                    yield from item[1:3]
+    for _, given in properties():
+        yield from (given.get("name", ""), given.get("description", ""))
+        items = given.get("items", ())
+        for item in items if isinstance(items, list) else ():
+            yield from item[1:3]
     choices = module("blender.shape_choices")
     for shape in (choices.Profile, choices.Modulation):
         for _, name, tip in choices.fixed_items(shape):
@@ -68,6 +75,10 @@ def texts() -> set[str]:
 
 
 class Translations(unittest.TestCase):
+    def test_every_property_has_a_tooltip(self) -> None:
+        silent = [name for name, given in properties() if not given.get("description")]
+        self.assertEqual(silent, [])
+
     def test_every_text_is_in_german(self) -> None:
         german = module("blender.german").TEXTS
         self.assertEqual(sorted(texts() - set(german)), [])

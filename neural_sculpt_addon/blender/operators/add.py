@@ -31,12 +31,18 @@ class NEURAL_SCULPT_OT_add(Operator):
 
     kind: EnumProperty(
         name="Kind",
+        description="What the field is made of",
         items=[
             *((name, name.title(), f"A {name.lower()} as a neural field") for name in PRIMITIVES),
             (FILE, "From File", "A network from a .safetensors or .pth file"),
         ],
     )
-    filepath: StringProperty(name="Network", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="Network",
+        description="A .safetensors or .pth file",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default="*.safetensors;*.pth", options={"HIDDEN"})
 
     def invoke(self, context: Context, event: Event) -> Outcome:

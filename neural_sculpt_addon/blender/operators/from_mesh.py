@@ -30,6 +30,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
     preset: EnumProperty(
         name="Quality",
+        description="How close to the mesh, and how long it takes",
         items=[
             ("DRAFT", "Draft", "Quick and rough"),
             ("NORMAL", "Normal", "Good enough to sculpt on"),

@@ -24,7 +24,7 @@ class NEURAL_SCULPT_OT_notice(Operator):
     bl_label = "Neural Sculpt"
     bl_options = {"INTERNAL"}  # noqa: RUF012 - Blender's own way
 
-    message: StringProperty(options={"SKIP_SAVE"})
+    message: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: Context, event: Event) -> "Outcome":
         """See to it that there is an event."""

@@ -135,7 +135,12 @@ class NEURAL_SCULPT_OT_import_preset(Operator):
     bl_label = "Import Preset"
     bl_options = REGISTER
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filepath: StringProperty(
+        name="File",
+        description="A preset file that somebody shared",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
     def invoke(self, context: Context, event: Event) -> Outcome:

@@ -35,6 +35,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
 
     length: EnumProperty(
         name="Length",
+        description="Of the brush, which to change",
         items=[
             ("RADIUS", "Radius", "Half width of the stroke"),
             ("INTENSITY", "Intensity", "Height of the stroke"),
