@@ -16,6 +16,7 @@ from .sidebar import Sidebar, draw_job
 LENGTHS = {
     "error_mean": n_("Distance from the mesh"),
     "error_p95": n_("Distance from the mesh, 95 %"),
+    "error_max": n_("Distance from the mesh, largest"),
     "tube_mean": n_("Stroke error"),
     "tube_p95": n_("Stroke error, 95 %"),
     "drift_mean": n_("Drift"),
@@ -72,6 +73,12 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
         if isinstance(value := report.get(key), int | float):
             length = _length(context, value * world_scale(ob))
             column.label(text=f"{iface_(label)}: {length}", translate=False)
+    if isinstance(angle := report.get("normal_deg"), int | float):
+        column.label(
+            text=f"{iface_('Normals off by')}: {angle:.1f}\N{DEGREE SIGN}", translate=False
+        )
+    if isinstance(share := report.get("sign_errors"), int | float) and share > 0:
+        column.label(text=f"{iface_('Volume on the wrong side')}: {share:.2%}", translate=False)
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
             column.label(text=f"{iface_('Separate pieces')}: {value}", translate=False)
