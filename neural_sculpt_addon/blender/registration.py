@@ -28,13 +28,13 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
+from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.presets import (
     NEURAL_SCULPT_OT_delete_preset,
     NEURAL_SCULPT_OT_import_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_save_preset,
 )
-from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker

@@ -18,7 +18,7 @@ from ...worker.client import JobKind, Message
 from .. import fit_overlay, preferences, proxy_mesh
 from ..commit import NewField, create_field
 from ..worker_session import Job, find, session
-from .launch import REGISTER, Outcome, fail, launch
+from .launch import REGISTER, Outcome, fail, launch, refuse
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -62,11 +62,9 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         """A mesh outside of Edit Mode."""
         ob = context.active_object
         if ob is None or ob.type != "MESH":
-            cls.poll_message_set("Select a mesh object first")
-            return False
+            return refuse(cls, "Select a mesh object first")
         if ob.mode == "EDIT":
-            cls.poll_message_set("Leave Edit Mode first")
-            return False
+            return refuse(cls, "Leave Edit Mode first")
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
