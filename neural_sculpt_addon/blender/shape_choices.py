@@ -22,11 +22,15 @@ from .preset_file import Preset
 CURVE = "CURVE"
 """The choice of the curve widget instead of a named profile or modulation."""
 
+OWN = "OWN:"
+"""How the choice of an artist's preset begins, so that no file can take the place of a formula."""
+
 Shape = type[Profile] | type[Modulation]
 Item = tuple[str, str, str, Any, int]
 
-CURVE_NUMBER, BUILT_IN_NUMBER, OWN_NUMBER = 50, 100, 1000
-"""Blender files hold the number of a choice: it must never come to mean another one."""
+CURVE_NUMBER, PRESET_NUMBER = 50, 100
+"""Blender files hold the number of a choice: it must never come to mean another one. Formulas count
+from 0; presets do not stay chosen."""
 
 
 def fixed_items(shape: Shape) -> list[tuple[str, str, str]]:
@@ -46,7 +50,7 @@ def choice_property(
     return EnumProperty(
         name=shape.WORD.title(),
         description=description,
-        items=lambda _owner, _context: _items(shape, presets.edition(), _language()),
+        items=lambda *_: _items(shape, presets.edition(), bpy.app.translations.locale),
         default=[*shape.FORMULAS].index(default),
         update=update,
     )
@@ -69,7 +73,8 @@ def unregister() -> None:
 
 
 def _presets(shape: Shape) -> dict[str, Preset]:
-    return presets.built_in(shape.WORD) | presets.own(shape.WORD)
+    own = {OWN + stem: preset for stem, preset in presets.own(shape.WORD).items()}
+    return presets.built_in(shape.WORD) | own
 
 
 @cache
@@ -84,17 +89,8 @@ def _items(shape: Shape, _edition: int, _locale: str) -> list[Item]:
         values = shape(choice.lower())(domain)
         icon = thumbnails.icon(f"{shape.WORD} {choice}", shape.WORD, values)
         items.append((choice, iface_(name), tip_(tip), icon, number))
-    for start, group in (
-        (BUILT_IN_NUMBER, presets.built_in(shape.WORD)),
-        (OWN_NUMBER, presets.own(shape.WORD)),
-    ):
-        for number, (choice, preset) in enumerate(group.items(), start):
-            tip = tip_("Load this preset into the curve widget")
-            key = f"{choice} {hash(preset)}"
-            icon = thumbnails.icon(key, shape.WORD, thumbnails.sample(preset))
-            items.append((choice, iface_(preset.name), tip, icon, number))
+    for number, (choice, preset) in enumerate(_presets(shape).items(), PRESET_NUMBER):
+        tip = tip_("Load this preset into the curve widget")
+        icon = thumbnails.icon(f"{choice} {hash(preset)}", shape.WORD, thumbnails.sample(preset))
+        items.append((choice, iface_(preset.name), tip, icon, number))
     return items
-
-
-def _language() -> str:
-    return bpy.app.translations.locale

@@ -80,7 +80,7 @@ class Presets(SculptCase):
         (stem,) = self.presets.own("profile")
         self.assertEqual(self.presets.own("modulation"), {})
         self.brush.profile = "DENT"
-        self.brush.profile = stem
+        self.brush.profile = f"OWN:{stem}"
         np.testing.assert_allclose(self.gets("profile"), mine, atol=1e-5)
         ops.rename_preset(kind="profile", preset=stem, name="Ruby")
         ((stem, preset),) = self.presets.own("profile").items()
@@ -138,6 +138,8 @@ class Presets(SculptCase):
             self.assert_fails("", ops.import_preset, filepath=str(path))
         (folder / "bytes.json").write_bytes(b"\xff\xfe")
         self.assert_fails("cannot be read", ops.import_preset, filepath=str(folder / "bytes.json"))
-        (folder / "good.json").write_text(json.dumps(good))
+        (folder / "QUINTIC.json").write_text(json.dumps(good))
         self.presets.refresh()
-        self.assertEqual(list(self.presets.own("profile")), ["good"])
+        self.assertEqual(list(self.presets.own("profile")), ["QUINTIC"])
+        self.brush.profile = "QUINTIC"
+        self.assertEqual(self.brush.profile, "QUINTIC", "no file takes the place of a formula")
