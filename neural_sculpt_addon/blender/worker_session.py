@@ -321,6 +321,8 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
+        if job.preview is not None:
+            redraw.tag_views()  # it is gone
         self._preview()
         if status is JobStatus.FAILED:
             self.last_error = message
