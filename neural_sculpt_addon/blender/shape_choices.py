@@ -50,7 +50,9 @@ def choice_property(
     return EnumProperty(
         name=shape.WORD.title(),
         description=description,
-        items=lambda *_: _items(shape, presets.edition(), bpy.app.translations.locale),
+        items=lambda _owner, _context: _items(
+            shape, presets.edition(), bpy.app.translations.locale
+        ),
         default=[*shape.FORMULAS].index(default),
         update=update,
     )
