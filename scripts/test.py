@@ -123,11 +123,14 @@ def windows(workshop: Workshop, extension: Path) -> Iterator[Outcome]:
             yield _without(name, program)
             continue
         pictures = WINDOW_PICTURES / re.sub(r"\W+", "-", program.name).strip("-").lower()
+        given = [str(extension), str(pictures)]
         with screen.virtual_screen() as on_screen:
             variables = {**program.variables, **on_screen}
-            given = [str(extension), str(pictures)]
             command = screen.window_command(program, WINDOW_TESTS, given)
             yield _in_blender(name, command, variables, WINDOW_SECONDS)
+            if screen.has_person():
+                command = screen.window_command(program, WINDOW_TESTS, given, simulate=False)
+                yield _in_blender(f"{name}, a person", command, variables, WINDOW_SECONDS)
 
 
 def _without(name: str, program: blenders.Program) -> Outcome:

@@ -6,7 +6,7 @@
 3. then Neural Field,
 4. then Suzanne.
 5. Click the last tool of the toolbar, Neural Stroke.
-6. Press Home: Suzanne fills the view.
+6. Press the numeric keypad's period, Frame Selected: she fills the view.
    Draw over her head with the left mouse button.
 """
 
@@ -44,6 +44,7 @@ class FirstUse(WindowCase):
         super().setUp()
         bpy.ops.wm.read_homefile(use_factory_startup=True)
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
+        bpy.context.preferences.view.smooth_view = 0
 
     def test_first_use(self) -> Steps:
         tool = yield from self.tool_button()
@@ -60,7 +61,7 @@ class FirstUse(WindowCase):
         self.assertEqual(field().name, "Suzanne")
         yield from click(tool)
         hand.move(middle())
-        hand.tap("HOME", middle())
+        hand.tap("NUMPAD_PERIOD", middle())
         yield 5 * hand.DRAWN
         before, triangles = vertices(field()), corners(field())
         yield from self.draw(FOREHEAD)
