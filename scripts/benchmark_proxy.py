@@ -101,18 +101,19 @@ def _networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
 
 
 def _over_the_top(network: "Siren", name: str) -> "Stroke":
-    """A stroke along x over the highest points of the surface."""
+    """A stroke along x over the highest point of the surface."""
     import numpy as np
 
+    from neural_sculpt_addon.field.projection import project
     from neural_sculpt_addon.field.proxy import extract
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     vertices = extract(network, 64).vertices
-    x = np.linspace(-0.2, 0.2, 9)
-    beside = np.hypot(vertices[:, 0] - x[:, None], vertices[:, 1]) < 0.05  # (9, V)
-    top = [vertices[column][np.argmax(vertices[column, 2])] for column in beside if column.any()]
-    return Stroke(np.array(top), Brush(0.08, 0.06), name=name)
+    highest = vertices[np.argmax(vertices[:, 2])]
+    line = highest + np.linspace([-0.1, 0, 0], [0.1, 0, 0], 9)  # (9, 3)
+    points = project(network, line.astype(np.float32)).points
+    return Stroke(points.astype(float), Brush(0.08, 0.06), name=name)
 
 
 class Dense(NamedTuple):

@@ -32,7 +32,7 @@ SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
 MOVED = 0.25  # a vertex that an edit moved less, in cells, keeps its place in the mesh
 FLAT = 1e-6  # a gradient below this has no direction
-FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 4 GB
+FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 5 GB
 BATCH = 1 << 15  # vertices between two looks at `progress`
 
 

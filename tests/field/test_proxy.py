@@ -93,6 +93,10 @@ def test_active_cells_of_pretrained_networks_equal_dense_evaluation(name):
     assert_same_cells(load(PRETRAINED / f"{name}.pth"), 128)
 
 
+def test_active_cells_of_an_edited_network_equal_dense_evaluation(sculpted):
+    assert_same_cells(gauss_newton.quick(sculpted.problem), 96)
+
+
 @pytest.mark.parametrize("name", MODELS)
 def test_proxies_of_pretrained_networks_are_exact_and_well_shaped(name):
     if not PRETRAINED.is_dir():
