@@ -18,7 +18,7 @@ from ..stroke.displacement import displace
 from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
 from ..stroke.stroke import Ends, Stroke
-from .evaluate import values_and_gradients
+from .evaluate import values, values_and_gradients
 from .lay import lay
 from .network import Siren
 from .prepare import Preparation
@@ -26,6 +26,7 @@ from .surface import Samples
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
+WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
 SWALLOWED = 0.9  # of the displacement; the rest is for samples that are not everywhere
 
 
@@ -73,14 +74,17 @@ class Problem:
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
         before, after = (
-            np.concatenate([getattr(tube, word).points for tube in tubes])
-            for word in ("surface", "target")
+            Samples(*(np.concatenate(arrays) for arrays in zip(*samples, strict=True)))
+            for samples in ([tube.surface for tube in tubes], [tube.target for tube in tubes])
         )
         ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
-        gone = np.split(_swallowed(before, after), ends)
+        gone = np.split(self._swallowed(before, after), ends)
         tubes = [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
         if not any(len(tube.surface.points) for tube in tubes):
-            raise SculptError("The stroke's brush meets no surface. Choose a larger radius.")
+            raise SculptError(
+                "The stroke leaves nothing of the surface under it: its radius is too small, or its"
+                " intensity so large that the surface runs through itself. Change one of them."
+            )
         return tubes
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
@@ -104,8 +108,23 @@ class Problem:
             goal, factor = displaced(self.network, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
-        stretch[_swallowed(surface.points, moved.points)] = 0
+        stretch[self._swallowed(surface, moved)] = 0
         return moved, stretch
+
+    def _swallowed(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
+        """Which displaced samples (N,) lie inside of what others displace, as in a groove, or of
+        parts that the stroke does not reach; of carved ones, which come out on the other side.
+
+        There are others where the surface `before` comes closer than it is displaced there.
+        """
+        if not len(before.points):
+            return np.zeros(0, bool)
+        way = after.points - before.points
+        outward = np.sign((way * before.normals).sum(axis=1))
+        far = np.linalg.norm(way, axis=1)
+        distance, nearest = KDTree(before.points).query(after.points)
+        inside = outward * values(self.network, after.points) < -WRONG_SIDE
+        return inside | (distance < SWALLOWED * far[nearest])
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""
@@ -150,18 +169,6 @@ def pose(preparation: Preparation, stroke: Stroke) -> Problem:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
     copies = tuple(Laid(copy, lay(preparation.network, copy)) for copy in stroke.copies())
     return Problem(preparation, copies, stroke.seed)
-
-
-def _swallowed(before: NDArray[np.float32], after: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which displaced samples (N,) lie inside of what others displace, as in a groove.
-
-    There are others where the surface `before` comes closer than it is displaced there.
-    """
-    if not len(before):
-        return np.zeros(0, bool)
-    way = np.linalg.norm(after - before, axis=1)
-    distance, nearest = KDTree(before).query(after)
-    return distance < SWALLOWED * way[nearest]
 
 
 def _close(one: Laid, surface: Samples) -> NDArray[np.bool_]:

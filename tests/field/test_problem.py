@@ -5,13 +5,16 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.prepare import SURFACE_SAMPLES, prepare
+from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.tube import sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Ends, Stroke
-from tests.field.analytic import ball, siren
+from tests.field.analytic import ball, ellipsoid, siren
 
 SKEW = Profile(points=((-1, 0), (-0.5, 1), (0.5, -1), (1, 0)))
 
@@ -38,9 +41,9 @@ def test_samples_of_the_surface_are_uniform_by_area(preparation):
 
 
 def test_values_off_the_surface_are_those_of_the_field(preparation):
-    for points, values in (preparation.shell, preparation.box):
+    for points, known in (preparation.shell, preparation.box):
         expected = ((points.astype(float) ** 2).sum(axis=1) - 0.25) / 1.0
-        np.testing.assert_allclose(values, expected, atol=3e-5)
+        np.testing.assert_allclose(known, expected, atol=3e-5)
     assert np.abs(preparation.box.points).max() <= 1
     away = np.abs(np.linalg.norm(preparation.shell.points, axis=1) - 0.5)
     assert away.mean() == pytest.approx(0.01 * (2 / np.pi) ** 0.5, rel=0.05)
@@ -160,3 +163,31 @@ def test_a_stroke_without_width_is_refused(preparation):
     stroke = Stroke(points, Brush(0.1, 0.05), radius_factors=np.zeros(4))
     with pytest.raises(SculptError, match="width"):
         pose(preparation, stroke)
+
+
+def test_targets_beyond_a_thin_part_are_left_out():
+    """A dab that carves deeper than a lens is thick comes out on its other side."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2)))
+    (tube,) = problem.tubes()
+    assert len(tube.target.points) > 500
+    assert values(lens.network, tube.target.points).max() < 2e-3
+    alone = sample_tube(lens.network, *problem.laid[0])
+    through = alone.target.points[:, 2] < -0.06
+    assert through.sum() > 500
+    assert len(alone.target.points) - len(tube.target.points) >= through.sum()
+
+
+def test_what_runs_through_itself_is_left_out():
+    """The inner equator of the torus, 0.3 from the axis, raised to the axis and beyond."""
+    torus = prepare(primitive("torus"))
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    points = 0.3 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    raised, folded = (
+        pose(torus, Stroke(points, Brush(0.05, height, Profile(table=(1, 1))), closed=True))
+        for height in (0.2, 0.35)
+    )
+    away = np.hypot(*raised.tubes()[0].target.points[:, :2].T)
+    np.testing.assert_allclose(away, 0.1, atol=0.02)
+    with pytest.raises(SculptError, match="nothing"):
+        folded.tubes()
