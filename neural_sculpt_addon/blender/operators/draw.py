@@ -2,7 +2,7 @@
 """Draw a stroke on the active field: the modal side of drawing.
 
 What the mouse and the keys mean is decided in `drawing`; what is drawn is sculpted as the stroke
-operator would. A press beside the surface is left to Blender.
+operator would.
 """
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
@@ -64,7 +64,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if event.value == "CLICK_DRAG":
             return CANCELLED  # a stroke that missed the surface must not move the object
         try:
-            if _is_press_of_tool(context, event) and (missed := self._begin(context, event)):
+            ob = active_field(context)
+            if _is_press_of_tool(context, event) and (missed := self._begin(context, event, ob)):
                 return missed
         except SculptError as error:
             return fail(self, error)
@@ -78,34 +79,30 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if ob is None or (event.value == "PRESS" and event.type in {"ESC", "RIGHTMOUSE"}):
             self.cancel(context)
             return CANCELLED
+        if event.type.startswith("TIMER"):
+            return PASS
         try:
             if self._drawing is None:
-                return self._wait(context, event)
-            taken = self._pass_on(self._drawing, context, event, ob)
-            if self._drawing.phase is Phase.CANCELLED:
-                self.cancel(context)
-                return CANCELLED
-            if self._drawing.phase is Phase.DONE:
-                return self._sculpt(context, ob)
-            self._show(context)
+                return self._wait(context, event, ob)
+            return self._draw_on(self._drawing, context, event, ob)
         except SculptError as error:
             self.cancel(context)
             return fail(self, error)
-        return RUNNING if taken else PASS
 
     def cancel(self, context: Context) -> None:
         """Leave no trace in the window."""
         overlay.hide_stroke()
         context.workspace.status_text_set(None)
-        context.area.tag_redraw()
+        if context.area is not None:  # it is gone with the window
+            context.area.tag_redraw()
 
-    def _wait(self, context: Context, event: Event) -> Outcome:
+    def _wait(self, context: Context, event: Event, ob: Object) -> Outcome:
         """For the press on the surface."""
         if event.type != "LEFTMOUSE":
             return PASS
         if event.value != "PRESS":
             return RUNNING if event.value == "CLICK_DRAG" else PASS
-        if missed := self._begin(context, event):
+        if missed := self._begin(context, event, ob):
             if missed == PASS:
                 return PASS
             self.cancel(context)
@@ -113,13 +110,12 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._show(context)
         return RUNNING
 
-    def _begin(self, context: Context, event: Event) -> "Outcome | None":
+    def _begin(self, context: Context, event: Event, ob: Object) -> "Outcome | None":
         """Start at the point under the mouse; what to answer when there is none to start from.
 
         A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
         take it. SculptError when a stroke would lose what other brushes did to the proxy.
         """
-        ob = active_field(context)
         mouse = event.mouse_x, event.mouse_y
         view = view_under(context.area, mouse, ob)
         if view is None or over_interface(context.area, mouse):
@@ -141,6 +137,17 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._drawing = Drawing(habits, hit, mouse, event.pressure)
         return None
 
+    def _draw_on(self, drawing: Drawing, context: Context, event: Event, ob: Object) -> Outcome:
+        """Let the drawing go on, and see whether it is over."""
+        taken = self._pass_on(drawing, context, event, ob)
+        if drawing.phase is Phase.CANCELLED:
+            self.cancel(context)
+            return CANCELLED
+        if drawing.phase is Phase.DONE:
+            return self._sculpt(drawing, context, ob)
+        self._show(context)
+        return RUNNING if taken else PASS
+
     def _pass_on(self, drawing: Drawing, context: Context, event: Event, ob: Object) -> bool:
         """Tell the drawing what happened; whether nobody else needs to know."""
         mouse = event.mouse_x, event.mouse_y
@@ -159,10 +166,10 @@ class NEURAL_SCULPT_OT_draw(Operator):
             drawing.press(view, mouse, event.pressure)
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
             drawing.release(view, mouse)
-        return not event.type.startswith("TIMER")
+        return True
 
-    def _sculpt(self, context: Context, ob: Object) -> Outcome:
-        stroke = drawn_stroke(context, ob, self._drawing.line, self.invert)
+    def _sculpt(self, drawing: Drawing, context: Context, ob: Object) -> Outcome:
+        stroke = drawn_stroke(context, ob, drawing.line, self.invert)
         self.cancel(context)
         return launch(self, edit_job(ob, (stroke,)))
 
