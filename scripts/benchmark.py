@@ -9,10 +9,16 @@ import argparse
 
 import benchmark_edit
 import benchmark_fit
+import benchmark_interface
 import benchmark_proxy
 import environment
 
-BENCHMARKS = {"edit": benchmark_edit, "fit": benchmark_fit, "proxy": benchmark_proxy}
+BENCHMARKS = {
+    "edit": benchmark_edit,
+    "fit": benchmark_fit,
+    "interface": benchmark_interface,
+    "proxy": benchmark_proxy,
+}
 
 
 def main() -> None:

@@ -40,7 +40,7 @@ WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"
 WINDOW_PICTURES = ROOT / "test-output" / "window"
 PYTEST_SECONDS = 2400
 BLENDER_SECONDS = 900
-WINDOW_SECONDS = 900
+WINDOW_SECONDS = 1500
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The interface benchmark: what drawing costs Blender's main thread, in a window.
+
+In the first Blender found that can open a window (the variable BLENDER names another), on a virtual
+screen, by simulated input, with a proxy of about 100,000 triangles: Python's part of a mouse move,
+from a stroke's end to its preview and to the drawn quick result, the longest tick of the timer; and
+the memory of Blender and of the worker over many strokes. Milliseconds and MB. Drawing itself is
+software's here, which a graphics card does in no time.
+"""
+
+import argparse
+import sys
+import tempfile
+
+import blenders
+import build_extension
+import environment
+import screen
+
+SCRIPT = environment.ROOT / "scripts" / "interface_in_blender.py"
+SECONDS = 7200
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """The options of `benchmark.py interface`."""
+    parser.add_argument("--strokes", type=int, default=200, help="in a row (default: %(default)s)")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Build the extension, start Blender, print the tables."""
+    if missing := screen.why_none():
+        sys.exit(missing)
+    workshop = environment.ensure()
+    found = [program for program in blenders.programs(workshop) if not program.missing]
+    if not found:
+        sys.exit("There is no Blender with a window here; name one in the variable BLENDER.")
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user,
+        screen.virtual_screen() as on_screen,
+    ):
+        variables = {**found[0].variables, **on_screen, "BLENDER_USER_RESOURCES": user}
+        given = [str(build_extension.build(workshop)), str(options.strokes)]
+        command = screen.window_command(found[0], SCRIPT, given)
+        code, _, _ = screen.run(command, variables, SECONDS)
+    sys.exit(code)

@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `benchmark.py interface` does inside Blender: draws strokes and times the extension's calls.
+
+blender --enable-event-simulate --python scripts/interface_in_blender.py -- EXTENSION.zip COUNT
+"""
+
+# pyright: reportOptionalMemberAccess=false
+
+import importlib
+import os
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+import simulated_input as hand
+from simulated_input import Steps
+
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+RESOLUTION = 172  # of a sphere field: about 100,000 triangles
+DRAWN = 5  # strokes by hand that are timed
+MOVES = 40  # of the mouse in each
+RADIUS = 0.6  # of the sphere field
+SECONDS = 600
+ROWS = 10  # of the memory table
+
+times: defaultdict[str, list[float]] = defaultdict(list)
+"""Milliseconds that each call of a function took, by a name of ours."""
+ended: dict[str, float] = {}
+"""When a function last returned, likewise."""
+
+
+def timed(owner: Any, name: str, label: Callable[[tuple[Any, ...]], str]) -> None:
+    """Note how long each call of a function or method takes."""
+    function = getattr(owner, name)
+
+    def call(*given: Any) -> Any:
+        start = time.perf_counter()
+        try:
+            return function(*given)
+        finally:
+            ended[label(given)] = time.perf_counter()
+            times[label(given)].append(1000 * (ended[label(given)] - start))
+
+    setattr(owner, name, call)
+
+
+def module(name: str) -> Any:
+    """A module of the installed extension."""
+    return importlib.import_module(f"{EXTENSION}.{name}")
+
+
+def instrument() -> None:
+    """Time the calls that Blender makes. The overlay's are registered again."""
+    overlay, draw = module("blender.overlay"), module("blender.operators.draw")
+    overlay.unregister()
+    timed(overlay, "_draw_stroke", lambda _: "overlay: stroke")
+    timed(overlay, "_draw_brush", lambda _: "overlay: brush")
+    overlay.register()
+    timed(draw.NEURAL_SCULPT_OT_draw, "modal", lambda given: f"event: {given[2].type.lower()}")
+    modal = draw.NEURAL_SCULPT_OT_draw.modal
+
+    def with_arguments(self: Any, context: Any, event: Any) -> Any:  # which Blender counts
+        return modal(self, context, event)
+
+    draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
+    session = module("blender.worker_session")
+    timed(session.Session, "_tick", lambda _: "timer tick")
+    timed(module("blender.preview"), "show", lambda _: "preview")
+    timed(module("blender.stroke_jobs"), "add_strokes", lambda _: "quick result into the scene")
+
+
+def steps() -> Steps:
+    """Install, draw, print."""
+    extension, count = sys.argv[sys.argv.index("--") + 1 :][:2]
+    bpy.ops.extensions.package_install_files(
+        filepath=extension, repo="user_default", enable_on_install=True
+    )
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    yield hand.DRAWN
+    instrument()
+    addon: Any = bpy.context.preferences.addons[EXTENSION]
+    addon.preferences.resolution = RESOLUTION
+    hand.look()
+    operators: Any = bpy.ops
+    operators.neural_sculpt.add(kind="SPHERE")
+    session = module("blender.worker_session").session
+    yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
+    with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
+        bpy.ops.wm.tool_set_by_id(name="neural_sculpt.tool")
+    triangles = len(fields()[0].data.polygons)
+    print(f"\nBlender {bpy.app.version_string}, {triangles:,} triangles", flush=True)
+    waits = []
+    for number in range(DRAWN):
+        waits.append((yield from draw(number)))
+        yield from hand.until(lambda: not session.jobs, SECONDS, "the final result")
+    _print_times(waits)
+    yield from remember(int(count), session)
+
+
+def draw(number: int) -> Generator[float, None, tuple[float, float]]:
+    """Draw one stroke by hand: ms from its end to the quick result in the scene, and drawn."""
+    tilt = -0.5 + number / DRAWN
+    path = hand.to_window(arc(tilt, MOVES))
+    strokes = len(fields()[0].neural_sculpt.strokes)
+    yield from hand.drag(path, pause=0.01)
+    released = ended["event: leftmouse"]
+
+    def quick() -> bool:
+        return len(fields()[0].neural_sculpt.strokes) > strokes
+
+    yield from hand.until(quick, SECONDS, "a quick result")
+    seen = ended["quick result into the scene"]
+    hand.view_area().tag_redraw()
+    yield from hand.until(lambda: ended["overlay: stroke"] > seen, SECONDS, "a drawn result")
+    return 1000 * (seen - released), 1000 * (ended["overlay: stroke"] - released)
+
+
+def arc(tilt: float, count: int, turn: float = 0.0) -> np.ndarray:
+    """Points (N, 3) over the front of the sphere."""
+    angle = turn + np.linspace(-0.4, 0.4, count)
+    c, s = np.cos(tilt), np.sin(tilt)
+    return RADIUS * np.stack([np.sin(angle), -np.cos(angle) * c, np.cos(angle) * s], 1)
+
+
+def remember(count: int, session: Any) -> Steps:
+    """Many strokes in a row, each as soon as the last one shows; the memory meanwhile."""
+    generator = np.random.default_rng(0)
+    print(f"\n{'strokes':>8} {'Blender MB':>11} {'worker MB':>10}")
+    operators: Any = bpy.ops
+    for number in range(count + 1):
+        if number % max(1, count // ROWS) == 0:
+            worker = session.client.pid
+            print(
+                f"{number:8} {megabytes(os.getpid()):11.0f} {megabytes(worker):10.0f}", flush=True
+            )
+        points = arc(generator.uniform(-0.9, 0.9), 12, generator.uniform(-3, 3)).tolist()
+        kept = [
+            {"name": "", "location": p, "radius_factor": 1, "intensity_factor": 1} for p in points
+        ]
+        strokes = len(fields()[0].neural_sculpt.strokes)
+        sign = generator.choice([-1, 1])
+        operators.neural_sculpt.stroke(points=kept, radius=0.06, intensity=0.01 * sign)
+
+        def quick() -> bool:
+            return len(fields()[0].neural_sculpt.strokes) > strokes  # noqa: B023 - used up here
+
+        yield from hand.until(quick, SECONDS, f"stroke {number}")
+
+
+def megabytes(process: int) -> float:
+    """Memory that a process holds."""
+    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def fields() -> list[Any]:
+    """The fields of the file."""
+    objects: Any = bpy.data.objects
+    return [ob for ob in objects if ob.neural_sculpt.revision]
+
+
+def _print_times(waits: list[tuple[float, float]]) -> None:
+    print(f"\n{'ms':36} {'calls':>6} {'median':>8} {'95 %':>8} {'most':>8}")
+    rows = {**times, "stroke's end to quick result": [w[0] for w in waits]}
+    rows["stroke's end to its picture"] = [w[1] for w in waits]
+    for label, values in rows.items():
+        median, high, most = np.percentile(values, (50, 95, 100))
+        print(f"{label:36} {len(values):6} {median:8.1f} {high:8.1f} {most:8.1f}", flush=True)
+
+
+hand.play(steps())
