@@ -28,7 +28,7 @@ PAUSES = 4  # pictures of the finished stroke
 STROKES = (  # profile, modulation, radius, intensity; ends in parts of the view's height; its bow
     ("QUINTIC", "IDENTITY", 0.07, 0.06, (-0.2, 0.3), (0.36, 0.26), 0.08),
     ("LINEAR", "CENTRAL", 0.05, -0.05, (-0.15, 0.43), (0.3, 0.41), 0.06),
-    ("QUINTIC", "CENTRAL", 0.05, 0.05, (-0.24, -0.27), (-0.02, -0.27), 0.04),
+    ("QUINTIC", "CENTRAL", 0.05, 0.05, (-0.25, -0.37), (-0.03, -0.37), 0.0),
 )
 
 
