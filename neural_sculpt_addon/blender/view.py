@@ -17,6 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .recorder import Mouse, Point
 
+BESIDE = ((0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))  # pixels
+FARTHEST = 2.0
+"""From the origin, in model space; where a ray starts. An orthographic view's starts so far away
+that single precision blurs it."""
+
 
 @dataclass(frozen=True)
 class View:
@@ -27,18 +32,30 @@ class View:
     camera: RegionView3D
 
     def hit(self, mouse: Mouse) -> tuple[Point, Point] | None:
-        """Point and normal of the proxy under the mouse."""
-        at = mouse[0] - self.region.x, mouse[1] - self.region.y
-        start = view3d_utils.region_2d_to_origin_3d(self.region, self.camera, at)
-        ahead = view3d_utils.region_2d_to_vector_3d(self.region, self.camera, at)
+        """Point and normal of the proxy under the mouse.
+
+        Once in a while a ray slips between two triangles and meets the far side from within; one
+        close beside it does not.
+        """
+        x, y = mouse[0] - self.region.x, mouse[1] - self.region.y
+        for right, up in BESIDE:
+            found, location, normal, inner = self._cast_ray((x + right, y + up))
+            if not found or not inner:
+                return (as_point(location), as_point(normal)) if found else None
+        return None
+
+    def _cast_ray(self, at: Mouse) -> tuple[bool, Vector, Vector, bool]:
+        """Whether a ray through a pixel of the region hits, where, and whether from within."""
         to_model = self.ob.matrix_world.inverted_safe()
+        start = to_model @ view3d_utils.region_2d_to_origin_3d(self.region, self.camera, at)
+        ahead = view3d_utils.region_2d_to_vector_3d(self.region, self.camera, at)
+        ahead = (to_model.to_3x3() @ ahead).normalized()
+        start += max(0.0, -start.dot(ahead) - FARTHEST) * ahead
         try:
-            found, location, normal, _ = self.ob.ray_cast(
-                to_model @ start, to_model.to_3x3() @ ahead
-            )
+            found, location, normal, _ = self.ob.ray_cast(start, ahead)
         except RuntimeError:  # hidden, or not evaluated yet: there is nothing to be hit
-            return None
-        return (as_point(location), as_point(normal)) if found else None
+            return False, Vector(), Vector(), False
+        return found, location, normal, normal.dot(ahead) > 0
 
     def cast(self, mouse: Mouse) -> Point | None:
         """The point of the proxy under the mouse."""
