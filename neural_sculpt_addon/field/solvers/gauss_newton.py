@@ -46,7 +46,7 @@ class Course:
 
 
 FIRST = Course(6, 10, Counts(tube=600, slope=400, preserve=2600, around=250, box=250))
-REFINE = Course(5, 20, Counts(tube=1800, slope=900, preserve=5000, around=400, box=400))
+REFINE = Course(5, 20, Counts(tube=1800, slope=900, preserve=9000, around=400, box=400))
 REPAIR = replace(REFINE, steps=3)
 
 

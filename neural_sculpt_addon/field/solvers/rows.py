@@ -35,7 +35,7 @@ SLOPE_LENGTH = 0.04  # what one unit of slope weighs, in units of length
 HELD_OUT = 40  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
-PRESERVE_WEIGHT = 1.7  # of residuals; its square is the weight in the sum
+PRESERVE_WEIGHT = 1.2  # of residuals; its square is the weight in the sum
 AROUND_WEIGHT = BOX_WEIGHT = 0.3
 
 
