@@ -86,19 +86,31 @@ class FirstUse(WindowCase):
         pictures = []
         for name in ("builtin.cursor", "neural_sculpt.tool"):
             choose_tool(name)
-            yield 4 * hand.DRAWN
-            pictures.append(hand.screen_pixels())
+            pictures.append((yield from still_picture()))
         choose_tool("builtin.select_box")
         left, bottom, right, _ = changed(*pictures, hand.region("TOOLS"))
         return (left + right) / 2, bottom + ROW / 2
 
     def opened(self, place: Pixel, beyond: int = 0) -> Steps:
         """Click where a menu opens: its left, bottom, right, top, to the right of `beyond`."""
-        before = hand.screen_pixels()
+        before = yield from still_picture()
         yield from click(place)
-        yield 2 * hand.DRAWN
-        after = hand.screen_pixels()
+        after = yield from still_picture()
         return changed(before[:, beyond:], after[:, beyond:], hand.region(), beyond)
+
+
+def still_picture() -> Steps:
+    """The window when the viewport has been drawn to the end, however long that takes."""
+    viewport = hand.region()
+    rows = slice(-viewport.y - viewport.height, -viewport.y or None)
+    columns = slice(viewport.x, viewport.x + viewport.width)
+    picture = None
+    for _ in range(30):
+        yield 4 * hand.DRAWN
+        last, picture = picture, hand.screen_pixels()
+        if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
+            break
+    return picture
 
 
 def any_field() -> bool:
