@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The field as an OpenVDB level set, where Blender brings OpenVDB for Python (4.5 and newer)."""
+"""The field as an OpenVDB level set, where Blender brings OpenVDB for Python.
+
+The builds of blender.org do so from 4.5 on.
+"""
 
 from pathlib import Path
 

@@ -3,6 +3,7 @@
 
 import ast
 import importlib.util
+import inspect
 import unittest
 from collections.abc import Iterator
 from pathlib import Path
@@ -45,7 +46,7 @@ def properties() -> Iterator[tuple[str, dict[str, Any]]]:
     """How all properties that are not hidden were defined."""
     for cls in module("blender.registration").CLASSES:
         for parent in cls.__mro__:
-            for name, deferred in vars(parent).get("__annotations__", {}).items():
+            for name, deferred in inspect.get_annotations(parent).items():
                 given = getattr(deferred, "keywords", None)
                 if given is not None and "HIDDEN" not in given.get("options", ()):
                     yield f"{cls.__name__}.{name}", given
