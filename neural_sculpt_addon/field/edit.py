@@ -87,13 +87,16 @@ def edit(
     if preparation is None:
         preparation = prepare(network, progress=lambda _, message: progress(0.0, message))
     result = Edit(preparation, ())
+    told = 0.0, "Sculpting"
     for number, stroke in enumerate(strokes):
 
         def share(part: float, message: str, done: int = number) -> None:
-            progress((done + part) / len(strokes), message)
+            nonlocal told
+            told = (done + part) / len(strokes), message
+            progress(*told)
 
         started = time.perf_counter()
-        problem = pose(result.preparation, stroke)
+        problem = pose(result.preparation, stroke, lambda: progress(*told))
         network = chosen.solve(problem, _part(share, 0.0, 0.3 if chosen.refine else 0.9))
         seconds = time.perf_counter() - started
         report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}

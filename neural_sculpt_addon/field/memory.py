@@ -7,9 +7,8 @@ edited; under a stroke they go where it moves them. So errors of many edits do n
 one edit left unfinished the next one finishes. Model space.
 """
 
-from typing import TypeVar
-
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from .evaluate import values
@@ -19,11 +18,10 @@ from .problem import Problem
 from .projection import project
 from .proxy import Proxy
 from .surface import Samples
+from .threads import in_pieces, join
 
 NEIGHBOURS = 6  # of a sample, between which another one finds room
 FAR = 2.0  # radii; farther from the stroke the box keeps its values
-
-T = TypeVar("T", Samples, Values)
 
 
 def follow(problem: Problem, edited: Siren, proxy: Proxy) -> Preparation:
@@ -32,12 +30,13 @@ def follow(problem: Problem, edited: Siren, proxy: Proxy) -> Preparation:
     random = np.random.default_rng(problem.seed)
     kept = problem.untouched(before.surface)
     moved = _move(problem, before.surface.where(~kept), random)
-    surface = _join(before.surface.where(kept), moved)
+    surface = join([before.surface.where(kept), moved])
     shell = Values(before.shell.points[kept], before.shell.values[kept])
     near = problem.distance(before.box.points) < FAR
     box = Values(before.box.points, before.box.values.copy())
     box.values[near] = values(edited, box.points[near])
-    return Preparation(edited, proxy, surface, _join(shell, _beside(moved, surface, random)), box)
+    shell = join([shell, _beside(problem, moved, surface, random)])
+    return Preparation(edited, proxy, surface, shell, box)
 
 
 def _move(problem: Problem, surface: Samples, random: np.random.Generator) -> Samples:
@@ -53,19 +52,27 @@ def _move(problem: Problem, surface: Samples, random: np.random.Generator) -> Sa
     missing = random.random(len(stretch)) < stretch - 1
     nearest = KDTree(surface.points).query(surface.points[missing], NEIGHBOURS + 1)
     other = random.permuted(np.asarray(nearest[1])[:, 1:], axis=1)[:, 0]
-    middle = project(problem.network, (surface.points[missing] + surface.points[other]) / 2)
-    more, _ = problem.displaced(Samples(middle.points, middle.normals))
-    return _join(moved.where(stays), more)
+    middle = (surface.points[missing] + surface.points[other]) / 2
+
+    def bring(part: slice) -> Samples:
+        found = project(problem.network, middle[part])
+        return Samples(found.points, found.normals)
+
+    more, _ = problem.displaced(in_pieces(bring, len(middle), problem.check))
+    return join([moved.where(stays), more])
 
 
-def _beside(moved: Samples, surface: Samples, random: np.random.Generator) -> Values:
+def _beside(
+    problem: Problem, moved: Samples, surface: Samples, random: np.random.Generator
+) -> Values:
     """A point beside each of the samples `moved`, and its signed distance from `surface`."""
     offset = random.normal(0, SHELL, (len(moved.points), 1))
     points = (moved.points + offset * moved.normals).astype(np.float32)
-    distance, nearest = KDTree(surface.points).query(points)
-    out = ((points - surface.points[nearest]) * surface.normals[nearest]).sum(1)
-    return Values(points, np.copysign(distance, out).astype(np.float32))
+    tree = KDTree(surface.points)
 
+    def measure(part: slice) -> NDArray[np.float32]:
+        distance, nearest = tree.query(points[part])
+        out = ((points[part] - surface.points[nearest]) * surface.normals[nearest]).sum(1)
+        return np.copysign(distance, out).astype(np.float32)
 
-def _join(first: T, second: T) -> T:
-    return type(first)(*(np.concatenate(arrays) for arrays in zip(first, second, strict=True)))
+    return Values(points, in_pieces(measure, len(points), problem.check))

@@ -36,17 +36,17 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Check, Progress, silent
 from .network import Siren
 from .pieces import components
 from .problem import Problem
 from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
+from .threads import in_pieces
 from .tube import Tube
 
 FAR = 1.4
-PARTS = 8  # in which the samples of the surface are looked at, so that a cancel is heard
 MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
@@ -71,21 +71,19 @@ def measure(
     target_normals = np.concatenate([tube.target.normals for tube in tubes])
     core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
     progress(0.3, MEASURING)
-    found = find_surface(edited, target)
+    found = in_pieces(lambda part: find_surface(edited, target[part]), len(target), problem.check)
     cosine = np.einsum("ij,ij->i", found.normals, target_normals)[core]
     near = problem.nearness(before.surface)
-    parts = []
-    for number, points in enumerate(np.array_split(before.surface.points, PARTS)):
-        progress(0.4 + 0.4 * number / PARTS, MEASURING)
-        parts.append(find_surface(edited, points).distance)
-    moved = np.concatenate(parts)
+    points = before.surface.points
+    progress(0.4, MEASURING)
+    moved = in_pieces(lambda part: find_surface(edited, points[part]), len(points), problem.check)
     progress(0.8, MEASURING)
     return {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[beyond], mean="mean", p95=95, max="max"),
         **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
-        **_summary("rim", moved[(near > 1) & (near <= FAR)], mean="mean"),
-        **_summary("drift", moved[near > FAR], mean="mean", p99=99, max="max"),
+        **_summary("rim", moved.distance[(near > 1) & (near <= FAR)], mean="mean"),
+        **_summary("drift", moved.distance[near > FAR], mean="mean", p99=99, max="max"),
         "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "components_before": components(before.proxy),
@@ -127,10 +125,20 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         vertices = proxy.vertices[np.isfinite(close)].astype(float)
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
-            points = tube.target.points.astype(float)
-            squared = igl.point_mesh_squared_distance(vertices, points, triangles)[0]
-            distances.append(np.sqrt(squared))
+            mesh = tube.target.points.astype(float), triangles
+            distances.append(_to_mesh(vertices, *mesh, problem.check))
     return np.concatenate([*distances, np.empty(0)])
+
+
+def _to_mesh(points: Array, vertices: Array, triangles: NDArray[np.int64], check: Check) -> Array:
+    """Distance (N,) of points (N, 3) from a triangle mesh."""
+    tree = igl.AABB()
+    tree.init(vertices, triangles)
+
+    def measure(part: slice) -> Array:
+        return np.sqrt(tree.squared_distance(vertices, triangles, points[part])[0])
+
+    return in_pieces(measure, len(points), check)
 
 
 def _triangles(tube: Tube) -> NDArray[np.int64]:

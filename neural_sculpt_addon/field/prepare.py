@@ -48,8 +48,12 @@ class Preparation:
 def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Preparation:
     """Extract the proxy and sample surface and space. SculptError when there is no surface."""
     random = np.random.default_rng(seed)
-    proxy = extract(network, CELLS, progress)
-    surface = sample_surface(network, proxy, SURFACE_SAMPLES, seed)
+    proxy = extract(network, CELLS, lambda part, text: progress(0.8 * part, text))
+
+    def check() -> None:
+        progress(0.8, "Sampling")
+
+    surface = sample_surface(network, proxy, SURFACE_SAMPLES, seed, check)
     offset = random.normal(0, SHELL, (SURFACE_SAMPLES, 1))
     shell = (surface.points + offset * surface.normals).astype(np.float32)
     box = random.uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)

@@ -17,12 +17,14 @@ from ..stroke.curve import Array
 from ..stroke.displacement import displace
 from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
+from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Ends, Stroke
 from .evaluate import values, values_and_gradients
 from .lay import lay
 from .network import Siren
 from .prepare import Preparation
 from .surface import Samples
+from .threads import in_pieces, join
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
@@ -44,11 +46,13 @@ class Problem:
     preparation: of the unedited network
     laid:        the stroke and its mirror images
     seed:        of all random numbers that the solver draws
+    check:       called by all methods while they work
     """
 
     preparation: Preparation
     laid: tuple[Laid, ...]
     seed: int
+    check: Check = go_on
 
     @property
     def network(self) -> Siren:
@@ -64,19 +68,17 @@ class Problem:
         """
         tubes = []
         for mine in self.laid:
-            tube = sample_tube(self.network, *mine, rows, columns, jitter)
+            tube = sample_tube(self.network, *mine, rows, columns, jitter, self.check)
             amount = np.abs(tube.displacement.amount)
             wins = np.ones(len(amount), bool)
             for other in self.laid:
                 if other is not mine:
+                    self.check()
                     close = _close(other, tube.surface)
                     theirs = displace(*other, *tube.surface.where(close)).amount
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
-        before, after = (
-            Samples(*(np.concatenate(arrays) for arrays in zip(*samples, strict=True)))
-            for samples in ([tube.surface for tube in tubes], [tube.target for tube in tubes])
-        )
+        before, after = join([(tube.surface, tube.target) for tube in tubes])
         ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
         gone = np.split(self._swallowed(before, after), ends)
         tubes = [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
@@ -94,6 +96,16 @@ class Problem:
         The samples' normals are those of the network: samples of the surface that was asked for may
         lie beside what the network made of it.
         """
+
+        def move(part: slice) -> tuple[Samples, Samples, Array]:
+            return self._displaced(surface.where(part))
+
+        surface, moved, stretch = in_pieces(move, len(surface.points), self.check)
+        stretch[self._swallowed(surface, moved)] = 0
+        return moved, stretch
+
+    def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
+        """Surface samples with the network's normals, where they shall be, and their stretch."""
         moved = Samples(*(array.copy() for array in surface))
         _, gradient = values_and_gradients(self.network, surface.points)
         normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
@@ -108,8 +120,7 @@ class Problem:
             goal, factor = displaced(self.network, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
-        stretch[self._swallowed(surface, moved)] = 0
-        return moved, stretch
+        return surface, moved, stretch
 
     def _swallowed(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
         """Which displaced samples (N,) lie inside of what others displace, as in a groove, or of
@@ -122,14 +133,20 @@ class Problem:
         way = after.points - before.points
         outward = np.sign((way * before.normals).sum(axis=1))
         far = np.linalg.norm(way, axis=1)
-        distance, nearest = KDTree(before.points).query(after.points)
-        inside = outward * values(self.network, after.points) < -WRONG_SIDE
-        return inside | (distance < SWALLOWED * far[nearest])
+        tree = KDTree(before.points)
+
+        def find(part: slice) -> NDArray[np.bool_]:
+            distance, nearest = tree.query(after.points[part])
+            inside = outward[part] * values(self.network, after.points[part]) < -WRONG_SIDE
+            return inside | (distance < SWALLOWED * far[nearest])
+
+        return in_pieces(find, len(far), self.check)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""
-        parts = [sample_rim(self.network, *one, reach, count, jitter) for one in self.laid]
-        rim = Samples(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+        rim = join(
+            [sample_rim(self.network, *one, reach, count, jitter, self.check) for one in self.laid]
+        )
         return rim.where(self.untouched(rim))
 
     def untouched(self, surface: Samples) -> NDArray[np.bool_]:
@@ -142,6 +159,13 @@ class Problem:
         Infinite on the other sheet of thin parts and, more than `FARTHEST` radii away, anywhere;
         without `beyond_flat_ends` also past a flat end, where a stroke does nothing.
         """
+
+        def near(part: slice) -> Array:
+            return self._nearness(surface.where(part), beyond_flat_ends)
+
+        return in_pieces(near, len(surface.points), self.check)
+
+    def _nearness(self, surface: Samples, beyond_flat_ends: bool) -> Array:
         nearness = np.full(len(surface.points), np.inf)
         for stroke, path in self.laid:
             close = _close(Laid(stroke, path), surface)
@@ -154,21 +178,31 @@ class Problem:
 
     def distance(self, points: NDArray[np.float32]) -> Array:
         """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush."""
-        return np.min(
-            [locate(path, points).distance / stroke.brush.radius for stroke, path in self.laid],
-            axis=0,
-        )
+
+        def measure(part: slice) -> Array:
+            ways = [
+                locate(path, points[part]).distance / stroke.brush.radius
+                for stroke, path in self.laid
+            ]
+            return np.min(ways, axis=0)
+
+        return in_pieces(measure, len(points), self.check)
 
 
-def pose(preparation: Preparation, stroke: Stroke) -> Problem:
+def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Problem:
     """The problem that `stroke` poses.
+
+    check: called between pieces of all the work on it, some ten ms each; may raise
 
     SculptError when it does not lie on the surface or has no width.
     """
     if not stroke.largest_factor:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
-    copies = tuple(Laid(copy, lay(preparation.network, copy)) for copy in stroke.copies())
-    return Problem(preparation, copies, stroke.seed)
+    laid = []
+    for copy in stroke.copies():
+        check()
+        laid.append(Laid(copy, lay(preparation.network, copy)))
+    return Problem(preparation, tuple(laid), stroke.seed, check)
 
 
 def _close(one: Laid, surface: Samples) -> NDArray[np.bool_]:

@@ -7,9 +7,11 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from ..stroke.progress import Check, go_on
 from .network import Siren
 from .projection import project
 from .proxy import Proxy
+from .threads import in_pieces
 
 
 class Samples(NamedTuple):
@@ -18,13 +20,20 @@ class Samples(NamedTuple):
     points: NDArray[np.float32]  # (N, 3)
     normals: NDArray[np.float32]  # (N, 3)
 
-    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Samples":
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Samples":
         """The chosen samples."""
         return Samples(self.points[chosen], self.normals[chosen])
 
 
-def sample_surface(network: Siren, proxy: Proxy, count: int, seed: int) -> Samples:
+def sample_surface(
+    network: Siren, proxy: Proxy, count: int, seed: int, check: Check = go_on
+) -> Samples:
     """`count` points, uniform by area, on the zero set of which `proxy` is the proxy."""
     mesh = trimesh.Trimesh(proxy.vertices, proxy.triangles, process=False)
-    surface = project(network, trimesh.sample.sample_surface(mesh, count, seed=seed)[0])
-    return Samples(surface.points, surface.normals)
+    drawn = trimesh.sample.sample_surface(mesh, count, seed=seed)[0]
+
+    def bring(part: slice) -> Samples:
+        found = project(network, drawn[part])
+        return Samples(found.points, found.normals)
+
+    return in_pieces(bring, count, check)

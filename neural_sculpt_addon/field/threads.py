@@ -5,17 +5,59 @@ Contended OpenMP regions stall for seconds when Blender is busy; single-threaded
 """
 
 import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from functools import cache
+from typing import Any, TypeVar, cast
 
+import numpy as np
 import torch
 
+from ..stroke.progress import Check, go_on
+
 MOST = 8
+PIECE = 1024  # points; some 15 ms of work, after which a cancel is heard
+
+T = TypeVar("T")
+
+
+def threads() -> int:
+    """How many threads the pool has."""
+    return min(MOST, os.cpu_count() or 1)
 
 
 @cache
 def pool() -> ThreadPoolExecutor:
     """The one pool. Its tasks must not wait for tasks of their own."""
-    return ThreadPoolExecutor(
-        min(MOST, os.cpu_count() or 1), "field", initializer=torch.set_num_threads, initargs=(1,)
-    )
+    return ThreadPoolExecutor(threads(), "field", initializer=torch.set_num_threads, initargs=(1,))
+
+
+def in_pieces(task: Callable[[slice], T], count: int, check: Check = go_on) -> T:
+    """What `task` makes of `count` points that do not depend on each other, a piece at a time.
+
+    It returns arrays with a row for each point, or tuples of such, which are joined. `check` is
+    called before each piece and may raise.
+    """
+    parts = [slice(start, start + PIECE) for start in range(0, max(count, 1), PIECE)]
+    check()
+    if len(parts) == 1:
+        return task(parts[0])
+    done = []
+    with closing(pool().map(task, parts)) as results:  # pyright: ignore[reportArgumentType]
+        for result in results:
+            check()
+            done.append(result)
+    return join(done)
+
+
+def join(parts: Sequence[T]) -> T:
+    """Arrays, or tuples of arrays, one after another."""
+    rows: Any = parts
+    kind: Any = type(rows[0])
+    if kind is np.ndarray:
+        whole = np.concatenate(rows)
+    else:
+        columns = [join(column) for column in zip(*rows, strict=True)]
+        whole = kind(columns) if kind is tuple else kind(*columns)
+    return cast(T, whole)

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from ..stroke.curve import Array
 from ..stroke.displacement import Displacement, displace, local_radius
 from ..stroke.path import Path
+from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Direction, Ends, Stroke
 from .evaluate import values_and_gradients
 from .network import Siren
 from .projection import project
 from .surface import Samples
+from .threads import in_pieces
 
 ROWS, COLUMNS = 99, 101
 MOST_CAP_ROWS = 99
@@ -61,10 +63,20 @@ def sample_tube(
     rows: int = ROWS,
     columns: int = COLUMNS,
     jitter: np.random.Generator | None = None,
+    check: Check = go_on,
 ) -> Tube:
     """The tube of a stroke laid on the surface as `path`; `jitter` moves samples in their cells."""
-    surface, displacement, grid = _around(network, stroke, path, 1.0, rows, columns, jitter)
-    target, _ = displaced(network, stroke, path, surface, displacement)
+    along, across = _grid(stroke, path, 1.0, rows, columns, jitter)
+
+    def sample(part: slice) -> tuple[Samples, Samples, Displacement, NDArray[np.bool_]]:
+        start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
+        surface, displacement, kept = _around(network, stroke, path, 1.0, start)
+        target, _ = displaced(network, stroke, path, surface, displacement)
+        return surface, target, displacement, kept
+
+    surface, target, displacement, kept = in_pieces(sample, along.size, check)
+    grid = np.full(along.shape, -1)
+    grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
     return Tube(surface, target, displacement, grid)
 
 
@@ -75,11 +87,18 @@ def sample_rim(
     reach: float,
     count: int,
     jitter: np.random.Generator,
+    check: Check = go_on,
 ) -> Samples:
     """About `count` surface samples between one radius and `reach` radii from the path."""
     side = max(int(np.sqrt(2 * count)), 2)  # about half of the grid lies in the tube
-    surface, displacement, _ = _around(network, stroke, path, reach, side, side, jitter)
-    return surface.where(displacement.nearness > INNER_RIM)
+    along, across = _grid(stroke, path, reach, side, side, jitter)
+
+    def sample(part: slice) -> Samples:
+        start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
+        surface, displacement, _ = _around(network, stroke, path, reach, start)
+        return surface.where(displacement.nearness > INNER_RIM)
+
+    return in_pieces(sample, along.size, check)
 
 
 def displaced(
@@ -120,25 +139,16 @@ def displaced(
 
 
 def _around(
-    network: Siren,
-    stroke: Stroke,
-    path: Path,
-    reach: float,
-    rows: int,
-    columns: int,
-    jitter: np.random.Generator | None,
-) -> tuple[Samples, Displacement, NDArray[np.intp]]:
-    """Surface samples within `reach` radii of the path, and their places in the grid."""
-    along, across = _grid(stroke, path, reach, rows, columns, jitter)
-    surface = project(network, _offset(stroke, path, along, across), tolerance=ARRIVED)
+    network: Siren, stroke: Stroke, path: Path, reach: float, points: Array
+) -> tuple[Samples, Displacement, NDArray[np.bool_]]:
+    """Surface samples within `reach` radii of the path, and which of `points` (N, 3) led there."""
+    surface = project(network, points, tolerance=ARRIVED)
     samples = Samples(surface.points, surface.normals)
     displacement = displace(stroke, path, *samples)
     kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         kept &= ~displacement.beyond
-    grid = np.full(along.shape, -1)
-    grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
-    return samples.where(kept), displacement.where(kept), grid
+    return samples.where(kept), displacement.where(kept), kept
 
 
 def _grid(
@@ -170,8 +180,8 @@ def _grid(
 
 
 def _offset(stroke: Stroke, path: Path, along: Array, across: Array) -> Array:
-    """Grid points (N, 3) in the tangent planes of the path, before they are projected."""
-    u = along.ravel() / path.length if path.length else np.zeros(along.size)
+    """Places (N,) in the grid as points (N, 3) in the path's tangent planes, off the surface."""
+    u = along / path.length if path.length else np.zeros(along.size)
     inside = np.clip(u, 0, 1)
 
     def at(values: Array) -> Array:
@@ -179,8 +189,8 @@ def _offset(stroke: Stroke, path: Path, along: Array, across: Array) -> Array:
             return np.repeat(values, len(u), axis=0)
         return np.stack([np.interp(inside, path.u, axis) for axis in values.T], axis=1)
 
-    ahead = along.ravel() - inside * path.length
-    sideways = across.ravel() * local_radius(stroke, inside)
+    ahead = along - inside * path.length
+    sideways = across * local_radius(stroke, inside)
     return (
         at(path.points) + ahead[:, None] * at(path.tangents) + sideways[:, None] * at(path.laterals)
     )

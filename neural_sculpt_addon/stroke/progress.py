@@ -7,5 +7,13 @@ Progress = Callable[[float, str], None]
 """Called with a fraction in [0, 1] and a short text; raises Cancelled when the work must stop."""
 
 
+Check = Callable[[], None]
+"""Called between short pieces of work; raises Cancelled when the work must stop."""
+
+
 def silent(fraction: float, message: str) -> None:
     """Progress that nobody watches and nobody cancels."""
+
+
+def go_on() -> None:
+    """Check of work that nobody cancels."""

@@ -9,6 +9,9 @@ import torch
 
 from neural_sculpt_addon.field.edit import SOLVERS, edit
 from neural_sculpt_addon.field.metrics import find_surface
+from neural_sculpt_addon.field.prepare import SURFACE_SAMPLES
+from neural_sculpt_addon.field.threads import PIECE
+from neural_sculpt_addon.field.tube import COLUMNS, ROWS
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -136,6 +139,19 @@ def test_cancelling_anywhere(preparation, last):
     with pytest.raises(Cancelled):
         edit(preparation.network, [arc(0.0)] * 3, solver="paper", epochs=20, progress=progress)
     assert calls == last + 1
+
+
+def test_a_cancel_is_heard_while_an_edit_is_measured(ready):
+    """Before each piece of the samples, which take some 15 ms."""
+    messages = []
+    edit(
+        ready.network,
+        [arc(0.0, radius=0.6)],
+        solver="quick",
+        preparation=ready,
+        progress=lambda _, message: messages.append(message),
+    )
+    assert messages.count("Measuring") > (SURFACE_SAMPLES + 2 * ROWS * COLUMNS) / PIECE
 
 
 def test_a_stroke_off_the_surface_ends_the_edit(preparation):

@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an edit asks for: mirrored tubes, overlaps, and what must stay."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.prepare import SURFACE_SAMPLES, prepare
+from neural_sculpt_addon.field.memory import follow
+from neural_sculpt_addon.field.prepare import BOX_SAMPLES, SURFACE_SAMPLES, prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
-from neural_sculpt_addon.field.tube import sample_tube
+from neural_sculpt_addon.field.threads import PIECE
+from neural_sculpt_addon.field.tube import COLUMNS, ROWS, sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.profile import Profile
@@ -146,6 +150,32 @@ def test_the_rim_is_untouched(preparation):
     assert len(rim.points) > 300
     assert problem.untouched(rim).all()
     assert problem.nearness(rim).max() <= 2.2 + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("work", "samples"),
+    [
+        (lambda problem: problem.tubes(), 2 * ROWS * COLUMNS),
+        (lambda problem: problem.rim(2.2, 6000, np.random.default_rng(0)), 2 * 6000),
+        (lambda problem: problem.nearness(problem.preparation.surface), SURFACE_SAMPLES),
+        (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
+        (lambda problem: problem.distance(problem.preparation.box.points), BOX_SAMPLES),
+        (lambda problem: follow(problem, problem.network, problem.preparation.proxy), BOX_SAMPLES),
+    ],
+)
+def test_a_cancel_is_heard_between_short_pieces(preparation, work, samples):
+    calls = []
+    stroke = Stroke(on_ball(np.linspace(1.2, 1.8, 8), 0.3), Brush(0.1, 0.05), mirror=frozenset("Z"))
+    problem = pose(preparation, stroke, lambda: calls.append(None))
+    calls.clear()
+    work(problem)
+    assert len(calls) > samples / PIECE
+
+    def cancel():
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        work(replace(problem, check=cancel))
 
 
 def test_a_mirror_image_that_misses_the_surface_is_refused():

@@ -2,10 +2,14 @@
 """The pool of threads."""
 
 import threading
+import time
 
+import numpy as np
+import pytest
 import torch
 
-from neural_sculpt_addon.field.threads import pool
+from neural_sculpt_addon.field.threads import PIECE, in_pieces, pool
+from neural_sculpt_addon.stroke.errors import Cancelled
 
 
 def test_its_threads_leave_torch_one_thread_each():
@@ -16,3 +20,36 @@ def test_its_threads_leave_torch_one_thread_each():
 
 def test_there_is_one():
     assert pool() is pool()
+
+
+def test_pieces_are_joined_in_order():
+    numbers = np.arange(3 * PIECE + 5)
+
+    def task(part):
+        return numbers[part], (numbers[part, None] * [1, 2], numbers[part] > 7)
+
+    same, (pairs, large) = in_pieces(task, len(numbers))
+    np.testing.assert_array_equal(same, numbers)
+    np.testing.assert_array_equal(pairs, numbers[:, None] * [1, 2])
+    np.testing.assert_array_equal(large, numbers > 7)
+    assert in_pieces(lambda part: numbers[:0][part], 0).shape == (0,)
+
+
+@pytest.mark.parametrize("last", [0, 1, 4])
+def test_a_cancel_is_heard_before_each_piece(last):
+    calls, done = [], []
+
+    def check():
+        calls.append(None)
+        if len(calls) > last:
+            raise Cancelled
+
+    def task(part):
+        time.sleep(0.002)
+        done.append(part)
+        return np.arange(3)
+
+    with pytest.raises(Cancelled):
+        in_pieces(task, 100 * PIECE, check)
+    assert len(calls) == last + 1
+    assert len(done) < 100
