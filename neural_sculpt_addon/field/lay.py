@@ -14,7 +14,9 @@ from ..stroke.stroke import Stroke
 from .network import Siren
 from .projection import project
 
-POINTS = 257  # of a path
+POINTS = 257  # of a path; more on one that is longer than 64 radii
+PER_RADIUS = 4  # at least
+MOST_POINTS = 2049
 OFF_SURFACE = (
     0.02  # how far a control point may lie from the surface, or one radius if that is more
 )
@@ -33,6 +35,8 @@ def lay(network: Siren, stroke: Stroke) -> Path:
         surface = project(network, curve.points)
         return make_path(surface.points, surface.normals)
     points, _ = curve.resample(POINTS)
+    if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > POINTS:
+        points, _ = curve.resample(min(int(count), MOST_POINTS))
     for _ in range(2):  # projected points bunch up where the surface is steep; space them again
         points = _uniform(project(network, points).points.astype(float))
     surface = project(network, points)

@@ -23,6 +23,8 @@ from .surface import Samples
 from .threads import in_pieces
 
 ROWS, COLUMNS = 99, 101
+LONGEST = 10  # times its width may be the length of a cell of the grid
+FEWEST_COLUMNS = 7
 MOST_CAP_ROWS = 99
 ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
 ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
@@ -159,8 +161,15 @@ def _grid(
     columns: int,
     jitter: np.random.Generator | None,
 ) -> tuple[Array, Array]:
-    """Places along the path in model space and across it in radii: two (rows', columns) arrays."""
+    """Places along the path in model space and across it in radii: two (rows', columns') arrays.
+
+    A very long path has more rows and fewer columns; round ends have rows of their own.
+    """
     radius = reach * stroke.brush.radius * stroke.largest_factor
+    longer = path.length / rows / (2 * radius / columns * LONGEST)
+    if longer > 1:
+        rows = round(rows * longer**0.5)
+        columns = max(round(columns / longer**0.5), FEWEST_COLUMNS)
     if len(path.points) == 1:
         along = np.linspace(-radius, radius, rows)
     else:

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.lay import POINTS, lay
+from neural_sculpt_addon.field.lay import MOST_POINTS, POINTS, lay
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
@@ -133,3 +133,15 @@ def test_the_scored_paths(model):
         assert np.sqrt(np.maximum(away**2 - (spacing / 2) ** 2, 0)).max() < 2e-4
         cosine = (path.normals * case["path_normals"]).sum(axis=1)
         assert np.median(cosine) > 0.9999
+
+
+def test_a_long_path_has_four_points_to_a_radius():
+    """A spiral of many turns around a ball, as when an area is filled by scribbling."""
+    turn, height = np.linspace(0, 40 * np.pi, 600), np.linspace(-0.4, 0.4, 600)
+    flat = np.sqrt(0.25 - height**2)
+    spiral = np.stack([flat * np.cos(turn), flat * np.sin(turn), height], axis=1)
+    path = lay(ball(0.5), Stroke(spiral, Brush(0.2, 0.01)))
+    assert np.linalg.norm(np.diff(path.points, axis=0), axis=1).max() < 1.1 * 0.2 / 4
+    middle = (path.points[1:] + path.points[:-1]) / 2
+    assert 0.5 - np.linalg.norm(middle, axis=1).min() < 1e-3  # a chord stays that close
+    assert len(lay(ball(0.5), Stroke(spiral, Brush(0.005, 0.01))).points) == MOST_POINTS

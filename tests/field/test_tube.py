@@ -74,6 +74,15 @@ def test_the_grid_of_the_paper():
     )
 
 
+def test_cells_of_a_very_long_tube_are_no_longer_than_ten_times_their_width():
+    brush = Brush(0.005, 0.01)
+    stroke, path = ridge(brush=brush, ends=Ends.FLAT)
+    tube = sample_tube(plane(), stroke, path)
+    rows, columns = tube.grid.shape
+    assert rows * columns == pytest.approx(ROWS * COLUMNS, rel=0.05)
+    assert (1 / rows) / (2 * 0.005 / columns) == pytest.approx(10, rel=0.05)
+
+
 def test_round_ends_are_covered_and_flat_ends_are_not():
     stroke, path = ridge()
     points = sample_tube(plane(), stroke, path).surface.points
