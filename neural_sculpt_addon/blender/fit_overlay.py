@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from ..worker.client import Message
 from . import preferences, redraw
-from .worker_session import Job, session
+from .job import Job
+from .worker_session import session
 
 LIGHT = np.array([0.3, -0.5, 0.81])
 """Where the light comes from, in the world; a unit vector."""

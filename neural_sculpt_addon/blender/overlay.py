@@ -24,11 +24,11 @@ from ..stroke.brush import Brush
 from ..stroke.stroke import Stroke
 from . import preferences
 from .brush import current_brush, mirror_of
+from .job import find
 from .properties import is_field
 from .recorder import Mouse, Point
 from .ribbon import Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
 from .view import View, lay, view_under
-from .worker_session import find
 
 TOOL = "neural_sculpt.tool"
 POINTS = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"

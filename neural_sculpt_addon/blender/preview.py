@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..stroke.stroke import Stroke
 from . import proxy_mesh
-from .displaced import displaced
+from .displaced import Displaced
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
 """Attributes that a preview changes, and those that keep what they were."""
@@ -27,6 +27,9 @@ _wanted: _Strokes = {}
 """By session_uid of the object."""
 _shown: _Strokes = {}
 """What of it the meshes show, which costs some 10 ms: so nothing is shown twice."""
+_shapes: dict[int, tuple[int, Displaced]] = {}
+"""By session_uid of the object the fingerprint of a mesh, and what strokes make of it: so that each
+is displaced once."""
 
 
 def want(strokes: Mapping[int, Sequence[Stroke]]) -> None:
@@ -35,7 +38,27 @@ def want(strokes: Mapping[int, Sequence[Stroke]]) -> None:
     if wanted != _shown or wanted != _wanted:
         _wanted.clear()
         _wanted.update(wanted)
+        for target in [*_shapes]:
+            if target not in wanted:
+                del _shapes[target]
         show()
+
+
+def foresee(
+    target: int,
+    positions: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    strokes: Sequence[Stroke],
+) -> bool:
+    """Displace one of the strokes on the mesh (V, 3), (F, 3) that an object will have next.
+
+    False when nothing is left to do, and `show` need not compute it any more.
+    """
+    shape = _shape(target, positions, triangles, strokes)
+    if len(shape.strokes) == len(strokes):
+        return False
+    shape.add(strokes[len(shape.strokes)])
+    return True
 
 
 def show() -> None:
@@ -79,7 +102,9 @@ def _displace(ob: Object, strokes: Sequence[Stroke]) -> None:
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore
     now = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
-    moved = displaced(now["position"], corners.reshape(-1, 3), strokes)
+    moved = _shape(ob.session_uid, now["position"], corners.reshape(-1, 3), strokes)
+    for stroke in strokes[len(moved.strokes) :]:
+        moved.add(stroke)
     for shown, values in zip(TRUE, (moved.positions, moved.normals), strict=True):
         if shown in now:
             mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
@@ -87,6 +112,22 @@ def _displace(ob: Object, strokes: Sequence[Stroke]) -> None:
             now[shown][moved.vertices] = values
             _write(mesh, shown, now[shown])
     mesh.update()
+
+
+def _shape(
+    target: int,
+    positions: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    strokes: Sequence[Stroke],
+) -> Displaced:
+    """A mesh displaced by the first of the strokes, as many of them as were added already."""
+    mesh = proxy_mesh.fingerprint(positions)
+    known = _shapes.get(target)
+    if known and known[0] == mesh and known[1].strokes == tuple(strokes[: len(known[1].strokes)]):
+        return known[1]
+    shape = Displaced(positions, triangles)
+    _shapes[target] = mesh, shape
+    return shape
 
 
 def _read(mesh: Mesh, attribute: str) -> NDArray[np.float32]:

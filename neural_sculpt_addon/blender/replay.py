@@ -17,10 +17,11 @@ from bpy.types import Object
 from ..worker.client import JobKind, Message
 from . import stroke_list
 from .commit import new_revision, set_history
+from .job import Job, Request, found
 from .properties import field_of
 from .stroke_jobs import SOLVER
 from .stroke_list import Entry
-from .worker_session import Job, Request, found, session
+from .worker_session import session
 
 Change = Callable[[Sequence[Entry]], Sequence[Entry]]
 

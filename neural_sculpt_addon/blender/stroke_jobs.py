@@ -7,9 +7,10 @@ from bpy.types import Object
 from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
 from .commit import add_strokes, new_revision
+from .job import Job, Request, found
 from .properties import field_of
 from .stroke_list import state_after
-from .worker_session import Job, Request, found, session
+from .worker_session import session
 
 SOLVER = "gauss_newton"
 

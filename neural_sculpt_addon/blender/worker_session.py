@@ -19,14 +19,9 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import partial
-from typing import Any
 
 import bpy
-import numpy as np
-from bpy.types import Object
 
 from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
@@ -35,72 +30,13 @@ from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
 from . import preferences, preview, redraw
 from .finals import Finals
 from .folders import log_file
+from .job import Job, JobStatus, find
 from .operators import notice
 from .properties import field_of
 
 log = logging.getLogger(__name__)
 
 TICK = 0.02  # seconds between two polls in a window
-
-Request = tuple[dict[str, Any], dict[str, np.ndarray]]
-"""Fields and arrays of a job, as the worker's protocol names them."""
-
-
-class JobStatus(StrEnum):
-    """Where a job is between its submission and its end."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    REFINING = "refining"  # its quick result is in the scene
-    DONE = "done"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-
-@dataclass(eq=False)
-class Job:
-    """One request to the worker and what to do with its result.
-
-    label:   what the artist reads beside the progress bar
-    request: makes fields and arrays when the job's turn comes
-    apply:   takes the result on the main thread; raises SculptError when it cannot
-    target:  session_uid of the object that the job edits, None when it edits none
-    base:    revision that the target must have; set when the job is first of those on its target
-    strokes: what the proxy shows of the job until there is a result
-    preview: shows what the result looks like so far
-    quick:   the quick result, while the job is refining
-    """
-
-    kind: JobKind
-    label: str
-    request: Callable[[], Request]
-    apply: Callable[[Message], None]
-    target: int | None = None
-    base: str = ""
-    strokes: tuple[Stroke, ...] = ()
-    preview: Callable[[Message], None] | None = None
-    status: JobStatus = JobStatus.QUEUED
-    fraction: float = 0.0
-    message: str = ""
-    number: int = field(default=-1, repr=False)
-    quick: Message | None = field(default=None, repr=False)
-
-    @property
-    def pending(self) -> bool:
-        """Whether the job has no result yet."""
-        return self.status in (JobStatus.QUEUED, JobStatus.RUNNING)
-
-
-def find(target: int) -> Object | None:
-    """The object with this session_uid, which survives undo; None when it is gone."""
-    return next((ob for ob in bpy.data.objects if ob.session_uid == target), None)
-
-
-def found(target: int) -> Object:
-    """The object of a job whose turn it is; the session has made sure that it is there."""
-    ob = find(target)
-    assert ob is not None
-    return ob
 
 
 class Session:
@@ -174,7 +110,7 @@ class Session:
         """Take what the worker sent. Never blocks, but for the time that one result takes."""
         if self.client is not None:
             self._news.extend(self.client.poll_once())
-        while self._news:
+        while self._news and not self._foresee(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
             if message.arrays:
@@ -242,6 +178,18 @@ class Session:
         fields, arrays = job.request()
         job.number = self.client.submit(job.kind, fields, arrays)
         job.status = JobStatus.RUNNING
+
+    def _foresee(self, message: Message) -> bool:
+        """Displace a stroke that still waits on the proxy which a result brings: whether there was
+        one to do, and the result can be shown no sooner than by the next poll."""
+        if self.waits or not self.jobs or message.job != self.jobs[0].number:
+            return False
+        job, arrays = self.jobs[0], message.arrays
+        others = (other for other in self.pending(job.target) if other is not job)
+        waiting = [stroke for other in others for stroke in other.strokes]
+        if not waiting or job.target is None or "vertices" not in arrays:
+            return False
+        return preview.foresee(job.target, arrays["vertices"], arrays["triangles"], waiting)
 
     def _hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""

@@ -18,7 +18,6 @@ from harness import (
     vertices,
 )
 
-displaced = module("blender.displaced").displaced
 Brush = module("stroke.brush").Brush
 Ends = module("stroke.stroke").Ends
 Profile = module("stroke.profile").Profile
@@ -34,6 +33,13 @@ def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
     corner = np.arange(count**2, dtype=np.int32).reshape(count, count)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     return points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
+def displaced(points: np.ndarray, triangles: np.ndarray, strokes: list):
+    result = module("blender.displaced").Displaced(points, triangles)
+    for each in strokes:
+        result.add(each)
+    return result
 
 
 def moved(points: np.ndarray, result) -> np.ndarray:
@@ -159,6 +165,28 @@ class Preview(SteeredCase):
         self.assert_shown(1)
         self.session.cancel()
         self.assert_gone()
+
+    def test_of_two_strokes_the_second_never_leaves(self) -> None:
+        """It is displaced on the first one's result before that is shown, in a poll of its own."""
+        self.draw()
+        self.draw("Two")
+        preview, heard = module("blender.preview"), []
+
+        def foresee(*given) -> bool:
+            heard.append(original(*given))
+            return heard[-1]
+
+        original, preview.foresee = preview.foresee, foresee
+        self.addCleanup(setattr, preview, "foresee", original)
+
+        def quick_is_shown() -> bool:
+            return len(vertices(field("Sphere"))) != len(self.flat)
+
+        while not quick_is_shown():
+            count = len(heard)
+            self.pump(lambda: len(heard) > count)
+        self.assertEqual(heard, [True, False])
+        self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
 
     def test_undo_takes_back_the_stroke_and_nothing_else(self) -> None:
         field("Sphere").location.x = 1.0

@@ -15,8 +15,8 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import native_edits, proxy_mesh
 from ..commit import new_revision, set_history
+from ..job import Job, Request, found
 from ..properties import field_of
-from ..worker_session import Job, Request, found
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 
 LABEL = "Absorb"

@@ -13,7 +13,7 @@ from mathutils import Matrix
 from ...worker.client import JobKind, Message
 from .. import preferences
 from ..commit import NewField, create_field
-from ..worker_session import Job
+from ..job import Job
 from .launch import REGISTER, Outcome, fail, launch
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")

@@ -16,10 +16,11 @@ from ...stroke.errors import SculptError
 from .. import native_edits, overlay
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
+from ..job import find
 from ..properties import brush_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
-from ..worker_session import find, session
+from ..worker_session import session
 from .launch import CANCELLED, INTERNAL, Outcome, active_field, editable_poll, fail, launch, refuse
 
 RUNNING: Outcome = {"RUNNING_MODAL"}

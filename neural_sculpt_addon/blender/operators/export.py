@@ -19,8 +19,8 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import estimate, level_set, proxy_mesh
 from ..commit import PROXY, in_window
+from ..job import Job, Request, find
 from ..properties import field_of, resolution_property, world_scale
-from ..worker_session import Job, Request, find
 from .launch import REGISTER, Outcome, active_field, fail, field_poll, launch
 
 NETWORK = ".safetensors"

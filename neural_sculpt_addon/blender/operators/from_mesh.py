@@ -17,7 +17,8 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import fit_overlay, preferences, proxy_mesh
 from ..commit import NewField, create_field
-from ..worker_session import Job, find, session
+from ..job import Job, find
+from ..worker_session import session
 from .launch import REGISTER, Outcome, fail, launch, refuse
 
 

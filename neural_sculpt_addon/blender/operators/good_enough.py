@@ -6,7 +6,8 @@
 from bpy.types import Context, Operator
 
 from ...worker.client import JobKind
-from ..worker_session import Job, JobStatus, session
+from ..job import Job, JobStatus
+from ..worker_session import session
 from .launch import FINISHED, INTERNAL, Outcome, refuse
 
 

@@ -11,8 +11,9 @@ from bpy.types import Context, Object, Operator
 
 from ...stroke.errors import SculptError
 from .. import proxy_mesh
+from ..job import Job
 from ..properties import is_field
-from ..worker_session import Job, session
+from ..worker_session import session
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorReturnItems, OperatorTypeFlagItems

@@ -9,8 +9,8 @@ from bpy.types import Context, Event, Operator
 from ...worker.client import JobKind, Message
 from .. import estimate
 from ..commit import set_proxy
+from ..job import Job, Request, found
 from ..properties import field_of, resolution_property
-from ..worker_session import Job, Request, found
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch
 
 

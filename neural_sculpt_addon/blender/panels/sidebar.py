@@ -9,8 +9,9 @@ from typing import Any
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Panel, UILayout
 
+from ..job import Job
 from ..properties import is_field
-from ..worker_session import Job, session
+from ..worker_session import session
 
 CLOSED: Any = {"DEFAULT_CLOSED"}
 """Options of a panel that is closed at first."""
