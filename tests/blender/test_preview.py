@@ -182,9 +182,7 @@ class Preview(SteeredCase):
         def quick_is_shown() -> bool:
             return len(vertices(field("Sphere"))) != len(self.flat)
 
-        while not quick_is_shown():
-            count = len(heard)
-            self.pump(lambda: len(heard) > count)
+        self.pump(quick_is_shown)
         self.assertEqual(heard, [True, False])
         self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
 
