@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the worker can do: one handler per kind of job, fields and arrays in, fields and arrays out.
 
-A neural field travels as the bytes of `field.checkpoint.to_bytes` in a uint8 array `field`;
-proxies as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges` (E, 2) and, from each
-corner to the next, `corner_edges` (F, 3) int32, in model space.
 Torch and the rest are imported by the job that needs them first, or by `warm_up`.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress
 from ..stroke.stroke import Stroke
+from .payload import (
+    Handler,
+    Payload,
+    Task,
+    model_arrays,
+    proxy_arrays,
+    read,
+    read_array,
+    read_network,
+)
 from .protocol import JobKind
 from .replay import Replays
 
@@ -28,8 +33,6 @@ if TYPE_CHECKING:
     from ..field.prepare import Preparation
     from ..field.proxy import Proxy
 
-T = TypeVar("T")
-
 PREPARATIONS = 16
 """Revisions whose preparations are kept, some 10 MB each and two of each stroke: a few objects and
 steps of undo."""
@@ -39,32 +42,6 @@ PREVIEW_CELLS = 64
 
 QUICK_AT = 0.34
 """Progress of an edit of one stroke when its quick result is there."""
-
-
-@dataclass(frozen=True)
-class Payload:
-    """What goes into a job and what comes out of it."""
-
-    fields: Mapping[str, Any] = field(default_factory=dict)
-    arrays: Mapping[str, np.ndarray] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Task(Payload):
-    """A job to be done.
-
-    quick:   sends a first result ahead of the one that the handler returns
-    preview: sends what the result looks like so far
-    enough:  whether the artist wants what is there now
-    """
-
-    quick: Callable[[Payload], None] = field(kw_only=True)
-    preview: Callable[[Payload], None] = field(kw_only=True)
-    enough: Callable[[], bool] = field(kw_only=True)
-
-
-Handler = Callable[[Task, Progress], Payload]
-"""Raises SculptError for the artist, Cancelled when `progress` did."""
 
 
 def warm_up() -> None:
@@ -105,9 +82,9 @@ class Jobs:
         from ..field.edit import edit
 
         def answer(name: str, result: "Edit", progress: Progress) -> Payload:
-            revision = _get(job, name, str)
+            revision = read(job, name, str)
             self._keep(revision, result.preparation)
-            follows = _get(job, "revision", str) if name == "quick_revision" else ""
+            follows = read(job, "revision", str) if name == "quick_revision" else ""
             arrays = self._edited(result.preparation, revision, job, progress, follows)
             return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 
@@ -115,35 +92,35 @@ class Jobs:
             job.quick(answer("quick_revision", result, _part(progress, QUICK_AT, QUICK_AT)))
 
         result = edit(
-            _network(job),
-            [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)],
-            solver=_get(job, "solver", str),
+            read_network(job),
+            [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
+            solver=read(job, "solver", str),
             epochs=job.fields.get("epochs"),
             preparation=self._prepared(job, _part(progress, 0.0, 0.1)),
             quick=send_quick if "quick_revision" in job.fields else None,
             progress=_part(progress, 0.1, 0.9),
         )
         if "result_state" in job.fields:
-            self._replays.remember(_get(job, "result_state", str), result)
+            self._replays.remember(read(job, "result_state", str), result)
         return answer("result_revision", result, _part(progress, 0.9, 1.0))
 
     def replay(self, job: Task, progress: Progress) -> Payload:
         """strokes, states, solver, resolution <base field> -> revision, reports <field, proxy>."""
         result = self._replays.run(
-            _array(job, "field").tobytes(),
-            [Stroke.from_json(stroke) for stroke in _get(job, "strokes", list)],
-            _get(job, "states", list),
-            _get(job, "solver", str),
+            read_array(job, "field").tobytes(),
+            [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
+            read(job, "states", list),
+            read(job, "solver", str),
             _part(progress, 0.0, 0.9),
         )
-        revision = _get(job, "result_revision", str)
+        revision = read(job, "result_revision", str)
         self._keep(revision, result.preparation)
         arrays = self._edited(result.preparation, revision, job, _part(progress, 0.9, 1.0))
         return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <proxy>."""
-        return Payload({}, _proxy(_network(job), job, progress))
+        return Payload({}, proxy_arrays(_extract(read_network(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
         """primitive, or preset, width, thickness, seed <mesh> -> scale, center, report <model>.
@@ -156,20 +133,21 @@ class Jobs:
         from ..field.proxy import extract
 
         if "primitive" in job.fields:
-            result = Fit(primitive(_get(job, "primitive", str)), 1.0, (0.0, 0.0, 0.0), {})
+            result = Fit(primitive(read(job, "primitive", str)), 1.0, (0.0, 0.0, 0.0), {})
         else:
 
             def show(fit: "Fit") -> None:
                 with suppress(SculptError):  # there is no surface yet
-                    job.preview(Payload(_place(fit), _arrays(extract(fit.network, PREVIEW_CELLS))))
+                    proxy = extract(fit.network, PREVIEW_CELLS)
+                    job.preview(Payload(_place(fit), proxy_arrays(proxy)))
 
             result = fit_mesh(
-                _array(job, "vertices"),
-                _array(job, "triangles"),
-                preset=_get(job, "preset", str),
+                read_array(job, "vertices"),
+                read_array(job, "triangles"),
+                preset=read(job, "preset", str),
                 width=job.fields.get("width"),
                 thickness=job.fields.get("thickness"),
-                seed=_get(job, "seed", int),
+                seed=read(job, "seed", int),
                 progress=_part(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,
@@ -180,32 +158,32 @@ class Jobs:
         """resolution, result_revision <field, proxy as sculpted> -> revision, reports <model>."""
         from ..field.absorb import absorb
 
-        vertices, triangles = _array(job, "vertices"), _array(job, "triangles")
-        result = absorb(_network(job), vertices, triangles, progress=_part(progress, 0.0, 0.9))
+        vertices, triangles = read_array(job, "vertices"), read_array(job, "triangles")
+        result = absorb(read_network(job), vertices, triangles, progress=_part(progress, 0.0, 0.9))
         arrays = _model(result.network, job, _part(progress, 0.9, 1.0))
-        fields = {"revision": _get(job, "result_revision", str), "reports": [result.report]}
+        fields = {"revision": read(job, "result_revision", str), "reports": [result.report]}
         return Payload(fields, arrays)
 
     def load(self, job: Payload, progress: Progress) -> Payload:
         """path, resolution -> widths <field, proxy>."""
         from ..field.checkpoint import load
 
-        network = load(_get(job, "path", str))
+        network = load(read(job, "path", str))
         return Payload({"widths": list(network.widths)}, _model(network, job, progress))
 
     def save(self, job: Payload, progress: Progress) -> Payload:
         """path <field> -> path."""
         from ..field.checkpoint import save
 
-        path = _get(job, "path", str)
-        save(_network(job), path)
+        path = read(job, "path", str)
+        save(read_network(job), path)
         return Payload({"path": path})
 
     def sample(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <band>, see field.volume."""
         from ..field.volume import sample_band
 
-        band = sample_band(_network(job), _get(job, "resolution", int), progress)
+        band = sample_band(read_network(job), read(job, "resolution", int), progress)
         return Payload({}, {"band": band})
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
@@ -217,9 +195,9 @@ class Jobs:
         """The preparation of the job's revision, made unless it is remembered."""
         from ..field.prepare import prepare
 
-        revision = _get(job, "revision", str)
+        revision = read(job, "revision", str)
         known = self._preparations.get(revision)
-        return self._keep(revision, known or prepare(_network(job), progress=progress))
+        return self._keep(revision, known or prepare(read_network(job), progress=progress))
 
     def _keep(self, revision: str, preparation: "Preparation") -> "Preparation":
         """Remember it, and forget the one that was not needed for longest."""
@@ -241,11 +219,10 @@ class Jobs:
 
         At another one it is that of the revision it `follows`, updated, when that was shown last.
         """
-        from ..field.checkpoint import to_bytes
         from ..field.prepare import CELLS
         from ..field.proxy import extract, update
 
-        proxy, cells = known.proxy, _get(job, "resolution", int)
+        proxy, cells = known.proxy, read(job, "resolution", int)
         if cells != CELLS:
             shown, last = self._shown or ("", proxy)
             if shown == follows and last.active.cells == cells:
@@ -253,40 +230,18 @@ class Jobs:
             else:
                 proxy = extract(known.network, cells, progress)
             self._shown = revision, proxy
-        return {"field": np.frombuffer(to_bytes(known.network), np.uint8), **_arrays(proxy)}
-
-
-def _network(job: Payload) -> "Siren":
-    from ..field.checkpoint import from_bytes
-
-    return from_bytes(_array(job, "field").tobytes())
+        return model_arrays(known.network, proxy)
 
 
 def _model(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
     """A field and its proxy as arrays."""
-    from ..field.checkpoint import to_bytes
-
-    weights = np.frombuffer(to_bytes(network), np.uint8)
-    return {"field": weights, **_proxy(network, job, progress)}
+    return model_arrays(network, _extract(network, job, progress))
 
 
-def _proxy(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
+def _extract(network: "Siren", job: Payload, progress: Progress) -> "Proxy":
     from ..field.proxy import extract
 
-    return _arrays(extract(network, _get(job, "resolution", int), progress))
-
-
-def _arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
-    from ..field.edges import find_edges
-
-    edges, corner_edges = find_edges(proxy.triangles)
-    return {
-        "vertices": proxy.vertices,
-        "normals": proxy.normals,
-        "triangles": proxy.triangles,
-        "edges": edges,
-        "corner_edges": corner_edges,
-    }
+    return extract(network, read(job, "resolution", int), progress)
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:
@@ -297,16 +252,3 @@ def _part(progress: Progress, start: float, end: float) -> Progress:
 def _place(fit: "Fit") -> dict[str, Any]:
     """Where a fitted field belongs, and how good it is."""
     return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
-
-
-def _get(job: Payload, name: str, wanted: type[T]) -> T:
-    value = job.fields.get(name)
-    if type(value) is not wanted:
-        raise SculptError(f"The job's {name!r} must be of type {wanted.__name__}, not {value!r}.")
-    return value
-
-
-def _array(job: Payload, name: str) -> np.ndarray:
-    if name not in job.arrays:
-        raise SculptError(f"The job lacks the array {name!r}.")
-    return job.arrays[name]

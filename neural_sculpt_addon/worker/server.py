@@ -26,7 +26,8 @@ from typing import Any
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress
 from . import protocol
-from .jobs import Handler, Jobs, Payload, Task, warm_up
+from .jobs import Jobs, warm_up
+from .payload import Handler, Payload, Task
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
 
 PROGRESS_SECONDS = 0.05

@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.field.edges import find_edges
-from neural_sculpt_addon.worker.jobs import Payload
+from neural_sculpt_addon.worker.payload import Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
 

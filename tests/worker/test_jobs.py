@@ -10,7 +10,8 @@ from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import Cancelled
 from neural_sculpt_addon.stroke.progress import silent
-from neural_sculpt_addon.worker.jobs import Jobs, Payload, Task
+from neural_sculpt_addon.worker.jobs import Jobs
+from neural_sculpt_addon.worker.payload import Payload, Task
 
 RESOLUTION = 48
 

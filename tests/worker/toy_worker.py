@@ -11,7 +11,7 @@ import time
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker.jobs import Payload
+from neural_sculpt_addon.worker.payload import Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
 

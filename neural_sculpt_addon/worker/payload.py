@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What goes into a job and what comes out of it: fields and arrays.
+
+A neural field travels as the bytes of `field.checkpoint.to_bytes` in a uint8 array `field`;
+proxies as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges` (E, 2) and, from each
+corner to the next, `corner_edges` (F, 3) int32, in model space.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from ..stroke.errors import SculptError
+from ..stroke.progress import Progress
+
+if TYPE_CHECKING:
+    from ..field.network import Siren
+    from ..field.proxy import Proxy
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What goes into a job and what comes out of it."""
+
+    fields: Mapping[str, Any] = field(default_factory=dict)
+    arrays: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Task(Payload):
+    """A job to be done.
+
+    quick:   sends a first result ahead of the one that the handler returns
+    preview: sends what the result looks like so far
+    enough:  whether the artist wants what is there now
+    """
+
+    quick: Callable[[Payload], None] = field(kw_only=True)
+    preview: Callable[[Payload], None] = field(kw_only=True)
+    enough: Callable[[], bool] = field(kw_only=True)
+
+
+Handler = Callable[[Task, Progress], Payload]
+"""Raises SculptError for the artist, Cancelled when `progress` did."""
+
+
+def read(job: Payload, name: str, wanted: type[T]) -> T:
+    """A field of the job. SculptError unless it is of the wanted type."""
+    value = job.fields.get(name)
+    if type(value) is not wanted:
+        raise SculptError(f"The job's {name!r} must be of type {wanted.__name__}, not {value!r}.")
+    return value
+
+
+def read_array(job: Payload, name: str) -> np.ndarray:
+    """An array of the job. SculptError when there is none."""
+    if name not in job.arrays:
+        raise SculptError(f"The job lacks the array {name!r}.")
+    return job.arrays[name]
+
+
+def read_network(job: Payload) -> "Siren":
+    """The neural field of the job. SculptError when it is none."""
+    from ..field.checkpoint import from_bytes
+
+    return from_bytes(read_array(job, "field").tobytes())
+
+
+def proxy_arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
+    """A proxy as it travels."""
+    from ..field.edges import find_edges
+
+    edges, corner_edges = find_edges(proxy.triangles)
+    return {
+        "vertices": proxy.vertices,
+        "normals": proxy.normals,
+        "triangles": proxy.triangles,
+        "edges": edges,
+        "corner_edges": corner_edges,
+    }
+
+
+def model_arrays(network: "Siren", proxy: "Proxy") -> dict[str, np.ndarray]:
+    """A field and its proxy as they travel."""
+    from ..field.checkpoint import to_bytes
+
+    return {"field": np.frombuffer(to_bytes(network), np.uint8), **proxy_arrays(proxy)}
