@@ -99,10 +99,10 @@ def set_history(
 def apply_to_base(ob: Object, label: str) -> None:
     """Make the field as it is the base, and take the strokes that made it off the list.
 
-    SculptError when the object is locked.
+    That ends a damaged history, too. SculptError when the object is locked.
     """
     _refuse_locked(ob)
-    muted = [entry for entry in stroke_list.entries(ob) if entry.muted]
+    muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
     group = field_of(ob)
     group.base_weights = group.weights
     stroke_list.write(ob, muted)

@@ -234,8 +234,6 @@ TEXTS = {
     " zeichnen",
     "Draw on the field with the left mouse button     Esc: stop": "Mit der linken Maustaste auf das"
     " Feld zeichnen     Esc: beenden",
-    "Dyntopo owns the mesh while it is on. Turn it off to draw strokes.": "Dyntopo bestimmt das"
-    " Mesh, solange es an ist. Zum Zeichnen ausschalten.",
     "Each point along its own normal": "Jeder Punkt entlang seiner eigenen Normale",
     "Ends": "Enden",
     "Flat": "Flach",

@@ -25,7 +25,16 @@ def why_locked(ob: Object) -> str:
         return f"{ob.name} is in Edit Mode. Leave Edit Mode to sculpt the field."
     if mesh.shape_keys:
         return f"{ob.name} has shape keys, which a new proxy would break. Remove them to sculpt."
+    if in_dyntopo(ob):
+        return (
+            f"Dyntopo owns the mesh of {ob.name} while it is on. Turn it off to sculpt the field."
+        )
     return ""
+
+
+def in_dyntopo(ob: Object) -> bool:
+    """Whether Sculpt Mode works on a mesh of its own and will write it over the object's."""
+    return ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting
 
 
 def fill(

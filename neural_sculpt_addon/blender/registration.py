@@ -5,7 +5,16 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import fit_overlay, history, menus, overlay, shape_choices, tools, translations
+from . import (
+    fit_overlay,
+    history,
+    menus,
+    overlay,
+    scene_brushes,
+    shape_choices,
+    tools,
+    translations,
+)
 from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
@@ -113,6 +122,7 @@ def register() -> None:
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     history.register()
+    scene_brushes.register()
     menus.register()
     overlay.register()
     fit_overlay.register()
@@ -127,6 +137,7 @@ def unregister() -> None:
     fit_overlay.unregister()
     overlay.unregister()
     menus.unregister()
+    scene_brushes.unregister()
     history.unregister()
     delattr(Scene, GROUP)
     delattr(Object, GROUP)

@@ -9,13 +9,14 @@ import hashlib
 import json
 import uuid
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from bpy.types import Object
 
 from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
-from .properties import field_of
+from .properties import NEURAL_SCULPT_PG_listed_stroke, field_of
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,16 @@ class Entry:
 
 def entries(ob: Object) -> list[Entry]:
     """All strokes of a field. SculptError when an item holds none, which no tool of ours wrote."""
-    return [
-        Entry(replace(_stroke(item.data, item.name), name=item.name), item.muted, item.uid)
-        for item in field_of(ob).strokes
-    ]
+    return [_entry(item) for item in field_of(ob).strokes]
+
+
+def readable(ob: Object) -> list[Entry]:
+    """The strokes of a field but those that are damaged."""
+    found = []
+    for item in field_of(ob).strokes:
+        with suppress(SculptError):
+            found.append(_entry(item))
+    return found
 
 
 def active_strokes(ob: Object) -> tuple[Stroke, ...]:
@@ -134,13 +141,15 @@ def _add(ob: Object, entry: Entry) -> None:
     item.muted, item.uid, item.data = entry.muted, entry.uid, _text(entry.stroke)
 
 
-def _stroke(text: str, name: str) -> Stroke:
+def _entry(item: NEURAL_SCULPT_PG_listed_stroke) -> Entry:
     try:
-        return Stroke.from_json(json.loads(text))
+        stroke = Stroke.from_json(json.loads(item.data))
     except (ValueError, RecursionError, SculptError) as error:
         raise SculptError(
-            f"{name} cannot be read ({error}). The history of this field is damaged."
+            f"{item.name} cannot be read ({error}). The history of this field is damaged; Apply to"
+            " Base keeps the field as it is and ends that."
         ) from error
+    return Entry(replace(stroke, name=item.name), item.muted, item.uid)
 
 
 def _text(stroke: Stroke) -> str:

@@ -4,7 +4,19 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, add, arc, field, module, push_undo, stroke, undo, vertices
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    collection,
+    field,
+    module,
+    push_undo,
+    state,
+    stroke,
+    undo,
+    vertices,
+)
 
 
 def pull(ob: Object) -> np.ndarray:
@@ -55,6 +67,31 @@ class Absorb(SculptCase):
         self.assertEqual(bpy.ops.neural_sculpt.absorb(), {"FINISHED"})
         self.assertEqual(ob.mode, "SCULPT")
         self.assertFalse(module("blender.native_edits").edited(ob))
+
+    def test_dyntopo(self) -> None:
+        """It owns the mesh: nothing else writes to it, and Absorb turns it off."""
+        ob = add("SPHERE")
+        bpy.ops.object.mode_set(mode="SCULPT")
+        bpy.ops.sculpt.dynamic_topology_toggle()
+        self.assert_fails("Dyntopo", bpy.ops.neural_sculpt.stroke, points=collection(arc(ob)))
+        self.assertTrue(bpy.ops.neural_sculpt.absorb.poll())
+        self.assert_fails("nothing to absorb", bpy.ops.neural_sculpt.absorb)
+        self.assertFalse(ob.use_dynamic_topology_sculpting)
+        self.assertEqual(ob.mode, "SCULPT")
+
+    def test_dyntopo_while_a_stroke_waits(self) -> None:
+        ob = add("SPHERE")
+        before = state(ob)
+        with self.as_in_a_window():
+            stroke(arc(ob))
+            bpy.ops.object.mode_set(mode="SCULPT")
+            bpy.ops.sculpt.dynamic_topology_toggle()
+            self.finish()
+            self.assertIn("Dyntopo", self.session.last_error)
+        bpy.ops.object.mode_set(mode="OBJECT")
+        after = state(field(ob.name))
+        self.assertEqual(after[:5], before[:5])
+        self.assertEqual(len(after[5]), len(before[5]))
 
     def test_a_proxy_that_left_the_box_stays_as_it_is(self) -> None:
         ob = add("SPHERE")

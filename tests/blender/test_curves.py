@@ -83,3 +83,17 @@ class Curves(SculptCase):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertEqual(self.current(), before)
+
+    def test_a_copied_scene_has_curves_of_its_own(self) -> None:
+        self.choose_curves()
+        self.store.set_curve(self.brush.curves, "profile", PROFILE)
+        first, before = bpy.context.scene, self.current()
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            bpy.ops.scene.new(type="FULL_COPY")
+        bpy.ops.mesh.primitive_cube_add()  # any update; a window updates what it shows
+        bpy.context.view_layer.update()
+        self.assertNotEqual(bpy.context.scene, first)
+        self.assertEqual(self.current(), before)
+        self.store.set_curve(self.brush.curves, "profile", [(-1, 0), (1, 1)])
+        bpy.context.window_manager.windows[0].scene = first
+        self.assertEqual(self.current(), before)

@@ -209,9 +209,20 @@ class History(SculptCase):
             self.ob.neural_sculpt.strokes[1].data = text
             before = state(self.ob)
             self.assert_fails("Two", ops.mute_stroke, uid=self.uid("One"))
-            self.assert_fails("Two", ops.apply_to_base)
             self.assert_fails("Two", ops.edit_stroke, uid=self.uid("One"), radius=0.1)
             self.assertEqual(state(self.ob), before)
+
+    def test_a_damaged_history_ends_with_the_field_as_it_is(self) -> None:
+        ops.mute_stroke(uid=self.uid("Three"))
+        self.ob.neural_sculpt.strokes[1].data = "damaged"
+        weights, proxy = self.ob.neural_sculpt.weights, vertices(self.ob)
+        ops.apply_to_base()
+        self.assertEqual(self.names(), ["Three"])
+        self.assertEqual(self.ob.neural_sculpt.weights, weights)
+        self.assertEqual(self.ob.neural_sculpt.base_weights, weights)
+        np.testing.assert_array_equal(vertices(self.ob), proxy)
+        ops.mute_stroke(uid=self.uid("Three"))
+        self.assert_heights(One=1, Two=1, Three=1)
 
     def test_cancel(self) -> None:
         with self.as_in_a_window():

@@ -17,7 +17,7 @@ from .. import native_edits, proxy_mesh
 from ..commit import new_revision, set_history
 from ..job import Job, Request, found
 from ..properties import field_of
-from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
 LABEL = "Absorb"
 
@@ -33,9 +33,13 @@ part of its base"""
     @classmethod
     def poll(cls, context: Context) -> bool:
         """A proxy that was changed."""
-        if not editable_poll(cls, context):
+        if not field_poll(cls, context):
             return False
         ob = active_field(context)
+        if proxy_mesh.in_dyntopo(ob):
+            return True
+        if not editable_poll(cls, context):
+            return False
         if ob.mode != "SCULPT" and not native_edits.edited(ob):
             return refuse(cls, "The proxy is as the field made it")
         return True
@@ -56,9 +60,8 @@ part of its base"""
     def execute(self, context: Context) -> Outcome:
         """Fit in the worker."""
         ob = active_field(context)
-        if ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting:
-            bpy.ops.object.mode_set(mode="OBJECT")  # only then the mesh has what was sculpted
-            bpy.ops.object.mode_set(mode="SCULPT")
+        if proxy_mesh.in_dyntopo(ob):
+            bpy.ops.sculpt.dynamic_topology_toggle()  # only then the mesh has what was sculpted
         target = ob.session_uid
 
         def request() -> Request:

@@ -13,7 +13,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
-from .. import native_edits, overlay
+from .. import native_edits, overlay, proxy_mesh
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
@@ -21,7 +21,17 @@ from ..properties import brush_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import session
-from .launch import CANCELLED, INTERNAL, Outcome, active_field, editable_poll, fail, launch, refuse
+from .launch import (
+    CANCELLED,
+    INTERNAL,
+    Outcome,
+    active_field,
+    editable_poll,
+    fail,
+    field_poll,
+    launch,
+    refuse,
+)
 
 RUNNING: Outcome = {"RUNNING_MODAL"}
 PASS: Outcome = {"PASS_THROUGH"}
@@ -56,6 +66,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         """A field whose proxy can be replaced, in a 3D viewport."""
         if context.area is None or context.area.type != "VIEW_3D":
             return refuse(cls, "Strokes are drawn in a 3D viewport")
+        if field_poll(cls, context) and proxy_mesh.in_dyntopo(active_field(context)):
+            return True  # or the press would go to Blender's brush; it is told what to do instead
         return editable_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
@@ -123,8 +135,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
             return PASS
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
-        if ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting:
-            raise SculptError("Dyntopo owns the mesh while it is on. Turn it off to draw strokes.")
+        if reason := proxy_mesh.why_locked(ob):
+            raise SculptError(reason)
         if native_edits.edited(ob):
             raise SculptError(native_edits.WARNING)
         settings = brush_of(context)
