@@ -20,6 +20,7 @@ is named by its lowest corner.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,9 +84,17 @@ def find_active(network: Siren, cells: int, progress: Progress = silent) -> Acti
     return search.result()
 
 
+class FoundAgain(NamedTuple):
+    """The active cells after an edit."""
+
+    active: ActiveCells
+    fresh: NDArray[np.bool_]  # (A,), those that were searched for
+    touched: NDArray[np.bool_]  # of the cells known before, those that were given up for these
+
+
 def find_again(
     known: ActiveCells, changed: NDArray[np.bool_], network: Siren, progress: Progress = silent
-) -> ActiveCells:
+) -> FoundAgain:
     """The active cells after an edit that moved the surface in the `changed` (A,) ones.
 
     Corners of cells that did not change keep their values, so the result is exactly that of one
@@ -95,11 +104,20 @@ def find_again(
     corners = known.index + search.corners  # (8, A)
     search.flat[corners] = known.values
     search.flat[corners[:, changed]] = UNKNOWN
-    touched = (search.flat[corners] == UNKNOWN).any(axis=0)
-    search.mark(known.index[~touched])
+    near = np.zeros_like(search.seen)
+    near[(known.index[changed] + search.corners)[:, None] - search.corners] = True
+    touched = near[known.index]  # those that have a corner in common with a changed one
+    search.seen[known.index[~touched]] = True
     search.evaluate(corners[:, touched].ravel())
     search.flood(known.index[touched][_mixed(search.flat[corners[:, touched]])])
-    return search.result()
+    found = search.result()
+    kept = known.index[~touched]
+    fresh = np.zeros(len(kept) + len(found.index), bool)
+    fresh[np.searchsorted(kept, found.index) + np.arange(len(found.index))] = True
+    index, values = np.empty(len(fresh), np.int32), np.empty((8, len(fresh)), np.float32)
+    index[fresh], index[~fresh] = found.index, kept
+    values[:, fresh], values[:, ~fresh] = found.values, known.values[:, ~touched]
+    return FoundAgain(ActiveCells(known.cells, index, values), fresh, touched)
 
 
 class _Search:

@@ -22,6 +22,9 @@ UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge alon
 MOST = 5  # triangles of a cell
 NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is snapped later
 
+# Whether the cell's own edge along each axis is crossed, for each sign code: (256, 3).
+CROSSED = (np.arange(256)[:, None] >> UPPER & 1) != (np.arange(256)[:, None] & 1)
+
 
 @dataclass
 class RawMesh:
@@ -32,23 +35,24 @@ class RawMesh:
 
     vertices: NDArray[np.float32]  # (V, 3)
     normals: NDArray[np.float32]  # (V, 3), unit, outward, rough
+    slopes: NDArray[np.float32]  # (V,), |grad f|, rough
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
     edges: NDArray[np.int64]  # (V,), rising
     held: NDArray[np.bool_]  # (V, 3), coordinates that stay on their box face
     cap: NDArray[np.bool_]  # (V,)
 
 
-def march(active: ActiveCells) -> RawMesh:
-    """The surface within the active cells."""
+def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMesh:
+    """The surface within the active cells, or the triangles of the `chosen` (A,) among them."""
     codes = active.codes
-    inside = codes[:, None] >> np.append(UPPER, 0).astype(np.uint8) & 1  # (A, 4)
-    crossed = inside[:, :3] != inside[:, 3:]  # (A, 3)
+    crossed = CROSSED[codes]  # (A, 3)
     owner, axis = np.nonzero(crossed)  # (V,)
     vertex = np.cumsum(crossed, dtype=np.int32).reshape(crossed.shape) - 1  # (A, 3)
-    triangles = _triangles(active, codes, vertex)
+    triangles = _triangles(active, codes if chosen is None else codes * chosen, vertex)
     edges = 3 * active.index[owner].astype(np.int64) + axis
     along = np.eye(3, dtype=bool)[axis]  # (V, 3)
 
+    spacing = np.float32(active.spacing)
     low = active.values[0, owner]
     high = active.values[UPPER[axis], owner]
     part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
@@ -58,7 +62,8 @@ def march(active: ActiveCells) -> RawMesh:
         at_high = active.values[UPPER[axis] | corner, owner] - high
         gradient[:, other] = (1 - part) * at_low + part * at_high
     gradient[along] = high - low
-    normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+    slopes = np.sqrt(np.einsum("va,va->v", gradient, gradient))  # (V,), per cell's edge
+    normals = gradient / slopes[:, None]
 
     place = np.stack(np.unravel_index(active.index, (active.cells + 3,) * 3), axis=1)[owner]
     cap = find_caps(edges, active.cells)
@@ -66,10 +71,10 @@ def march(active: ActiveCells) -> RawMesh:
     held[along] = cap
     axis_points = np.linspace(-1, 1, active.cells + 1, dtype=np.float32)
     vertices = axis_points[np.clip(place - 1, 0, active.cells)]
-    vertices[along] += np.where(cap, 0, part * np.float32(active.spacing))
+    vertices[along] += np.where(cap, 0, part * spacing)
     normals[cap] = held[cap] * vertices[cap]
     normals[cap] /= np.linalg.norm(normals[cap], axis=1, keepdims=True)
-    return RawMesh(vertices, normals, triangles, edges, held, cap)
+    return RawMesh(vertices, normals, slopes / spacing, triangles, edges, held, cap)
 
 
 def weld_caps(mesh: RawMesh) -> RawMesh:
@@ -84,6 +89,7 @@ def weld_caps(mesh: RawMesh) -> RawMesh:
     return RawMesh(
         mesh.vertices[used],
         mesh.normals[used],
+        mesh.slopes[used],
         triangles.reshape(-1, 3).astype(np.int32),
         mesh.edges[used],
         mesh.held[used],
@@ -102,7 +108,7 @@ def _triangles(
     active: ActiveCells, codes: NDArray[np.uint8], vertex: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Triangles (F, 3), cell by cell, given the vertices (A, 3) that each cell owns."""
-    count, table = _table()
+    count, table = triangle_table()
     counts = count[codes]  # (A,)
     cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
     first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
@@ -130,7 +136,7 @@ def _rows_above(active: ActiveCells) -> NDArray[np.int32]:
 
 
 @cache
-def _table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def triangle_table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Triangles of each sign code: how many (256,), and their edges (256, MOST, 3).
 
     An edge is named 3 * (corner at its lower end) + axis.

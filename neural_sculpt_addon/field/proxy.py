@@ -8,7 +8,8 @@ plane towards the mean of its neighbours removes them. One Newton step then brin
 within 1e-5 of the surface, and its gradients are the normals.
 
 `extract` does so from nothing; `update` after an edit, and only where the surface moved. Elsewhere
-each vertex takes one Newton step, so all of the mesh lies on the edited surface.
+each vertex follows the surface, so all of the mesh lies on the edited one; where it hardly moved,
+along the normal and with the slope that it had, for a value takes half the time of a gradient.
 
 Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
 is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
@@ -22,16 +23,19 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .cells import ActiveCells, find_active, find_again, steps
-from .evaluate import values_and_gradients
+from .evaluate import values, values_and_gradients
 from .march import RawMesh, find_caps, march, weld_caps
 from .network import Siren
+from .splice import splice
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
 SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
 MOVED = 0.25  # a vertex that an edit moved less, in cells, keeps its place in the mesh
+TURNED = 5e-4  # model units; a vertex that an edit moved less keeps its normal, too
 FLAT = 1e-6  # a gradient below this has no direction
+NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
 FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 5 GB
 BATCH = 1 << 15  # vertices between two looks at `progress`
 
@@ -42,6 +46,7 @@ class Proxy:
 
     vertices: NDArray[np.float32]  # (V, 3)
     normals: NDArray[np.float32]  # (V, 3), unit, outward: the direction of grad f
+    slopes: NDArray[np.float32]  # (V,), |grad f|; of caps any
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
     edges: NDArray[np.int64]  # (V,), rising: the lattice edges that the vertices come from
     active: ActiveCells
@@ -70,24 +75,23 @@ def update(proxy: Proxy, network: Siren, progress: Progress = silent) -> Proxy:
     Pieces of surface that appear where there was none nearby are not seen; `extract` finds them.
     Errors as from `extract`.
     """
-    spacing = proxy.active.spacing
-    vertices, normals = proxy.vertices.copy(), proxy.normals.copy()
-    held = np.abs(vertices) == 1
-    distance = _step(network, vertices, normals, held, spacing, _part(progress, 0, 0.5))
-    cap = find_caps(proxy.edges, proxy.active.cells)
-    moved = ~(distance < MOVED * spacing) & ~cap  # what is not finite, too
-    changed = _around(proxy.edges[moved] // 3, proxy.active.cells)
-    share = _part(progress, 0.5, 0.7)
-    active = find_again(proxy.active, changed[proxy.active.index], network, share)
-    mesh = _mesh(active)
-    progress(0.8, "Meshing")
-    old = np.searchsorted(proxy.edges, mesh.edges).clip(max=len(proxy.edges) - 1)  # (V',)
-    kept = (proxy.edges[old] == mesh.edges) & ~changed[mesh.edges // 3] & ~mesh.cap
-    _relax(mesh, ~kept, spacing)
-    mesh.vertices[kept] = vertices[old[kept]]
-    mesh.normals[kept] = normals[old[kept]]
-    _snap(mesh, ~kept, network, spacing, _part(progress, 0.8, 1))
-    return _proxy(mesh, active)
+    known, spacing = proxy.active, proxy.active.spacing
+    if find_caps(proxy.edges, known.cells).any():
+        return extract(network, known.cells, progress)
+    shown = _raw(proxy)
+    distance = _slide(network, shown, spacing, _part(progress, 0, 0.3))
+    moved = ~(distance < MOVED * spacing)  # what is not finite, too
+    _snap(shown, (distance > TURNED) & ~moved, network, spacing, _part(progress, 0.3, 0.5))
+    changed = _around(proxy.edges[moved] // 3, known.cells)[known.index]
+    again = find_again(known, changed, network, _part(progress, 0.5, 0.7))
+    if not len(again.active.index):
+        raise SculptError(NO_SURFACE)
+    mesh, fresh = splice(shown, known, again)
+    if mesh.cap.any():
+        return extract(network, known.cells, _part(progress, 0.7, 1))
+    _relax(mesh, fresh, spacing)
+    _snap(mesh, fresh, network, spacing, _part(progress, 0.8, 1))
+    return _proxy(mesh, again.active)
 
 
 def check_cells(cells: int) -> None:
@@ -100,16 +104,27 @@ def check_cells(cells: int) -> None:
 
 def _mesh(active: ActiveCells) -> RawMesh:
     if not len(active.index):
-        raise SculptError(
-            "The field has no surface in its box. Undo the last stroke or choose another model."
-        )
+        raise SculptError(NO_SURFACE)
     mesh = march(active)
     return weld_caps(mesh) if mesh.cap.any() else mesh
 
 
 def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
     np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
-    return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active)
+    return Proxy(mesh.vertices, mesh.normals, mesh.slopes, mesh.triangles, mesh.edges, active)
+
+
+def _raw(proxy: Proxy) -> RawMesh:
+    """The mesh of a proxy without caps, to be changed."""
+    return RawMesh(
+        proxy.vertices.copy(),
+        proxy.normals.copy(),
+        proxy.slopes.copy(),
+        proxy.triangles,
+        proxy.edges,
+        np.zeros_like(proxy.vertices, bool),
+        np.zeros(len(proxy.vertices), bool),
+    )
 
 
 def _around(owners: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
@@ -129,7 +144,8 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
     In a closed mesh of one winding every edge is walked once in each direction, so the sum over
     triangle corners of the next corner counts each neighbour exactly once.
     """
-    triangles = mesh.triangles[fresh[mesh.triangles].any(axis=1)]
+    a, b, c = mesh.triangles.T
+    triangles = mesh.triangles[fresh[a] | fresh[b] | fresh[c]]
     corner, following = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     count = len(mesh.vertices)
     degree = np.bincount(corner, minlength=count)[fresh]  # (M,)
@@ -151,38 +167,47 @@ def _snap(
     """Newton steps of the `fresh` vertices until they are settled, and their normals."""
     moving = np.flatnonzero(fresh & ~mesh.cap)
     for number in range(STEPS):
-        vertices, normals = mesh.vertices[moving], mesh.normals[moving]
         share = _part(progress, number / STEPS, (number + 1) / STEPS)
-        distance = _step(network, vertices, normals, mesh.held[moving], spacing, share)
-        mesh.vertices[moving], mesh.normals[moving] = vertices, normals
+        distance = _step(network, mesh, moving, spacing, share)
         moving = moving[distance > SETTLED * spacing]
 
 
 def _step(
-    network: Siren,
-    vertices: NDArray[np.float32],
-    normals: NDArray[np.float32],
-    held: NDArray[np.bool_],
-    spacing: float,
-    progress: Progress,
+    network: Siren, mesh: RawMesh, moving: NDArray[np.intp], spacing: float, progress: Progress
 ) -> NDArray[np.float32]:
-    """One Newton step of vertices (P, 3) onto f = 0, in place; how far each moved (P,).
+    """One Newton step of the `moving` vertices (P,) onto f = 0; how far each moved (P,).
 
-    Their normals become the direction of grad f where they were. A vertex held on a box face stays
-    in it.
+    Their normals and slopes become those where they were. A vertex held on a box face stays in it.
     """
-    moved = np.empty(len(vertices), np.float32)
-    for start in range(0, len(vertices), BATCH):
-        progress(start / len(vertices), "Snapping to the surface")
-        part = slice(start, start + BATCH)
-        value, gradient = values_and_gradients(network, vertices[part])
+    moved = np.empty(len(moving), np.float32)
+    for start in range(0, len(moving), BATCH):
+        progress(start / len(moving), "Snapping to the surface")
+        part = moving[start : start + BATCH]
+        value, gradient = values_and_gradients(network, mesh.vertices[part])
         slope = _length(gradient)  # (B, 1)
-        np.divide(gradient, slope, out=normals[part], where=slope > FLAT)
-        gradient[held[part]] = 0
+        mesh.slopes[part] = slope[:, 0]
+        steep = part[slope[:, 0] > FLAT]
+        mesh.normals[steep] = (gradient / np.maximum(slope, FLAT))[slope[:, 0] > FLAT]
+        gradient[mesh.held[part]] = 0
         slope = np.maximum(_length(gradient), FLAT)
         distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
-        vertices[part] -= distance * gradient / slope
-        moved[part] = np.abs(distance[:, 0])
+        mesh.vertices[part] -= distance * gradient / slope
+        moved[start : start + BATCH] = np.abs(distance[:, 0])
+    return moved
+
+
+def _slide(
+    network: Siren, mesh: RawMesh, spacing: float, progress: Progress
+) -> NDArray[np.float32]:
+    """A step of all vertices along the normals that they have; how far each moved (V,)."""
+    moved = np.empty(len(mesh.vertices), np.float32)
+    for start in range(0, len(moved), BATCH):
+        progress(start / len(moved), "Following the surface")
+        part = slice(start, start + BATCH)
+        distance = values(network, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
+        distance = np.clip(distance, -REACH * spacing, REACH * spacing)  # (B,)
+        mesh.vertices[part] -= distance[:, None] * mesh.normals[part]
+        moved[part] = np.abs(distance)
     return moved
 
 
@@ -192,4 +217,4 @@ def _part(progress: Progress, start: float, end: float) -> Progress:
 
 
 def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.linalg.norm(vectors, axis=1, keepdims=True)  # (N, 1)
+    return np.sqrt(np.einsum("na,na->n", vectors, vectors))[:, None]  # (N, 1)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from neural_sculpt_addon.field.cells import CORNERS, find_active, find_again
 from neural_sculpt_addon.field.checkpoint import load
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
+from neural_sculpt_addon.field.march import march
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.proxy import Proxy, extract, update
@@ -194,10 +195,22 @@ def test_an_update_follows_a_stroke_and_drift_as_a_new_extraction_does(sculpted)
     assert np.array_equal(under_the_stroke(after.active), under_the_stroke(expected.active))
 
 
+def test_what_is_spliced_is_what_marching_cubes_makes_of_all_cells(sculpted):
+    old, new = sculpted.problem.network, gauss_newton.quick(sculpted.problem)
+    proxy = extract(old, 80)
+    for network in (new, perturbed(new, 2e-3), perturbed(new, 2e-3, 1), old):
+        before, proxy = proxy, update(proxy, network)
+        expected = march(proxy.active)
+        assert not np.array_equal(proxy.triangles, before.triangles)
+        assert np.array_equal(proxy.triangles, expected.triangles)
+        assert np.array_equal(proxy.edges, expected.edges)
+        assert np.abs(proxy.vertices - expected.vertices).max() < 3 * proxy.active.spacing
+
+
 def test_where_all_changed_the_flood_finds_the_same_cells_again():
     network = primitive("suzanne")
     known = find_active(network, 64)
-    again = find_again(known, np.ones(len(known.index), bool), network)
+    again = find_again(known, np.ones(len(known.index), bool), network).active
     assert np.array_equal(again.index, known.index)
     assert np.array_equal(np.sign(again.values), np.sign(known.values))
 
