@@ -2,6 +2,22 @@
 """The interface in German: every text that `tests/blender/test_translations.py` finds."""
 
 TEXTS = {
+    # worker and device
+    "Not started": "Nicht gestartet",
+    "Ready on {}": "Bereit auf {}",
+    "No such device": "Das Gerät fehlt",
+    "Starting": "Startet",
+    "Stopped unexpectedly": "Unerwartet beendet",
+    "Device": "Gerät",
+    "What strokes are sculpted on": "Worauf Striche berechnet werden",
+    "Auto": "Automatisch",
+    "A CUDA graphics card where that works, or the processor": "Eine CUDA-Grafikkarte, wo das"
+    " geht, sonst der Prozessor",
+    "CPU": "CPU",
+    "The processor": "Der Prozessor",
+    "CUDA": "CUDA",
+    "An NVIDIA graphics card, by a PyTorch made for CUDA": "Eine NVIDIA-Grafikkarte, mit einem"
+    " PyTorch für CUDA",
     # model
     "{} in Blender": "{} in Blender",
     "{} in the worker while it is meshed": "{} im Arbeitsprozess, solange er es vernetzt",

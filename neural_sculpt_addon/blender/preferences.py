@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Preferences: which Python is the worker, and how fine a new proxy is."""
+"""Preferences: the worker's Python and device, how fine a new proxy is, colours."""
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import bpy
-from bpy.props import FloatVectorProperty, StringProperty
+from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context
 
 from ..worker import environment
+from ..worker.environment import Device
 from . import ADDON
 from .folders import environment_folder
 from .installer import installer
@@ -49,6 +50,16 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         description="A Python with PyTorch that runs the worker; empty for the installed one",
         subtype="FILE_PATH",
     )
+    device: EnumProperty(
+        name="Device",
+        description="What strokes are sculpted on",
+        items=[
+            (Device.AUTO.name, "Auto", "A CUDA graphics card where that works, or the processor"),
+            (Device.CPU.name, "CPU", "The processor"),
+            (Device.CUDA.name, "CUDA", "An NVIDIA graphics card, by a PyTorch made for CUDA"),
+        ],
+        default=Device.AUTO.name,
+    )
     resolution: resolution_property(
         "Cells along an edge of the box in which the proxy of a new field is meshed"
     )
@@ -69,6 +80,7 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         layout.use_property_split = True
         layout.prop(self, "resolution")
         layout.prop(self, "worker_python")
+        layout.prop(self, "device")
         layout.prop(self, "color_cursor")
         layout.prop(self, "color_raising")
         layout.prop(self, "color_carving")
@@ -84,6 +96,12 @@ def draw_installation(layout: bpy.types.UILayout) -> None:
         layout.operator("neural_sculpt.install_worker", icon="IMPORT")
     if installer.error:
         layout.label(text=installer.error, icon="ERROR")
+
+
+def device() -> Device:
+    """What the worker is to sculpt on."""
+    preferences = _preferences()
+    return Device.AUTO if preferences is None else Device[preferences.device]
 
 
 def worker_python() -> Path:

@@ -134,23 +134,16 @@ class Session:
         if bpy.app.timers.is_registered(self._tick):
             bpy.app.timers.unregister(self._tick)
 
-    def describe_worker(self) -> str:
-        """The worker's state for the panel."""
-        if self.client is None:
-            return "Not started"
-        if self.client.state is WorkerState.READY and self.client.hello:
-            return f"Ready on {self.client.hello['device'].upper()}"
-        return self.client.state.value.capitalize()
-
     def _ensure_worker(self) -> None:
+        command = environment.worker_command(preferences.worker_python(), preferences.device())
         if self.client is not None:
-            if self.client.alive:
+            busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
+            if self.client.alive and (busy or self.client.command == tuple(command)):
                 return
             self.client.stop()  # gives every open job its end
             for message in [*self._news, *self.client.poll_once()]:
                 self._hear(message)
             self._news.clear()
-        command = environment.worker_command(preferences.worker_python())
         client = Client(command, log_file())
         client.start()
         self.client = client

@@ -14,6 +14,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterable
+from enum import StrEnum
 from pathlib import Path
 
 from ..stroke.errors import SculptError
@@ -31,6 +32,7 @@ from .interpreter import (
 
 __all__ = [
     "ENVIRONMENT_VARIABLE",
+    "Device",
     "Environment",
     "candidate_pythons",
     "check_python",
@@ -55,9 +57,17 @@ _CUDA = ("nvidia", "cuda", "triton", "pytorch-triton")
 _RESOLVED, _COLLECTED, _TESTING = 0.1, 0.7, 0.95  # fractions of the way
 
 
-def worker_command(python: Path | str) -> list[str]:
+class Device(StrEnum):
+    """What the artist wants strokes to be sculpted on."""
+
+    AUTO = "auto"  # CUDA where it works, or else the processor
+    CPU = "cpu"
+    CUDA = "cuda"
+
+
+def worker_command(python: Path | str, device: Device = Device.AUTO) -> list[str]:
     """The command that runs the worker of this very package on `python`, isolated, unbuffered."""
-    return [str(python), "-I", "-u", str(LAUNCH)]
+    return [str(python), "-I", "-u", str(LAUNCH), device]
 
 
 def configured_python(preference: str | Path | None, folder: Path | str) -> Path:

@@ -27,6 +27,8 @@ from .protocol import JobKind
 from .replay import Replays
 
 if TYPE_CHECKING:
+    import torch
+
     from ..field.edit import Edit
     from ..field.fit import Fit
     from ..field.network import Siren
@@ -52,10 +54,11 @@ def warm_up() -> None:
 class Jobs:
     """The handlers and what they remember: preparations by revision, and the proxy last shown."""
 
-    def __init__(self) -> None:
-        """Nothing is prepared yet."""
+    def __init__(self, device: "torch.device") -> None:
+        """Nothing is prepared yet; `device` is what strokes are sculpted on."""
+        self._device = device
         self._preparations: OrderedDict[str, Preparation] = OrderedDict()
-        self._replays = Replays()
+        self._replays = Replays(device)
         self._shown: tuple[str, Proxy] | None = None
 
     def handlers(self) -> dict[JobKind, Handler]:
@@ -92,7 +95,7 @@ class Jobs:
             job.quick(answer("quick_revision", result, _part(progress, QUICK_AT, QUICK_AT)))
 
         result = edit(
-            read_network(job),
+            self._network(job),
             [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
             solver=read(job, "solver", str),
             epochs=job.fields.get("epochs"),
@@ -120,7 +123,7 @@ class Jobs:
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <proxy>."""
-        return Payload({}, proxy_arrays(_extract(read_network(job), job, progress)))
+        return Payload({}, proxy_arrays(_extract(self._network(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
         """primitive, or preset, width, thickness, seed <mesh> -> scale, center, report <model>.
@@ -183,7 +186,7 @@ class Jobs:
         """resolution <field> -> <band>, see field.volume."""
         from ..field.volume import sample_band
 
-        band = sample_band(read_network(job), read(job, "resolution", int), progress)
+        band = sample_band(self._network(job), read(job, "resolution", int), progress)
         return Payload({}, {"band": band})
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
@@ -191,13 +194,16 @@ class Jobs:
         self._prepared(job, progress)
         return Payload()
 
+    def _network(self, job: Payload) -> "Siren":
+        return read_network(job).to(self._device)
+
     def _prepared(self, job: Payload, progress: Progress) -> "Preparation":
         """The preparation of the job's revision, made unless it is remembered."""
         from ..field.prepare import prepare
 
         revision = read(job, "revision", str)
         known = self._preparations.get(revision)
-        return self._keep(revision, known or prepare(read_network(job), progress=progress))
+        return self._keep(revision, known or prepare(self._network(job), progress=progress))
 
     def _keep(self, revision: str, preparation: "Preparation") -> "Preparation":
         """Remember it, and forget the one that was not needed for longest."""

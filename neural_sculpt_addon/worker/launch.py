@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The file that the worker's Python is started with: `python -I -u launch.py`.
+"""The file that the worker's Python is started with: `python -I -u launch.py DEVICE`.
 
 It imports the package it lies in under its own name whatever the folder is called (an installed
 extension's is called after its id), and by its path, so that nothing that lies beside the package,

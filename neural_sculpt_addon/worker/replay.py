@@ -14,6 +14,8 @@ from ..stroke.progress import Progress
 from ..stroke.stroke import Stroke
 
 if TYPE_CHECKING:
+    import torch
+
     from ..field.edit import Edit
 
 EDITS = 16
@@ -23,8 +25,9 @@ EDITS = 16
 class Replays:
     """The replays of one worker, and the strokes that need none because they were just drawn."""
 
-    def __init__(self) -> None:
-        """Nothing is known yet."""
+    def __init__(self, device: "torch.device") -> None:
+        """Nothing is known yet; `device` is what strokes are sculpted on."""
+        self._device = device
         self._edits: OrderedDict[str, Edit] = OrderedDict()
 
     def run(
@@ -50,7 +53,7 @@ class Replays:
         done = next((n for n in reversed(range(len(states))) if states[n] in self._edits), None)
         if done is None:
             progress(0.0, "Preparing")
-            done, last = 0, edit(from_bytes(base), [])
+            done, last = 0, edit(from_bytes(base).to(self._device), [])
         else:
             last = self._edits[states[done]]
         self.remember(states[done], last)

@@ -26,6 +26,8 @@ from typing import Any
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress
 from . import protocol
+from .device import choose
+from .environment import Device
 from .jobs import Jobs, warm_up
 from .payload import Handler, Payload, Task
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
@@ -46,9 +48,22 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.set_num_interop_threads(1)
     warm_up()
-    python = platform.python_version()
-    hello = {"torch": str(torch.__version__), "device": "cpu", "python": python}
-    server.serve(Jobs().handlers(), hello)
+    hello = {"torch": str(torch.__version__), "python": platform.python_version()}
+    try:
+        device = choose(Device(sys.argv[1]))
+    except SculptError as error:
+        server.serve(_refusing(str(error)), {**hello, "device": ""})
+    else:
+        server.serve(Jobs(device).handlers(), {**hello, "device": device.type})
+
+
+def _refusing(reason: str) -> dict[JobKind, Handler]:
+    """Handlers that can only say why there is nothing to work on."""
+
+    def refuse(job: Task, progress: Progress) -> Payload:
+        raise SculptError(reason)
+
+    return dict.fromkeys(JobKind, refuse)
 
 
 def take_over() -> "Server":

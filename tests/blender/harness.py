@@ -94,7 +94,7 @@ class SteeredCase(SculptCase):
         command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.go)]
         self.session.stop()
         self.addCleanup(self.session.stop)
-        steered = patch.object(module("worker.environment"), "worker_command", lambda _: command)
+        steered = patch.object(module("worker.environment"), "worker_command", lambda *_: command)
         steered.start()
         self.addCleanup(steered.stop)
         self.ob = add("SPHERE")

@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import bpy
@@ -120,6 +121,20 @@ class Workers(SculptCase):
         python = module("worker.environment").environment_python(bare)
         self.preferences.worker_python = str(python)
         self.assert_fails("No module named", bpy.ops.neural_sculpt.add, kind="SPHERE")
+
+    def test_a_device_that_is_not_there(self) -> None:
+        """It is told; another choice needs no restart by hand."""
+        self.addCleanup(setattr, self.preferences, "device", "AUTO")
+        self.preferences.device = "CPU"
+        add("SPHERE")
+        self.assertEqual(self.session.client.hello["device"], "cpu")
+        self.preferences.device = "CUDA"
+        with suppress(RuntimeError):  # there may be one
+            bpy.ops.neural_sculpt.add(kind="SPHERE")
+            self.skipTest("there is a CUDA card")
+        self.assertIn("CUDA", self.session.last_error)
+        self.preferences.device = "CPU"
+        add("SPHERE")
 
     def test_installing_needs_permission(self) -> None:
         self.assertFalse(bpy.app.online_access)

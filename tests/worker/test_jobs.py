@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from neural_sculpt_addon.field.checkpoint import from_bytes, to_bytes
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
@@ -12,6 +13,8 @@ from neural_sculpt_addon.stroke.errors import Cancelled
 from neural_sculpt_addon.stroke.progress import silent
 from neural_sculpt_addon.worker.jobs import Jobs
 from neural_sculpt_addon.worker.payload import Payload, Task
+
+CPU = torch.device("cpu")
 
 RESOLUTION = 48
 
@@ -31,7 +34,7 @@ def edit_fields(tilt, solver, **revisions):
 @pytest.fixture(scope="module")
 def edited():
     """The jobs after one stroke, and its result."""
-    jobs = Jobs()
+    jobs = Jobs(CPU)
     fields = edit_fields(0.0, "quick", revision="a", result_revision="b")
     return jobs, jobs.edit(task(fields, primitive("sphere")), silent)
 
@@ -71,7 +74,7 @@ def test_a_quick_result_at_another_resolution_follows_what_was_shown(edited):
 
 def test_a_sampled_band_holds_the_field_near_the_surface():
     network = primitive("torus")
-    band = Jobs().sample(task({"resolution": 40}, network), silent).arrays["band"]
+    band = Jobs(CPU).sample(task({"resolution": 40}, network), silent).arrays["band"]
     assert band.shape == (41, 41, 41) and band.dtype == np.float32
     axis = np.linspace(-1, 1, 41, dtype=np.float32)
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)

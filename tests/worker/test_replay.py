@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.edit import edit
@@ -11,6 +12,8 @@ from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
 from neural_sculpt_addon.worker.replay import EDITS, Replays
+
+CPU = torch.device("cpu")
 
 BASE = primitive("sphere")
 STATES = ["base", "one", "two"]
@@ -43,7 +46,7 @@ def run(replays: Replays, strokes: list[Stroke], states: list[str]) -> tuple[byt
 
 
 def test_a_replay_is_the_strokes_one_by_one_and_nothing_is_done_twice() -> None:
-    replays = Replays()
+    replays = Replays(CPU)
     together = to_bytes(edit(BASE, STROKES, solver="quick").network)
     assert run(replays, STROKES, STATES) == (together, {"Stroke 1 of 2", "Stroke 2 of 2"})
     assert run(replays, STROKES, STATES) == (together, set())
@@ -55,7 +58,7 @@ def test_a_replay_is_the_strokes_one_by_one_and_nothing_is_done_twice() -> None:
 
 
 def test_a_drawn_stroke_needs_no_replay() -> None:
-    replays = Replays()
+    replays = Replays(CPU)
     drawn = edit(BASE, STROKES[:1], solver="quick")
     replays.remember("one", drawn)
     assert run(replays, STROKES[:1], STATES[:2]) == (to_bytes(drawn.network), set())
@@ -63,16 +66,16 @@ def test_a_drawn_stroke_needs_no_replay() -> None:
 
 def test_the_stroke_that_cannot_be_placed_is_named() -> None:
     with pytest.raises(SculptError, match=r"^Ear: "):
-        run(Replays(), [dab(0, 0, 0.6), dab(0.9, 0, 0, radius=0.02, name="Ear")], STATES)
+        run(Replays(CPU), [dab(0, 0, 0.6), dab(0.9, 0, 0, radius=0.02, name="Ear")], STATES)
 
 
 def test_names_must_fit_the_strokes() -> None:
     with pytest.raises(SculptError, match="state"):
-        run(Replays(), STROKES, ["base"])
+        run(Replays(CPU), STROKES, ["base"])
 
 
 def test_old_states_are_forgotten() -> None:
-    replays = Replays()
+    replays = Replays(CPU)
     made = edit(BASE, [])
     for number in range(2 * EDITS):
         replays.remember(str(number), made)

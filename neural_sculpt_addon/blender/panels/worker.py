@@ -4,13 +4,21 @@
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
 from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context
 
 from ...stroke.errors import SculptError
+from ...worker.client import WorkerState
 from .. import preferences
 from ..folders import log_file
 from ..worker_session import session
 from .sidebar import Sidebar, draw_job, draw_text
+
+STATES = {
+    WorkerState.STOPPED: n_("Not started"),
+    WorkerState.STARTING: n_("Starting"),
+    WorkerState.DEAD: n_("Stopped unexpectedly"),
+}
 
 
 class NEURAL_SCULPT_PT_worker(Sidebar):
@@ -28,7 +36,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             preferences.draw_installation(layout)
             return
         row = layout.row(align=True)
-        row.label(text=session.describe_worker(), icon="SYSTEM")
+        row.label(text=_state(), icon="SYSTEM", translate=False)
         log = log_file()
         button = row.row(align=True)
         button.enabled = log.is_file()
@@ -42,3 +50,14 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             box = layout.column()
             box.alert = True
             draw_text(box, context, session.last_error, "ERROR")
+
+
+def _state() -> str:
+    """What the worker is doing, and on what device."""
+    client = session.client
+    if client is None:
+        return iface_(STATES[WorkerState.STOPPED])
+    if client.hello is None:
+        return iface_(STATES[client.state])
+    device = client.hello["device"]
+    return iface_("Ready on {}").format(device.upper()) if device else iface_("No such device")
