@@ -60,6 +60,20 @@ class Edit:
         return Edit(preparation, (*self.reports, report))
 
 
+@dataclass(frozen=True)
+class Quick:
+    """What an edit looks like before its last stroke is refined.
+
+    remember: the preparation of `network`, for strokes that will be drawn on it; as it takes a
+              tenth of a second, show the rest first. No cancel is heard meanwhile.
+    """
+
+    network: Siren
+    proxy: Proxy
+    reports: tuple[dict[str, Any], ...]
+    remember: Callable[[], Preparation]
+
+
 def edit(
     network: Siren,
     strokes: Sequence[Stroke],
@@ -68,7 +82,7 @@ def edit(
     epochs: int | None = None,
     preparation: Preparation | None = None,
     chamfer: bool = False,
-    quick: Callable[[Edit], None] | None = None,
+    quick: Callable[[Quick], None] | None = None,
     progress: Progress = silent,
 ) -> Edit:
     """Apply `strokes` one after another.
@@ -77,8 +91,8 @@ def edit(
     solver:      one of SOLVERS
     epochs:      of the paper's solver; its own default when None
     chamfer:     report the paper's Chamfer distance, too (seconds)
-    quick:       called once with the edit as it is before the last stroke is refined, which is not
-                 measured then; not called by solvers that do not refine
+    quick:       called once before the last stroke is refined, which is not measured then; not
+                 called by solvers that do not refine
 
     SculptError when a stroke does not lie on the surface or cannot be solved; Cancelled as soon as
     `progress` raises it. `network` itself is never changed.
@@ -87,7 +101,20 @@ def edit(
     if preparation is None:
         preparation = prepare(network, progress=lambda _, message: progress(0.0, message))
     result = Edit(preparation, ())
-    told = 0.0, "Sculpting"
+    told, hears = (0.0, "Sculpting"), True
+
+    def check() -> None:
+        if hears:
+            progress(*told)
+
+    def remember(problem: Problem, network: Siren, proxy: Proxy) -> Preparation:
+        nonlocal hears
+        hears = False
+        try:
+            return follow(problem, network, proxy)
+        finally:
+            hears = True
+
     for number, stroke in enumerate(strokes):
 
         def share(part: float, message: str, done: int = number) -> None:
@@ -96,7 +123,7 @@ def edit(
             progress(*told)
 
         started = time.perf_counter()
-        problem = pose(result.preparation, stroke, lambda: progress(*told))
+        problem = pose(result.preparation, stroke, check)
         network = chosen.solve(problem, _part(share, 0.0, 0.3 if chosen.refine else 0.9))
         seconds = time.perf_counter() - started
         report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}
@@ -104,8 +131,8 @@ def edit(
             if quick is not None and number == len(strokes) - 1:
                 known = result.preparation.proxy
                 proxy = update(known, network, lambda _, __: share(0.3, "Sculpting"))
-                shown = report | {"solver": "quick"}
-                quick(result.then(shown, follow(problem, network, proxy)))
+                shown = *result.reports, report | {"solver": "quick"}
+                quick(Quick(network, proxy, shown, partial(remember, problem, network, proxy)))
             started = time.perf_counter()
             network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started

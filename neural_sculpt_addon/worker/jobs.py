@@ -82,17 +82,14 @@ class Jobs:
         ahead in the same form. What is known of both is kept for the strokes to come. With a
         `result_state`, replays need not repeat the edit.
         """
-        from ..field.edit import edit
+        from ..field.edit import Quick, edit
 
-        def answer(name: str, result: "Edit", progress: Progress) -> Payload:
-            revision = read(job, name, str)
-            self._keep(revision, result.preparation)
-            follows = read(job, "revision", str) if name == "quick_revision" else ""
-            arrays = self._edited(result.preparation, revision, job, progress, follows)
-            return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
-
-        def send_quick(result: "Edit") -> None:
-            job.quick(answer("quick_revision", result, _part(progress, QUICK_AT, QUICK_AT)))
+        def send_quick(result: Quick) -> None:
+            revision, follows = read(job, "quick_revision", str), read(job, "revision", str)
+            share = _part(progress, QUICK_AT, QUICK_AT)
+            arrays = self._edited(result.network, result.proxy, revision, job, share, follows)
+            job.quick(Payload({"revision": revision, "reports": list(result.reports)}, arrays))
+            self._keep(revision, result.remember())  # the next stroke waits for it
 
         result = edit(
             self._network(job),
@@ -105,7 +102,7 @@ class Jobs:
         )
         if "result_state" in job.fields:
             self._replays.remember(read(job, "result_state", str), result)
-        return answer("result_revision", result, _part(progress, 0.9, 1.0))
+        return self._answer(result, job, progress)
 
     def replay(self, job: Task, progress: Progress) -> Payload:
         """strokes, states, solver, resolution <base field> -> revision, reports <field, proxy>."""
@@ -116,10 +113,7 @@ class Jobs:
             read(job, "solver", str),
             _part(progress, 0.0, 0.9),
         )
-        revision = read(job, "result_revision", str)
-        self._keep(revision, result.preparation)
-        arrays = self._edited(result.preparation, revision, job, _part(progress, 0.9, 1.0))
-        return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
+        return self._answer(result, job, progress)
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """resolution <field> -> <proxy>."""
@@ -213,9 +207,17 @@ class Jobs:
             self._preparations.popitem(last=False)
         return preparation
 
+    def _answer(self, result: "Edit", job: Payload, progress: Progress) -> Payload:
+        """The final result of an edit, whose preparation is kept."""
+        revision, share = read(job, "result_revision", str), _part(progress, 0.9, 1.0)
+        known = self._keep(revision, result.preparation)
+        arrays = self._edited(known.network, known.proxy, revision, job, share)
+        return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
+
     def _edited(
         self,
-        known: "Preparation",
+        network: "Siren",
+        proxy: "Proxy",
         revision: str,
         job: Payload,
         progress: Progress,
@@ -228,15 +230,15 @@ class Jobs:
         from ..field.prepare import CELLS
         from ..field.proxy import extract, update
 
-        proxy, cells = known.proxy, read(job, "resolution", int)
+        cells = read(job, "resolution", int)
         if cells != CELLS:
             shown, last = self._shown or ("", proxy)
             if shown == follows and last.active.cells == cells:
-                proxy = update(last, known.network, progress)
+                proxy = update(last, network, progress)
             else:
-                proxy = extract(known.network, cells, progress)
+                proxy = extract(network, cells, progress)
             self._shown = revision, proxy
-        return model_arrays(known.network, proxy)
+        return model_arrays(network, proxy)
 
 
 def _model(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:

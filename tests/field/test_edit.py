@@ -80,6 +80,29 @@ def test_the_last_stroke_is_shown_once_before_it_is_refined(ready):
     assert all(map(torch.equal, quick.network.parameters, alone.network.parameters))
 
 
+def test_a_cancelled_refinement_leaves_what_the_next_stroke_needs(ready):
+    known, cancelled = [], False
+
+    def progress(fraction, message):
+        if cancelled:
+            raise Cancelled
+
+    def show(quick):
+        nonlocal cancelled
+        cancelled = True
+        known.append((quick, quick.remember()))
+
+    with pytest.raises(Cancelled):
+        edit(ready.network, [arc(0.0, radius=0.6)], preparation=ready, quick=show, progress=progress)
+    ((quick, preparation),) = known
+    assert preparation.network is quick.network and preparation.proxy is quick.proxy
+    before, after = ready.surface.points, preparation.surface.points
+    far = np.linalg.norm(before[:, :2], axis=1) < 0.3  # from a stroke around the equator
+    assert np.isin(before[far], after).all()
+    lifted = np.linalg.norm(after, axis=1).max() - np.linalg.norm(before, axis=1).max()
+    assert lifted == pytest.approx(0.03, abs=0.005)
+
+
 @pytest.mark.parametrize("solver", sorted(set(SOLVERS) - {"paper"}))
 def test_mirrored_strokes_by_every_solver(ready, solver):
     """Without an edit the error is the mean displacement, a little under 0.03 / 2."""
