@@ -344,36 +344,36 @@ TEXTS = {
     "This field has no strokes yet": "Dieses Feld hat noch keine Striche",
     # worker
     "A Python with PyTorch that runs the worker; empty for the installed one": "Ein Python mit"
-    " PyTorch, das den Arbeiter ausführt; leer für das installierte",
+    " PyTorch, das den Arbeitsprozess ausführt; leer für das installierte",
     "Cancel": "Abbrechen",
     "Cancel Installation": "Installation abbrechen",
     "Cancel the running job and all that wait for it; the fields stay as they are": "Die laufende"
     " Arbeit und alle, die auf sie warten, abbrechen; die Felder bleiben, wie sie sind",
     "Download PyTorch into a folder of its own; nothing of Blender's is changed": "PyTorch in einen"
     " eigenen Ordner laden; an Blender wird nichts verändert",
-    "Install Worker": "Arbeiter installieren",
+    "Install Worker": "Arbeitsprozess installieren",
     "Leave Edit Mode first": "Zuerst den Bearbeitungsmodus verlassen",
     "Measuring": "Messen",
     "Meshing": "Vernetzen",
     "No mesh is becoming a field": "Kein Mesh wird gerade zum Feld",
     "Preparing": "Vorbereiten",
     "Refining": "Verfeinern",
-    "Restart Worker": "Arbeiter neu starten",
+    "Restart Worker": "Arbeitsprozess neu starten",
     "Sculpting": "Modellieren",
     "Select a mesh object first": "Zuerst ein Mesh-Objekt auswählen",
     "Select a neural field first": "Zuerst ein neuronales Feld auswählen",
-    "Stop the installation of the worker": "Die Installation des Arbeiters abbrechen",
+    "Stop the installation of the worker": "Die Installation des Arbeitsprozesses abbrechen",
     "Stop the worker, cancel its jobs and start it again; the fields stay as they are": "Den"
-    " Arbeiter anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben, wie sie"
+    " Arbeitsprozess anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben, wie sie"
     " sind",
-    "The worker is being installed": "Der Arbeiter wird installiert",
-    "The worker is idle": "Der Arbeiter ist untätig",
-    "The worker still changes this field": "Der Arbeiter ändert dieses Feld noch",
+    "The worker is being installed": "Der Arbeitsprozess wird installiert",
+    "The worker is idle": "Der Arbeitsprozess ist untätig",
+    "The worker still changes this field": "Der Arbeitsprozess ändert dieses Feld noch",
     "Turn on Allow Online Access in Preferences, System first": "Zuerst Onlinezugriff erlauben in"
     " Einstellungen, System einschalten",
     "Turn on Allow Online Access in Preferences, System first.": "Zuerst Onlinezugriff erlauben in"
     " Einstellungen, System einschalten.",
-    "Worker": "Arbeiter",
-    "Worker Python": "Python des Arbeiters",
+    "Worker": "Arbeitsprozess",
+    "Worker Python": "Python des Arbeitsprozesses",
     "{} waiting": "{} in der Warteschlange",
 }

@@ -4,6 +4,9 @@
 The sphere is seen from the front, so a stroke on it faces -Y. Model space is the world's.
 """
 
+import sys
+from pathlib import Path
+
 import bpy
 import harness
 import numpy as np
@@ -15,6 +18,8 @@ from simulated_input import Steps
 
 Array = NDArray[np.float64]
 
+PICTURES = Path(sys.argv[sys.argv.index("--") + 2])
+"""The folder for pictures, of this Blender."""
 SECONDS = 120  # for anything to happen, on a computer that is busy
 RADIUS, INTENSITY = 0.12, 0.06
 NEAR, FAR = 0.35, 1.35  # radii from the path: within, the stroke is high; beyond, nothing moved
@@ -144,6 +149,20 @@ def _type(key: str, held: hand.Held) -> Steps:
     hand.tap(key, middle(), held)
     yield 2 * hand.DRAWN
     hand.window().view_layer.update()  # as the next picture does
+
+
+def still_picture(kind: str = "WINDOW") -> Steps:
+    """The window when a region of the viewport is drawn to the end, however long that takes."""
+    place = hand.region(kind)
+    rows = slice(-place.y - place.height, -place.y or None)
+    columns = slice(place.x, place.x + place.width)
+    picture = None
+    for _ in range(30):
+        yield 4 * hand.DRAWN
+        last, picture = picture, hand.screen_pixels()
+        if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
+            break
+    return picture
 
 
 def changed(

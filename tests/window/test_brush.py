@@ -3,7 +3,16 @@
 
 import numpy as np
 import simulated_input as hand
-from drawing import INTENSITY, RADIUS, WindowCase, brush_settings, changed, field, middle
+from drawing import (
+    INTENSITY,
+    RADIUS,
+    WindowCase,
+    brush_settings,
+    changed,
+    field,
+    middle,
+    still_picture,
+)
 from harness import module
 from simulated_input import Steps
 
@@ -68,6 +77,5 @@ class Brush(WindowCase):
             store.set_curve(tree, curve, points)
             hand.region("UI").tag_redraw()
             hand.move(middle())
-            yield 4 * hand.DRAWN
-            pictures.append(hand.screen_pixels())
+            pictures.append((yield from still_picture("UI")))
         return changed(*pictures, hand.region("UI"))

@@ -23,6 +23,7 @@ from drawing import (
     choose_tool,
     field,
     middle,
+    still_picture,
 )
 from harness import to_path, vertices
 from mathutils.bvhtree import BVHTree
@@ -97,20 +98,6 @@ class FirstUse(WindowCase):
         yield from click(place)
         after = yield from still_picture()
         return changed(before[:, beyond:], after[:, beyond:], hand.region(), beyond)
-
-
-def still_picture() -> Steps:
-    """The window when the viewport has been drawn to the end, however long that takes."""
-    viewport = hand.region()
-    rows = slice(-viewport.y - viewport.height, -viewport.y or None)
-    columns = slice(viewport.x, viewport.x + viewport.width)
-    picture = None
-    for _ in range(30):
-        yield 4 * hand.DRAWN
-        last, picture = picture, hand.screen_pixels()
-        if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
-            break
-    return picture
 
 
 def any_field() -> bool:
