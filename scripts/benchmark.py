@@ -11,6 +11,7 @@ import benchmark_edit
 import benchmark_fit
 import benchmark_interface
 import benchmark_proxy
+import benchmark_stroke
 import environment
 
 BENCHMARKS = {
@@ -18,6 +19,7 @@ BENCHMARKS = {
     "fit": benchmark_fit,
     "interface": benchmark_interface,
     "proxy": benchmark_proxy,
+    "stroke": benchmark_stroke,
 }
 
 

@@ -69,7 +69,7 @@ def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
         measures = _measure(network, mesh.vertices, mesh.triangles)
         return {"network": name, "cells": cells, "what": what, "seconds": seconds, **measures}
 
-    for name, network, strokes in _networks(cases):
+    for name, network, strokes in networks(cases):
         yield row(name, network, "dense", lambda n=network: _dense(n, cells), times=1)
         yield row(name, network, "scratch", lambda n=network: extract(n, cells))
         proxy, preparation = extract(network, cells), prepare(network)
@@ -79,7 +79,7 @@ def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
             yield row(stroke.name, edited, "scratch", lambda n=edited: extract(n, cells))
 
 
-def _networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
+def networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
     """Each network with its strokes."""
     from neural_sculpt_addon.field import checkpoint
     from neural_sculpt_addon.field.primitives import PRIMITIVES, primitive

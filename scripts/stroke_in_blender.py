@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `benchmark.py stroke` does in Blender: `python stroke_in_blender.py EXTENSION.zip FOLDER`.
+
+Reads FOLDER/strokes.json, the cells per axis and for each stroke the file of its network, its name
+and its stroke file's text, and writes FOLDER/rows.json, for each stroke the milliseconds of each
+step. Runs in a Python with bpy.
+"""
+
+import importlib
+import itertools
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+ROOT = Path(__file__).resolve().parents[1]
+ZIP, FOLDER = map(Path, sys.argv[1:3])
+NOTES = FOLDER / "notes.jsonl"
+STEPS = ("submit", "problem", "solve", "proxy", "arrays", "send", "commit")
+TICK = 0.02  # seconds between two polls, as in a window
+SECONDS = 600
+
+
+def main() -> None:
+    """Install the extension, sculpt, write the rows."""
+    os.environ["BLENDER_USER_RESOURCES"] = str(FOLDER)  # before bpy is imported
+    import bpy
+
+    operators: Any = bpy.ops
+    operators.extensions.package_install_files(
+        filepath=str(ZIP), repo="user_default", enable_on_install=True
+    )
+    environment: Any = importlib.import_module(f"{EXTENSION}.worker.environment")
+    python = os.environ[environment.ENVIRONMENT_VARIABLE]
+    worker = [python, "-I", "-u", str(ROOT / "scripts" / "timed_worker.py"), str(ROOT), str(NOTES)]
+    environment.worker_command = lambda *_: worker
+    addon: Any = bpy.context.preferences.addons[EXTENSION]
+    session = importlib.import_module(f"{EXTENSION}.blender.worker_session").session
+    prepare = importlib.import_module(f"{EXTENSION}.blender.stroke_jobs").prepare_job
+    addon.preferences.resolution, strokes = json.loads((FOLDER / "strokes.json").read_text())
+    rows = []
+    for path, name, text in strokes:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        session.waits = True
+        operators.neural_sculpt.add(kind="FILE", filepath=path)
+        ob: Any = bpy.context.active_object
+        session.waits = False
+        session.submit(prepare(ob))
+        _poll(session, lambda: not session.jobs)
+        rows.append({"stroke": name, "triangles": len(ob.data.polygons), **_sculpt(session, text)})
+        session.cancel()
+    (FOLDER / "rows.json").write_text(json.dumps(rows))
+
+
+def _sculpt(session: Any, text: str) -> dict[str, float]:
+    """One stroke until its quick result is in the scene: milliseconds of each step."""
+    import bpy
+
+    def listed() -> int:
+        return len(bpy.context.active_object.neural_sculpt.strokes)  # pyright: ignore
+
+    operators: Any = bpy.ops
+    count, start, worked = listed(), time.perf_counter(), time.thread_time()
+    operators.neural_sculpt.stroke(stroke_json=text)
+    submitting = time.thread_time() - worked
+    seen, commit, committing = _poll(session, lambda: listed() > count)
+    ends = json.loads(NOTES.read_text(encoding="utf-8").splitlines()[-1])
+    times = [start, *(ends[step] for step in STEPS[:5]), seen, seen + commit]
+    steps = {step: b - a for step, (a, b) in zip(STEPS, itertools.pairwise(times), strict=True)}
+    steps |= {"total": times[-1] - start, "blocked": max(submitting, committing)}
+    return {step: 1000 * seconds for step, seconds in steps.items()}
+
+
+def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]:
+    """Look for news, as the timer does, until something is so: when the last look began, how long
+    it took, and how long this thread worked on it."""
+    import bpy
+
+    end = time.monotonic() + SECONDS
+    while time.monotonic() < end:
+        time.sleep(TICK)
+        start, worked = time.perf_counter(), time.thread_time()
+        session.poll_once()
+        if until():
+            bpy.context.view_layer.update()
+            return start, time.perf_counter() - start, time.thread_time() - worked
+    sys.exit(f"The worker has not answered within {SECONDS} s. {session.last_error}")
+
+
+if __name__ == "__main__":
+    main()
+    sys.stdout.flush()
+    os._exit(0)  # some Blenders hang in a regular exit of their Python module
