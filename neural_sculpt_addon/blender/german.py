@@ -364,8 +364,8 @@ TEXTS = {
     "Select a neural field first": "Zuerst ein neuronales Feld auswählen",
     "Stop the installation of the worker": "Die Installation des Arbeitsprozesses abbrechen",
     "Stop the worker, cancel its jobs and start it again; the fields stay as they are": "Den"
-    " Arbeitsprozess anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben, wie"
-    " sie sind",
+    " Arbeitsprozess anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben,"
+    " wie sie sind",
     "The worker is being installed": "Der Arbeitsprozess wird installiert",
     "The worker is idle": "Der Arbeitsprozess ist untätig",
     "The worker still changes this field": "Der Arbeitsprozess ändert dieses Feld noch",

@@ -54,6 +54,13 @@ class SculptCase(unittest.TestCase):
         self.assertNotIn("Traceback", message)
         self.assertTrue(message.endswith("."), message)
 
+    def solve_quickly(self) -> None:
+        """Strokes end with their quick results, for tests of all but how good they are."""
+        for name in ("blender.stroke_jobs", "blender.replay"):
+            solver = patch.object(module(name), "SOLVER", "quick")
+            solver.start()
+            self.addCleanup(solver.stop)
+
     @contextmanager
     def as_in_a_window(self) -> Iterator[None]:
         """Operators return at once, and `finish` does what the timer does."""

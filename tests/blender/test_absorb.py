@@ -32,6 +32,7 @@ def pull(ob: Object) -> np.ndarray:
 
 class Absorb(SculptCase):
     def test_a_native_edit_is_noticed_and_absorbed(self) -> None:
+        self.solve_quickly()
         edited = module("blender.native_edits").edited
         ob = add("SPHERE")
         name = ob.name

@@ -56,7 +56,9 @@ class Add(SculptCase):
         self.assertEqual(state(field("Sphere")), before)
 
 
-class Stroke(SculptCase):
+class Drawn(SculptCase):
+    """A sphere, and a path over its top."""
+
     def setUp(self) -> None:
         super().setUp()
         self.ob = add("SPHERE")
@@ -73,6 +75,8 @@ class Stroke(SculptCase):
         size = np.linalg.norm(points, axis=1)
         return size - self.size, to_path(points / size[:, None] * self.size, self.path)
 
+
+class FinalStroke(Drawn):
     def test_raises_the_surface_under_it_and_nowhere_else(self) -> None:
         self.stroke(self.path, name="Ridge")
         height, distance = self.heights()
@@ -86,6 +90,12 @@ class Stroke(SculptCase):
         np.testing.assert_allclose(kept["points"], self.path, atol=1e-6)
         report = json.loads(self.ob.neural_sculpt.report)
         self.assertLess(report["tube_mean"], 0.25 * INTENSITY)
+
+
+class Stroke(Drawn):
+    def setUp(self) -> None:
+        super().setUp()
+        self.solve_quickly()
 
     def test_negative_intensity_carves(self) -> None:
         self.stroke(self.path, intensity=-INTENSITY)

@@ -3,7 +3,6 @@
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -12,7 +11,6 @@ from harness import (
     add,
     arc,
     field,
-    module,
     push_undo,
     redo,
     state,
@@ -36,10 +34,7 @@ class History(SculptCase):
 
     def setUp(self) -> None:
         super().setUp()
-        for name in ("blender.stroke_jobs", "blender.replay"):
-            solver = patch.object(module(name), "SOLVER", "quick")
-            solver.start()
-            self.addCleanup(solver.stop)
+        self.solve_quickly()
         if not History.drawn_file:
             History.drawn_file = self.draw()
         bpy.ops.wm.open_mainfile(filepath=History.drawn_file)
@@ -221,8 +216,9 @@ class History(SculptCase):
         self.assertEqual(self.ob.neural_sculpt.weights, weights)
         self.assertEqual(self.ob.neural_sculpt.base_weights, weights)
         np.testing.assert_array_equal(vertices(self.ob), proxy)
-        ops.mute_stroke(uid=self.uid("Three"))
-        self.assert_heights(One=1, Two=1, Three=1)
+        with self.as_in_a_window():
+            ops.mute_stroke(uid=self.uid("Three"))  # which has stood still since then
+            self.assertTrue(self.session.jobs)
 
     def test_cancel(self) -> None:
         with self.as_in_a_window():
