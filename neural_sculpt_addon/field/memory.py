@@ -17,7 +17,7 @@ from .prepare import SHELL, Preparation, Values
 from .problem import Problem
 from .projection import project
 from .proxy import Proxy
-from .surface import Samples
+from .surface import Samples, spatial_order
 from .threads import in_pieces, join
 
 NEIGHBOURS = 6  # of a sample, between which another one finds room
@@ -28,15 +28,15 @@ def follow(problem: Problem, edited: Siren, proxy: Proxy) -> Preparation:
     """What is known of `edited`, with its `proxy`, after it was to solve `problem`."""
     before = problem.preparation
     random = np.random.default_rng(problem.seed)
-    kept = problem.untouched(before.surface)
+    kept = problem.known_untouched
     moved = _move(problem, before.surface.where(~kept), random)
     surface = join([before.surface.where(kept), moved])
-    shell = Values(before.shell.points[kept], before.shell.values[kept])
     near = problem.distance(before.box.points) < FAR
     box = Values(before.box.points, before.box.values.copy())
     box.values[near] = values(edited, box.points[near])
-    shell = join([shell, _beside(problem, moved, surface, random)])
-    return Preparation(edited, proxy, surface, shell, box)
+    shell = join([before.shell.where(kept), _beside(problem, moved, surface, random)])
+    order = spatial_order(surface.points)
+    return Preparation(edited, proxy, surface.where(order), shell.where(order), box)
 
 
 def _move(problem: Problem, surface: Samples, random: np.random.Generator) -> Samples:

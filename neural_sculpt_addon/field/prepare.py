@@ -14,7 +14,7 @@ from ..stroke.progress import Progress, silent
 from .evaluate import values
 from .network import Siren
 from .proxy import Proxy, extract
-from .surface import Samples, sample_surface
+from .surface import Samples, sample_surface, spatial_order
 
 CELLS = 128
 SURFACE_SAMPLES = 40_000
@@ -28,14 +28,18 @@ class Values(NamedTuple):
     points: NDArray[np.float32]  # (N, 3)
     values: NDArray[np.float32]  # (N,)
 
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Values":
+        """The chosen points."""
+        return Values(self.points[chosen], self.values[chosen])
+
 
 @dataclass(frozen=True)
 class Preparation:
     """What is known of one state of the weights before a stroke is drawn on it.
 
-    surface: (SURFACE_SAMPLES,) uniform by area
+    surface: (SURFACE_SAMPLES,) uniform by area, in spatial order
     shell:   one point beside each of them, off the surface
-    box:     (BOX_SAMPLES,) uniform in [-1, 1]^3
+    box:     (BOX_SAMPLES,) uniform in [-1, 1]^3, in spatial order
     """
 
     network: Siren
@@ -54,9 +58,11 @@ def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Prepa
         progress(0.8, "Sampling")
 
     surface = sample_surface(network, proxy, SURFACE_SAMPLES, seed, check)
+    surface = surface.where(spatial_order(surface.points))
     offset = random.normal(0, SHELL, (SURFACE_SAMPLES, 1))
     shell = (surface.points + offset * surface.normals).astype(np.float32)
     box = random.uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)
+    box = box[spatial_order(box)]
     return Preparation(
         network,
         proxy,

@@ -7,6 +7,7 @@ surface would run through itself, as in a groove, its outermost parts count. Mod
 """
 
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +75,7 @@ class Problem:
             for other in self.laid:
                 if other is not mine:
                     self.check()
-                    close = _close(other, tube.surface)
+                    close = _close(other, tube.surface.points)
                     theirs = displace(*other, *tube.surface.where(close)).amount
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
@@ -113,7 +114,7 @@ class Problem:
         largest, stretch = np.zeros((2, len(moved.points)))
         stretch += 1
         for one in self.laid:
-            close = np.flatnonzero(_close(one, surface))
+            close = np.flatnonzero(_close(one, surface.points))
             there = displace(*one, *surface.where(close))
             wins = np.abs(there.amount) > largest[close]
             won = close[wins]
@@ -153,6 +154,18 @@ class Problem:
         """Which surface samples (N,) the stroke must leave where they are."""
         return self.nearness(surface, beyond_flat_ends=False) > 1
 
+    @cached_property
+    def known_nearness(self) -> Array:
+        """`nearness` of the samples that the preparation has of the surface."""
+        return self.nearness(self.preparation.surface)
+
+    @cached_property
+    def known_untouched(self) -> NDArray[np.bool_]:
+        """Which of those samples the stroke must leave where they are."""
+        if any(stroke.ends is Ends.FLAT for stroke, _ in self.laid):
+            return self.untouched(self.preparation.surface)
+        return self.known_nearness > 1
+
     def nearness(self, surface: Samples, beyond_flat_ends: bool = True) -> Array:
         """Distance (N,) of surface samples from the nearest copy of the stroke, in its radii.
 
@@ -160,33 +173,25 @@ class Problem:
         without `beyond_flat_ends` also past a flat end, where a stroke does nothing.
         """
 
-        def near(part: slice) -> Array:
-            return self._nearness(surface.where(part), beyond_flat_ends)
-
-        return in_pieces(near, len(surface.points), self.check)
-
-    def _nearness(self, surface: Samples, beyond_flat_ends: bool) -> Array:
         nearness = np.full(len(surface.points), np.inf)
-        for stroke, path in self.laid:
-            close = _close(Laid(stroke, path), surface)
-            displacement = displace(stroke, path, *surface.where(close))
-            near = displacement.nearness
-            if not beyond_flat_ends and stroke.ends is Ends.FLAT and len(path.points) > 1:
-                near = np.where(displacement.beyond, np.inf, near)
+        for one in self.laid:
+            close = np.flatnonzero(_close(one, surface.points))
+            measure = partial(_nearness, one, surface.where(close), beyond_flat_ends)
+            near = in_pieces(measure, len(close), self.check)
             nearness[close] = np.minimum(nearness[close], near)
         return nearness
 
     def distance(self, points: NDArray[np.float32]) -> Array:
-        """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush."""
+        """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush.
 
-        def measure(part: slice) -> Array:
-            ways = [
-                locate(path, points[part]).distance / stroke.brush.radius
-                for stroke, path in self.laid
-            ]
-            return np.min(ways, axis=0)
-
-        return in_pieces(measure, len(points), self.check)
+        Infinite more than `FARTHEST` radii away.
+        """
+        distance = np.full(len(points), np.inf)
+        for one in self.laid:
+            close = np.flatnonzero(_close(one, points))
+            near = in_pieces(partial(_distance, one, points[close]), len(close), self.check)
+            distance[close] = np.minimum(distance[close], near)
+        return distance
 
 
 def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Problem:
@@ -205,8 +210,20 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     return Problem(preparation, tuple(laid), stroke.seed, check)
 
 
-def _close(one: Laid, surface: Samples) -> NDArray[np.bool_]:
-    """Which surface samples (N,) lie in a box around a path: all within `FARTHEST` radii do."""
+def _nearness(one: Laid, surface: Samples, beyond_flat_ends: bool, part: slice) -> Array:
+    stroke, path = one
+    there = displace(stroke, path, *surface.where(part))
+    if beyond_flat_ends or stroke.ends is Ends.ROUND or len(path.points) == 1:
+        return there.nearness
+    return np.where(there.beyond, np.inf, there.nearness)
+
+
+def _distance(one: Laid, points: NDArray[np.float32], part: slice) -> Array:
+    return locate(one.path, points[part]).distance / one.stroke.brush.radius
+
+
+def _close(one: Laid, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which points (N, 3) lie in a box around a path: all within `FARTHEST` radii do."""
     margin = FARTHEST * one.stroke.brush.radius * one.stroke.largest_factor
     low, high = one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
-    return ((surface.points > low) & (surface.points < high)).all(axis=1)
+    return ((points > low) & (points < high)).all(axis=1)

@@ -37,3 +37,14 @@ def sample_surface(
         return Samples(found.points, found.normals)
 
     return in_pieces(bring, count, check)
+
+
+def spatial_order(points: NDArray[np.float32]) -> NDArray[np.intp]:
+    """The order of `points` (N, 3) in [-1, 1]^3 along Morton's curve: every k-th one of them, from
+    any start, is spread as evenly as all are."""
+    cells = np.clip((points + 1) * 512, 0, 1023).astype(np.int64)  # (N, 3)
+    code = np.zeros(len(points), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= (cells[:, axis] >> bit & 1) << 3 * bit + axis
+    return np.argsort(code, kind="stable")

@@ -16,7 +16,7 @@ from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
 from neural_sculpt_addon.field.solvers.layers import Layers
-from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Delta, Linear
+from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Linear
 from neural_sculpt_addon.field.solvers.rows import Rows
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
@@ -58,23 +58,30 @@ def residual_by_autograd(network: Siren, rows: Rows, inner: torch.Tensor, output
 
 def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
     """J as a matrix, by applying it to unit vectors, and r."""
-    shape = linear.left.shape[1], linear.right.shape[1]
-    size, outputs = shape[0] * shape[1], linear.output.shape[1]
-    columns = []
-    for unit in torch.eye(size + outputs, dtype=linear.left.dtype):
-        columns.append(linear.apply(Delta(unit[:size].reshape(shape), unit[size:])))
+    size = linear.inner + linear.output.shape[1]
+    columns = [linear.apply(unit) for unit in torch.eye(size, dtype=linear.left.dtype)]
     return torch.stack(columns, 1), linear.residual
 
 
-def flat(delta: Delta) -> torch.Tensor:
-    return torch.cat([delta.inner.ravel(), delta.output])
+def linear_of(widths: list[int], values: int, slopes: int, seed: int) -> Linear:
+    rows = rows_of(values, slopes, seed)
+    return Layers.of(small(widths, seed)).in_bases(rows).linearise(rows)
+
+
+def normal_equations(linear: Linear, damping: float) -> torch.Tensor:
+    """The matrix that the solution of the damped problem multiplies."""
+    matrix, _ = dense(linear)
+    squares = (matrix**2).sum(0)
+    parts = squares.split([linear.inner, len(squares) - linear.inner])
+    ridge = torch.cat([RIDGE * part.mean().expand(len(part)) for part in parts])
+    return matrix.T @ matrix + damping * torch.diag(squares + ridge)
 
 
 @settings(max_examples=25, deadline=None)
 @given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(0, 10**6))
 def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
     network, rows = small(widths, seed), rows_of(values, slopes, seed)
-    layers = Layers.of(network)
+    layers = Layers.of(network).in_bases(rows)
     linear = layers.linearise(rows)
     inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
     output = torch.cat([network.weights[-1][0], network.biases[-1]])
@@ -85,10 +92,8 @@ def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
     torch.testing.assert_close(linear.residual, residual(inner, output).detach())
     # J belongs to rotated coordinates: a change there is one of the network by `moved`
     generator = torch.Generator().manual_seed(seed)
-    change = Delta(
-        torch.randn(inner.shape, generator=generator, dtype=torch.float64),
-        torch.randn(output.shape, generator=generator, dtype=torch.float64),
-    )
+    size = linear.inner + linear.output.shape[1]
+    change = torch.randn(size, generator=generator, dtype=torch.float64)
     moved = layers.moved(change).network()
     step = (
         torch.cat([moved.weights[-2], moved.biases[-2][:, None]], 1) - inner,
@@ -101,27 +106,58 @@ def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
 @settings(max_examples=25, deadline=None)
 @given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(1, 3), st.integers(0, 10**6))
 def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
-    linear = Layers.of(small(widths, seed)).linearise(rows_of(values, slopes, seed))
+    rows = rows_of(values, slopes, seed)
+    layers = Layers.of(small(widths, seed)).in_bases(rows)
+    linear = layers.linearise(rows)
     matrix, residual = dense(linear)
-    torch.testing.assert_close(flat(linear.transposed(residual)), matrix.T @ residual)
-    torch.testing.assert_close(flat(linear.diagonal()), (matrix**2).sum(0))
-    split = [flat(part.transposed(part.residual)) for part in linear.split(parts)]
-    torch.testing.assert_close(sum(split), matrix.T @ residual)
+    torch.testing.assert_close(linear.transposed(residual), matrix.T @ residual)
+    torch.testing.assert_close(linear.gram(matrix[0]), matrix.T @ (matrix @ matrix[0]))
+    torch.testing.assert_close(linear.diagonal(), (matrix**2).sum(0))
+    split = [layers.linearise(part) for part in rows.split(parts)]
+    torch.testing.assert_close(
+        sum(part.transposed(part.residual) for part in split), matrix.T @ residual
+    )
 
 
 @pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
 def test_the_solution_is_that_of_the_normal_equations(damping):
-    linear = Layers.of(small([4, 3], 5)).linearise(rows_of(9, 7, 5))
+    linear = linear_of([4, 3], 9, 7, 5)
     matrix, residual = dense(linear)
-    size = linear.left.shape[1] * linear.right.shape[1]
-    squares = (matrix**2).sum(0)
-    ridge = torch.cat([part.mean().expand(len(part)) for part in squares.split([size, 4])])
-    normal = matrix.T @ matrix + damping * torch.diag(squares + RIDGE * ridge)
-    exact = torch.linalg.solve(normal, matrix.T @ residual)
-    delta, promised = least_squares.solve(linear, damping, 60, lambda _: None)
-    torch.testing.assert_close(flat(delta), exact, rtol=1e-5, atol=1e-8)
+    exact = torch.linalg.solve(normal_equations(linear, damping), matrix.T @ residual)
+    x, promised, _ = least_squares.solve([linear], damping, 60, None, lambda _: None)
+    torch.testing.assert_close(x, exact, rtol=1e-5, atol=1e-8)
     decrease = residual @ residual - (matrix @ exact - residual).square().sum()
     assert promised == pytest.approx(float(decrease), rel=1e-6)
+
+
+def test_what_one_solution_promises_before_it_is_exact():
+    linear = linear_of([5, 4], 30, 7, 6)
+    matrix, residual = dense(linear)
+    x, promised, _ = least_squares.solve([linear], 0.1, 3, None, lambda _: None)
+    decrease = residual @ residual - (matrix @ x - residual).square().sum()
+    assert promised == pytest.approx(float(decrease), rel=1e-6)
+
+
+def test_the_memory_of_a_system_inverts_it_in_its_span():
+    linear, damping = linear_of([5, 4], 30, 7, 6), 0.1
+    memory = least_squares.solve([linear], damping, 8, None, lambda _: None).memory
+    products = memory.directions @ normal_equations(linear, damping)
+    torch.testing.assert_close(memory.products, products)
+    for s, y in zip(*memory, strict=True):
+        torch.testing.assert_close(memory.precondition(y), s, rtol=1e-6, atol=1e-8)
+
+
+def test_memory_makes_the_next_solution_of_a_like_system_better():
+    damping, seed = 0.01, 6
+    first, second = (linear_of([8, 8], 60, 20, seed) for _ in range(2))
+    matrix, residual = dense(second)
+    exact = torch.linalg.solve(normal_equations(second, damping), matrix.T @ residual)
+    memory = least_squares.solve([first], damping, 12, None, lambda _: None).memory
+    errors = [
+        (least_squares.solve([second], damping, 12, known, lambda _: None).x - exact).norm()
+        for known in (None, memory)
+    ]
+    assert errors[1] < 0.5 * errors[0]
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.edit import edit
 from neural_sculpt_addon.field.evaluate import values
@@ -34,21 +35,36 @@ def after(belt):
     return follow(belt, edited, extract(edited, 32))
 
 
-def test_what_was_not_touched_stays_where_it_was(preparation, belt, after):
+@pytest.fixture(scope="module")
+def old(preparation, after):
+    """Which samples after the stroke there were before."""
+    before = {point.tobytes() for point in preparation.surface.points}
+    return np.array([point.tobytes() in before for point in after.surface.points])
+
+
+def test_what_was_not_touched_stays_where_it_was(preparation, belt, after, old):
     kept = belt.untouched(preparation.surface)
     assert 0.3 < kept.mean() < 0.7
     for before, now in (
         (preparation.surface, after.surface),
         (preparation.shell, after.shell),
     ):
-        for old, new in zip(before, now, strict=True):
-            np.testing.assert_array_equal(new[: kept.sum()], old[kept])
+        for there, here in zip(before, now, strict=True):
+            np.testing.assert_array_equal(here[old], there[kept])
 
 
-def test_under_the_stroke_samples_are_displaced_and_as_dense_as_before(preparation, belt, after):
+def test_samples_are_in_spatial_order(after):
+    """Every eighth one covers the surface nearly as well as eight times fewer would."""
+    points = after.surface.points
+    gap = KDTree(points[::8]).query(points)[0]
+    even = np.sqrt(4 * np.pi * 0.6**2 / (len(points) / 8))
+    assert gap.max() < 2.5 * even
+
+
+def test_under_the_stroke_samples_are_displaced_and_as_dense_as_before(preparation, after, old):
     """A sphere that grows by a fifth has 1.44 times the area, and so many samples."""
-    kept = belt.untouched(preparation.surface).sum()
-    points, normals = after.surface.points[kept:], after.surface.normals[kept:]
+    kept = old.sum()
+    points, normals = after.surface.where(~old)
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.5 + RAISED, atol=1e-4)
     inside = np.abs(points[:, 2]) < 0.2  # away from the step at the edge of the band
     radial = points / np.linalg.norm(points, axis=1, keepdims=True)
@@ -61,9 +77,8 @@ def test_under_the_stroke_samples_are_displaced_and_as_dense_as_before(preparati
     assert np.abs(heights - even).max() < 0.01
 
 
-def test_beside_displaced_samples_the_distance_is_that_of_the_displaced_surface(belt, after):
-    kept = belt.untouched(belt.preparation.surface).sum()
-    points, distance = after.shell.points[kept:], after.shell.values[kept:]
+def test_beside_displaced_samples_the_distance_is_that_of_the_displaced_surface(after, old):
+    points, distance = after.shell.where(~old)
     inside = np.abs(points[:, 2]) < 0.15
     true = np.linalg.norm(points, axis=1) - (0.5 + RAISED)
     assert np.percentile(np.abs(distance - true)[inside], 99) < 1e-3

@@ -12,6 +12,7 @@ from neural_sculpt_addon.field.memory import follow
 from neural_sculpt_addon.field.prepare import BOX_SAMPLES, SURFACE_SAMPLES, prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.surface import Samples
 from neural_sculpt_addon.field.threads import PIECE
 from neural_sculpt_addon.field.tube import COLUMNS, ROWS, sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
@@ -152,14 +153,20 @@ def test_the_rim_is_untouched(preparation):
     assert problem.nearness(rim).max() <= 2.2 + 1e-3
 
 
+def on_path(problem, count):
+    """Samples under the stroke."""
+    _, path = problem.laid[0]
+    return Samples(*(np.resize(rows, (count, 3)) for rows in (path.points, path.normals)))
+
+
 @pytest.mark.parametrize(
     ("work", "samples"),
     [
         (lambda problem: problem.tubes(), 2 * ROWS * COLUMNS),
         (lambda problem: problem.rim(2.2, 6000, np.random.default_rng(0)), 2 * 6000),
-        (lambda problem: problem.nearness(problem.preparation.surface), SURFACE_SAMPLES),
+        (lambda problem: problem.nearness(on_path(problem, 9000)), 9000),
         (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
-        (lambda problem: problem.distance(problem.preparation.box.points), BOX_SAMPLES),
+        (lambda problem: problem.distance(on_path(problem, 9000).points), 9000),
         (lambda problem: follow(problem, problem.network, problem.preparation.proxy), BOX_SAMPLES),
     ],
 )

@@ -8,6 +8,7 @@ pieces that nobody asked for, and those are removed. See rows (what is asked), l
 and least_squares (the solution).
 """
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,9 +20,9 @@ from ..pieces import find_islands
 from ..prepare import CELLS
 from ..problem import Problem
 from ..proxy import extract
-from . import least_squares
+from ..threads import threads
 from .layers import Layers
-from .least_squares import Delta
+from .least_squares import Memory, Solution, each, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
@@ -34,25 +35,43 @@ POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step 
 FAILED = 0.15  # a step that kept less is done again with lambda times RAISE, so often at most:
 MOST_FAILURES, RAISE = 4, 8.0
 HALVINGS = 5  # of a step
+PART = 3000  # rows at most
 
 
 @dataclass(frozen=True)
 class Course:
-    """Gauss-Newton steps, conjugate gradient iterations in each, and rows in each."""
+    """How long to solve, and on what.
+
+    steps:      of Gauss-Newton
+    averaged:   how many of the last make the result
+    iterations: of conjugate gradients in each step
+    counts:     rows in each step
+    hold:       what a row that holds the untouched surface weighs
+    """
 
     steps: int
+    averaged: int
     iterations: int
     counts: Counts
+    hold: float
 
 
-FIRST = Course(6, 10, Counts(tube=600, slope=400, preserve=2600, around=250, box=250))
-REFINE = Course(5, 20, Counts(tube=1800, slope=900, preserve=9000, around=400, box=400))
-REPAIR = replace(REFINE, steps=3)
+FIRST = Course(
+    *(6, 3, 9),
+    Counts(tube=400, slope=250, preserve=2600, around=200, box=200),
+    hold=1.5,
+)
+REFINE = Course(
+    *(8, 4, 12),
+    Counts(tube=1200, slope=600, preserve=5000, around=300, box=300),
+    hold=1.3,
+)
+REPAIR = replace(REFINE, steps=4, averaged=2)
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
     """What the artist sees first: a few steps, the network as wide as it is."""
-    sampler = Sampler(problem, FIRST.counts, lambda: progress(0.0, "Sculpting"))
+    sampler = Sampler(problem, FIRST.counts, FIRST.hold, lambda: progress(0.0, "Sculpting"))
     return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
@@ -65,7 +84,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         told = max(told, fraction)
         progress(told, "Refining")
 
-    sampler = Sampler(problem, REFINE.counts, lambda: share(0.0))
+    sampler = Sampler(problem, REFINE.counts, REFINE.hold, lambda: share(0.0))
     for growth in range(GROWTHS + 1):
         network = _improve(
             network, sampler, REFINE, lambda part, done=growth: share(0.3 * (done + part))
@@ -87,48 +106,66 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
 def _improve(
     network: Siren, sampler: Sampler, course: Course, share: Callable[[float], None]
 ) -> Siren:
-    """Gauss-Newton steps with Levenberg and Marquardt's rule for the damping."""
+    """Gauss-Newton steps with Levenberg and Marquardt's rule for the damping.
+
+    Each step sees other rows and fits their chance, too: the mean of the last ones does not.
+    """
     layers, damping = Layers.of(network), DAMPING
+    memory: Memory | None = None
+    last: deque[Layers] = deque(maxlen=course.averaged)
     step = failures = 0
     while step < course.steps:
         share(step / course.steps)
-        rows = sampler.draw()
-        linear = layers.linearise(rows)
-        delta, promised = least_squares.solve(
+        parts = _parts(sampler.draw())
+        if not last:
+            layers = layers.in_bases(parts[0])
+        linear = each(layers.linearise, parts)
+        solution = solve(
             linear,
             damping,
             course.iterations,
+            memory,
             lambda part, done=step: share((done + part) / course.steps),
         )
-        now = float(linear.residual.square().sum())
+        now = sum(float(part.residual.square().sum()) for part in linear)
         check = partial(share, (step + 1) / course.steps)
-        layers, left = _search_line(layers, delta, rows, now, check)
-        kept = (now - left) / promised
+        layers, left = _search_line(layers, solution, parts, now, check)
+        kept = (now - left) / solution.promised
         if kept < FAILED and failures < MOST_FAILURES:
             damping, failures = damping * RAISE, failures + 1
             continue
-        step += 1
+        step, memory = step + 1, solution.memory
+        last.append(layers)
         damping *= 4.0 if kept < POOR else 0.2 if kept > FINE else 0.5 if kept > GOOD else 1.0
         damping = min(max(damping, LEAST), MOST)
-    return layers.network()
+    return Layers.mean(last).network()
+
+
+def _parts(rows: Rows) -> list[Rows]:
+    """Rows that fit the cache, as many for each thread; on a GPU all of them."""
+    if rows.points.device.type != "cpu":
+        return [rows]
+    rounds = -(-len(rows.points) // (PART * threads()))
+    return rows.split(rounds * threads())
 
 
 def _search_line(
-    layers: Layers, delta: Delta, rows: Rows, now: float, check: Callable[[], None]
+    layers: Layers, solution: Solution, parts: list[Rows], now: float, check: Callable[[], None]
 ) -> tuple[Layers, float]:
-    """Take the step, or the best of its halves when that leaves less of the sum of squares `now`.
+    """Take the step, or the best of its halves when it keeps little of what it promised.
 
-    On a coarsely fitted network a first full step can lead far out of the linear range.
+    On a coarsely fitted network a first full step can lead far out of the linear range. The sum of
+    squares is `now` before, and is returned as it is after.
     """
     best, least = layers, now
     for halving in range(HALVINGS + 1):
         check()
-        tried = layers.moved(delta.times(0.5**halving))
-        left = float(tried.residual(rows).square().sum())
+        tried = layers.moved(0.5**halving * solution.x)
+        left = sum(float(r.square().sum()) for r in each(tried.residual, parts))
         if left > least and best is not layers:
             break
         if left < least:
             best, least = tried, left
-            if halving == 0 and left < 0.5 * now:
+            if halving == 0 and now - left > POOR * solution.promised:
                 break
     return best, least

@@ -7,24 +7,26 @@ Everything below stays as it is, so the features a(x) of a point never change. A
 column of its matrix, and one more feature that is 1.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from ..network import Siren
-from .least_squares import Delta, Linear
+from .least_squares import Linear
 from .rows import Rows
 
 
 class Bases(NamedTuple):
     """Orthogonal coordinates in which J^T J is nearly diagonal.
 
-    The eigenvectors of the second moments of the factors of J, at the first rows that are seen.
+    The eigenvectors of the second moments of the factors of J. The weakest one of the A + 1 on the
+    right is left out: products of A columns are faster by a fifth than those of one more.
     """
 
     left: Tensor  # (H, H)
-    right: Tensor  # (A + 1, A + 1)
+    right: Tensor  # (A + 1, A)
     output: Tensor  # (H + 1, H + 1)
 
 
@@ -58,6 +60,13 @@ class Layers:
         inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
         return Layers(network, inner, torch.cat([network.weights[-1][0], network.biases[-1]]))
 
+    @staticmethod
+    def mean(several: Sequence["Layers"]) -> "Layers":
+        """The mean of unknowns at several values."""
+        inner = torch.stack([one._inner for one in several]).mean(0)
+        output = torch.stack([one._output for one in several]).mean(0)
+        return Layers(several[0]._network, inner, output, several[0]._bases)
+
     def network(self) -> Siren:
         """The whole network with these unknowns."""
         below = self._network.parameters[:-4]
@@ -65,19 +74,33 @@ class Layers:
         last, constant = self._output[None, :-1].contiguous(), self._output[-1:].clone()
         return self._network.with_parameters([*below, weight, bias, last, constant])
 
-    def moved(self, delta: Delta) -> "Layers":
-        """The unknowns after a change in the coordinates of `linearise`."""
+    def moved(self, x: Tensor) -> "Layers":
+        """The unknowns after a change x (H A + H + 1,) in the coordinates of the bases."""
         assert self._bases is not None, "a change comes from a linearisation"
         left, right, output = self._bases
-        inner = self._inner + left @ delta.inner @ right.T
-        return Layers(self._network, inner, self._output + output @ delta.output, self._bases)
+        matrix = x[: -len(output)].view(len(left), -1)
+        inner = self._inner + left @ matrix @ right.T
+        return Layers(self._network, inner, self._output + output @ x[-len(output) :], self._bases)
 
     def residual(self, rows: Rows) -> Tensor:
         """r for `rows` (n + m,)."""
         return rows.weights * (rows.targets - self._forward(rows).output @ self._output)
 
+    def in_bases(self, rows: Rows) -> "Layers":
+        """The same unknowns, in coordinates that are chosen for rows like these."""
+        left, right, output, _ = self._factors(rows)
+        bases = Bases(_eigenvectors(left), _eigenvectors(right)[:, 1:], _eigenvectors(output))
+        return Layers(self._network, self._inner, self._output, bases)
+
     def linearise(self, rows: Rows) -> Linear:
-        """J and r for `rows`, in the coordinates of the bases, which the first call chooses."""
+        """J and r for `rows`, in the coordinates of the bases."""
+        assert self._bases is not None, "choose coordinates first"
+        left, right, output, residual = self._factors(rows)
+        bases = self._bases
+        return Linear(left @ bases.left, right @ bases.right, output @ bases.output, residual)
+
+    def _factors(self, rows: Rows) -> Linear:
+        """J and r for `rows`, in the coordinates of the network."""
         n = rows.values
         now = self._forward(rows)
         residual = rows.weights * (rows.targets - now.output @ self._output)
@@ -85,11 +108,7 @@ class Layers:
         values, slopes = g[:n] * now.cosine[:n], g[n:] * now.cosine[n:]
         left = torch.cat([values, -g[n:] * now.sine[n:] * now.dz, slopes])  # (n + 2 m, H)
         right = torch.cat([now.features, now.slopes])  # (n + 2 m, A + 1)
-        output = now.output * rows.weights[:, None]  # (n + m, H + 1)
-        if self._bases is None:
-            self._bases = Bases(_eigenvectors(left), _eigenvectors(right), _eigenvectors(output))
-        bases = self._bases
-        return Linear(left @ bases.left, right @ bases.right, output @ bases.output, residual)
+        return Linear(left, right, now.output * rows.weights[:, None], residual)
 
     def _forward(self, rows: Rows) -> _Forward:
         network, n = self._network, rows.values
@@ -110,5 +129,5 @@ class Layers:
 
 
 def _eigenvectors(rows: Tensor) -> Tensor:
-    """Eigenvectors of the second moment of rows (N, K): an orthogonal (K, K) matrix."""
+    """Eigenvectors (K, K) of the second moment of rows (N, K), the weakest first."""
     return torch.linalg.eigh(rows.T @ rows / len(rows))[1]

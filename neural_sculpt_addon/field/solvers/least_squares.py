@@ -1,52 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damped linear least squares with a Jacobian that is never formed.
 
-    minimise |J delta - r|^2 + lambda |D^1/2 delta|^2
+    minimise |J x - r|^2 + lambda |D^1/2 x|^2
 
-A row of J's inner block is an outer product left (x) right, or the sum of two, so products with J
-and its transpose are products of matrices (N, width). D is the diagonal of J^T J; in coordinates in
-which it nearly diagonalises J^T J it is also the preconditioner (EKFAC: George et al., "Fast
-Approximate Natural Gradient Descent in a Kronecker-factored Eigenbasis", 2018).
+The unknowns x are a matrix (H, K) and then a vector (O,), row after row. A row of J's first block
+is an outer product left (x) right, or the sum of two, so products with J and its transpose are
+products of matrices (N, width). D is the diagonal of J^T J; in coordinates in which it nearly
+diagonalises J^T J it is also the preconditioner (EKFAC: George et al., "Fast Approximate Natural
+Gradient Descent in a Kronecker-factored Eigenbasis", 2018). The directions of the last system that
+was solved precondition the next one, which differs little (Morales and Nocedal, "Automatic
+Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
 
-On the CPU the rows are split among threads with one torch thread each: a product is one task per
-thread, and no OpenMP region waits for a core that Blender is using.
+On the CPU the rows come in parts, one task each for a pool of threads.
 """
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
 import torch
 from torch import Tensor
 
+from ..threads import pool
+
 RIDGE = 0.01  # added to D, in means of each block
-MOST_THREADS = 4
 T = TypeVar("T")
-
-
-class Delta(NamedTuple):
-    """A change of the unknowns, or a gradient with respect to them."""
-
-    inner: Tensor  # (H, A + 1)
-    output: Tensor  # (H + 1,)
-
-    def dot(self, other: "Delta") -> Tensor:
-        """The inner product."""
-        return (self.inner * other.inner).sum() + (self.output * other.output).sum()
-
-    def times(self, factor: float) -> "Delta":
-        """A multiple."""
-        return Delta(factor * self.inner, factor * self.output)
-
-    def scaled(self, other: "Delta") -> "Delta":
-        """The product element by element."""
-        return Delta(self.inner * other.inner, self.output * other.output)
-
-    def plus(self, other: "Delta", factor: Tensor | float = 1.0) -> "Delta":
-        """The sum with `factor` times another."""
-        return Delta(self.inner + factor * other.inner, self.output + factor * other.output)
+U = TypeVar("U")
 
 
 class Linear(NamedTuple):
@@ -57,8 +35,8 @@ class Linear(NamedTuple):
     """
 
     left: Tensor  # (n + 2 m, H)
-    right: Tensor  # (n + 2 m, A + 1)
-    output: Tensor  # (n + m, H + 1)
+    right: Tensor  # (n + 2 m, K)
+    output: Tensor  # (n + m, O)
     residual: Tensor  # (n + m,)
 
     @property
@@ -66,96 +44,119 @@ class Linear(NamedTuple):
         """n."""
         return 2 * len(self.residual) - len(self.left)
 
-    def apply(self, delta: Delta) -> Tensor:
-        """J delta (n + m,)."""
+    @property
+    def inner(self) -> int:
+        """H K, the unknowns of the first block."""
+        return self.left.shape[1] * self.right.shape[1]
+
+    def apply(self, x: Tensor) -> Tensor:
+        """J x (n + m,), for x (H K + O,)."""
         n, count = self.values, len(self.residual)
-        terms = ((self.right @ delta.inner.T) * self.left).sum(1)  # (n + 2 m,)
-        rows = terms[:count] + self.output @ delta.output
+        matrix = x[: self.inner].view(self.left.shape[1], -1)
+        terms = ((self.right @ matrix.T).mul_(self.left)).sum(1)  # (n + 2 m,)
+        rows = torch.addmv(terms[:count], self.output, x[self.inner :])
         rows[n:] += terms[count:]
         return rows
 
-    def transposed(self, rows: Tensor) -> Delta:
-        """J^T rows, for rows (n + m,)."""
+    def transposed(self, rows: Tensor) -> Tensor:
+        """J^T rows (H K + O,), for rows (n + m,)."""
         terms = torch.cat([rows, rows[self.values :]])  # (n + 2 m,)
-        return Delta((self.left * terms[:, None]).T @ self.right, self.output.T @ rows)
+        inner = (self.left * terms[:, None]).T @ self.right
+        return torch.cat([inner.ravel(), self.output.T @ rows])
 
-    def gram(self, delta: Delta) -> Delta:
-        """J^T J delta."""
-        return self.transposed(self.apply(delta))
+    def gram(self, x: Tensor) -> Tensor:
+        """J^T J x."""
+        return self.transposed(self.apply(x))
 
-    def diagonal(self) -> Delta:
-        """The diagonal of J^T J."""
+    def diagonal(self) -> Tensor:
+        """The diagonal of J^T J (H K + O,)."""
         n, count = self.values, len(self.residual)
-        inner = (self.left**2).T @ (self.right**2)  # (H, A + 1)
+        inner = (self.left**2).T @ (self.right**2)  # (H, K)
         first, second = slice(n, count), slice(count, None)
         inner += (
             2 * (self.left[first] * self.left[second]).T @ (self.right[first] * self.right[second])
         )
-        return Delta(inner.clamp_min(0), (self.output**2).sum(0))
+        return torch.cat([inner.clamp_min(0).ravel(), (self.output**2).sum(0)])
 
-    def split(self, parts: int) -> "list[Linear]":
-        """The same rows in `parts` systems."""
-        n, count = self.values, len(self.residual)
-        m = count - n
-        systems = []
-        for part in range(parts):
-            values = slice(n * part // parts, n * (part + 1) // parts)
-            low, high = m * part // parts, m * (part + 1) // parts
-            slopes, second = slice(n + low, n + high), slice(count + low, count + high)
-            systems.append(
-                Linear(
-                    *(torch.cat([a[values], a[slopes], a[second]]) for a in self[:2]),
-                    *(torch.cat([a[values], a[slopes]]) for a in self[2:]),
-                )
-            )
-        return systems
+
+class Memory(NamedTuple):
+    """Directions s of a system A that was solved, and A s, each divided by (s . A s)^1/2.
+
+    They are conjugate, so that the inverse of A is the sum of all s s^T in their span.
+    """
+
+    directions: Tensor  # (k, H K + O)
+    products: Tensor  # (k, H K + O)
+
+    def scaled(self, scale: Tensor) -> "Memory":
+        """The same directions in the coordinates x / scale."""
+        return Memory(self.directions / scale, self.products * scale)
+
+    def precondition(self, vector: Tensor) -> Tensor:
+        """The BFGS update of the identity by all directions, times a gradient (H K + O,)."""
+        s, y = self
+        along = s @ vector
+        rest = vector - along @ y
+        return rest + (along - y @ rest) @ s
+
+
+class Solution(NamedTuple):
+    """What `solve` found."""
+
+    x: Tensor  # (H K + O,)
+    promised: float
+    """The decrease |r|^2 - |J x - r|^2."""
+    memory: Memory
 
 
 def solve(
-    linear: Linear, damping: float, iterations: int, share: Callable[[float], None]
-) -> tuple[Delta, float]:
+    parts: Sequence[Linear],
+    damping: float,
+    iterations: int,
+    memory: Memory | None,
+    share: Callable[[float], None],
+) -> Solution:
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
-    Returns delta and the decrease |r|^2 - |J delta - r|^2 that it promises. `share` is told the
-    part that is done before each iteration and may raise.
+    parts:  all rows of the system
+    memory: of a system like this one
+    share:  is told the part that is done before each iteration, and may raise
     """
-    parts = linear.split(_threads()) if linear.residual.device.type == "cpu" else [linear]
 
-    def total(part: Callable[[Linear], Delta]) -> Delta:
-        first, *others = _each(part, parts)
-        for other in others:
-            first = first.plus(other)
-        return first
+    def total(task: Callable[[Linear], Tensor]) -> Tensor:
+        return torch.stack(each(task, parts)).sum(0)
+
+    def preconditioned(vector: Tensor) -> Tensor:
+        return vector if scaled is None else scaled.precondition(vector)
 
     diagonal = total(Linear.diagonal)
-    scale = Delta(*(torch.rsqrt(block + RIDGE * block.mean()) for block in diagonal))
-    gradient = total(lambda part: part.transposed(part.residual)).scaled(scale)
-    solution = gradient.scaled(Delta(*(torch.zeros(()).to(block) for block in gradient)))
-    remaining = direction = gradient
-    length = remaining.dot(remaining)
+    blocks = diagonal.split([parts[0].inner, len(diagonal) - parts[0].inner])
+    scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
+    scaled = None if memory is None else memory.scaled(scale)
+    gradient = total(lambda part: part.transposed(part.residual)) * scale
+    solution, remaining = torch.zeros_like(gradient), gradient
+    direction = better = preconditioned(remaining)
+    length = remaining.dot(better)
+    directions, products = [], []
     for iteration in range(iterations):
         share(iteration / iterations)
-        step = direction.scaled(scale)
-        product = total(lambda part, step=step: part.gram(step)).scaled(scale)
-        product = product.plus(direction, damping)
-        alpha = length / direction.dot(product)
-        solution = solution.plus(direction, alpha)
-        remaining = remaining.plus(product, -alpha)
-        before, length = length, remaining.dot(remaining)
-        direction = remaining.plus(direction, length / before)
-    # of a solution of the damped normal equations: |r|^2 - |J delta - r|^2
-    promised = solution.dot(gradient) + damping * solution.dot(solution)
-    return solution.scaled(scale), float(promised)
+        x = direction * scale
+        product = total(lambda part, x=x: part.gram(x)) * scale + damping * direction
+        curvature = direction.dot(product)
+        directions.append(x * curvature.rsqrt())
+        products.append(product / scale * curvature.rsqrt())
+        alpha = length / curvature
+        solution = solution + alpha * direction
+        remaining = remaining - alpha * product
+        better = preconditioned(remaining)
+        before, length = length, remaining.dot(better)
+        direction = better + (length / before) * direction
+    # |r|^2 - |J x - r|^2 = 2 g . x - x . (A - lambda) x, and A x = g - remaining
+    promised = solution.dot(gradient + remaining) + damping * solution.dot(solution)
+    found = Memory(torch.stack(directions), torch.stack(products))
+    return Solution(solution * scale, float(promised), found)
 
 
-def _each(task: Callable[[Linear], T], parts: list[Linear]) -> list[T]:
-    return [task(parts[0])] if len(parts) == 1 else list(_pool().map(task, parts))
-
-
-def _threads() -> int:
-    return max(1, min(MOST_THREADS, os.cpu_count() or 1))
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(_threads(), "solve", initializer=torch.set_num_threads, initargs=(1,))
+def each(task: Callable[[T], U], parts: Sequence[T]) -> list[U]:
+    """What `task` makes of each part; on the pool of threads when there are several."""
+    return [task(parts[0])] if len(parts) == 1 else list(pool().map(task, parts))

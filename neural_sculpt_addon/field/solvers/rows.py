@@ -7,6 +7,9 @@ preserve  f(p) = 0                on the untouched surface, a quarter of them be
           f(p) = f0(p)            in a shell around it: the field stays as it was
 around    f(p) = signed distance  above and below the displaced surface: nothing else may appear
 box       f(p) = f0(p)            far from the stroke
+
+Pools are in spatial order and draws are stratified along it: they leave no gaps where the surface
+could give way unseen, as independent draws do.
 """
 
 from collections.abc import Callable
@@ -14,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 from torch import Tensor
 
@@ -23,7 +26,8 @@ from ..network import Siren
 from ..pieces import Islands
 from ..problem import Problem
 from ..projection import find_surface
-from ..surface import Samples
+from ..surface import Samples, spatial_order
+from ..threads import join
 
 RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
@@ -35,8 +39,7 @@ SLOPE_LENGTH = 0.04  # what one unit of slope weighs, in units of length
 HELD_OUT = 40  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
-PRESERVE_WEIGHT = 1.2  # of residuals; its square is the weight in the sum
-AROUND_WEIGHT = BOX_WEIGHT = 0.3
+AROUND_WEIGHT = BOX_WEIGHT = 0.3  # of residuals; squared in the sum
 
 
 class Counts(NamedTuple):
@@ -62,43 +65,84 @@ class Rows(NamedTuple):
         """n."""
         return len(self.points) - len(self.directions)
 
+    def split(self, parts: int) -> "list[Rows]":
+        """The same rows in `parts` systems, each of which covers all of space."""
+        n = self.values
+        systems = []
+        for part in range(parts):
+            points, targets, weights = (
+                torch.cat([rows[:n][part::parts], rows[n:][part::parts]])
+                for rows in (self.points, self.targets, self.weights)
+            )
+            systems.append(Rows(points, self.directions[part::parts], targets, weights))
+        return systems
+
+
+class Pool(NamedTuple):
+    """Value rows of one kind, how many of them a step draws, and what each weighs."""
+
+    rows: Tensor  # (N, 4), points and targets, in spatial order
+    share: int
+    weight: float
+
+    @staticmethod
+    def of(points: NDArray[np.float32], targets: ArrayLike, share: int, weight: float) -> "Pool":
+        """A pool of `points` (N, 3) and their `targets` (N,) or one for all."""
+        targets = np.broadcast_to(np.asarray(targets, np.float32), len(points))
+        return Pool(torch.from_numpy(np.column_stack([points, targets])), share, weight)
+
+    def draw(self, generator: torch.Generator) -> Tensor:
+        """`share` of the rows."""
+        return self.rows[choose(len(self.rows), self.share, generator)]
+
 
 class Sampler:
     """Pools of equations of one edit, and the draws from them."""
 
     def __init__(
-        self, problem: Problem, counts: Counts, check: Callable[[], None] = lambda: None
+        self,
+        problem: Problem,
+        counts: Counts,
+        hold: float,
+        check: Callable[[], None] = lambda: None,
     ) -> None:
-        """`check` is called between the parts of the work and may raise."""
+        """`hold` is what a preserve row weighs where one of the tube weighs 1; `check` is called
+        between the parts of the work and may raise."""
         check()
         random = np.random.default_rng(problem.seed)
         side = int(np.sqrt(3 * max(counts.tube, counts.slope)))
         tubes = problem.tubes(side, side, random)
-        moved = [tube.target for tube in tubes]
-        target = Samples(*(np.concatenate(part) for part in zip(*moved, strict=True)))
-        amount = np.concatenate([tube.displacement.amount for tube in tubes])
+        target = join([tube.target for tube in tubes])
+        order = spatial_order(target.points)
+        amount = np.concatenate([tube.displacement.amount for tube in tubes])[order]
+        target = target.where(order)
         check()
-        rim = problem.rim(RIM_REACH, int(2 * RIM_SHARE * counts.preserve), random)
+        beside = int(RIM_SHARE * counts.preserve)
+        rim = _rim(problem, beside, random)
+        known = problem.preparation
+        on = known.surface.points[problem.known_untouched]
+        shell = known.shell.where(problem.known_nearness > SHELL_FROM)
+        check()
+        around = _around(problem, target, amount, rim, 3 * counts.around, random)
+        check()
+        far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
+        risk = 1 / (np.abs(known.box.values[far]) + BOX_SAFE)  # small values tear first
+        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=risk / risk.sum())
+        box = known.box.where(np.sort(far))
+        held = (counts.preserve - min(beside, len(rim.points))) // 2
+        self._pools = [
+            Pool.of(target.points, 0.0, counts.tube, 1.0),
+            Pool.of(rim.points, 0.0, beside, hold),
+            Pool.of(on, 0.0, held, hold),
+            Pool.of(*shell, held, hold),
+            Pool.of(*around, counts.around, AROUND_WEIGHT),
+            Pool.of(*box, counts.box, BOX_WEIGHT),
+        ]
+        self._target = [torch.from_numpy(array) for array in target]
         self._problem = problem
         self._counts = counts
-        self._device = problem.network.device
         self._generator = torch.Generator().manual_seed(problem.seed)
-        self._target = [torch.from_numpy(array) for array in target]
-        self._rim = torch.from_numpy(rim.points)
-        check()
-        self._preserve = self._pool(*_preserve(problem))
-        check()
-        self._around = self._pool(*_around(problem, target, amount, rim, 3 * counts.around, random))
-        check()
-        box = problem.preparation.box
-        far = np.flatnonzero(problem.distance(box.points) > BOX_FROM)
-        risk = 1 / (np.abs(box.values[far]) + BOX_SAFE)  # where f is small, an edit tears it first
-        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=risk / risk.sum())
-        self._box = self._pool(box.points[far], box.values[far])
-        self._forbidden = self._box[:0]
-        surface = problem.preparation.surface
-        untouched = surface.points[problem.untouched(surface)]
-        self.asked = np.concatenate([target.points[:: len(tubes)], untouched])
+        self.asked = np.concatenate([target.points[:: len(tubes)], on])
         """Samples (M, 3) of the whole surface that is asked for."""
 
     def error(self, network: Siren) -> float:
@@ -115,67 +159,48 @@ class Sampler:
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
-        more = self._pool(islands.points, np.clip(islands.distance, -CLEAR, CLEAR))
-        self._forbidden = torch.cat([self._forbidden, more])
+        order = spatial_order(islands.points)
+        points, targets = islands.points[order], np.clip(islands.distance[order], -CLEAR, CLEAR)
+        self._pools.append(Pool.of(points, targets, self._counts.around, 1.0))
 
     def draw(self) -> Rows:
         """Fresh rows for one step."""
-        counts = self._counts
         points, normals = self._target
-        on = self._choose(points, counts.tube)
-        rim = self._choose(self._rim, int(RIM_SHARE * counts.preserve))
-        preserve = self._choose(self._preserve, counts.preserve - len(rim))
-        around = self._choose(self._around, counts.around)
-        box = self._choose(self._box, counts.box)
-        slope = self._choose(points, counts.slope)
+        values = [pool.draw(self._generator) for pool in self._pools]
+        weights = [
+            torch.full((len(drawn),), pool.weight)
+            for drawn, pool in zip(values, self._pools, strict=True)
+        ]
+        slope = choose(len(points), self._counts.slope, self._generator)
         directions = torch.randn(len(slope), 3, generator=self._generator)
         directions /= directions.norm(dim=1, keepdim=True)
-        forbidden = self._choose(self._forbidden, counts.around)
-        known = torch.cat(
-            [
-                self._preserve[preserve],
-                self._around[around],
-                self._box[box],
-                self._forbidden[forbidden],
-            ]
-        )  # (., 4)
-        zeros = torch.zeros(len(on) + len(rim))
+        known = torch.cat(values)  # (n, 4)
         rows = Rows(
-            torch.cat([points[on], self._rim[rim], known[:, :3], points[slope]]),
+            torch.cat([known[:, :3], points[slope]]),
             directions,
-            torch.cat([zeros, known[:, 3], (normals[slope] * directions).sum(1)]),
-            torch.cat(
-                [
-                    torch.ones(len(on)),
-                    torch.full((len(rim) + len(preserve),), PRESERVE_WEIGHT),
-                    torch.full((len(around),), AROUND_WEIGHT),
-                    torch.full((len(box),), BOX_WEIGHT),
-                    torch.ones(len(forbidden)),
-                    torch.full((len(slope),), SLOPE_LENGTH),
-                ]
-            ),
+            torch.cat([known[:, 3], (normals[slope] * directions).sum(1)]),
+            torch.cat([*weights, torch.full((len(slope),), SLOPE_LENGTH)]),
         )
-        return Rows(*(tensor.to(self._device) for tensor in rows))
-
-    def _choose(self, pool: Tensor, count: int) -> Tensor:
-        """`count` indices into a pool, without repetition where it is large enough."""
-        if len(pool) <= count:
-            return torch.arange(len(pool))
-        return torch.randperm(len(pool), generator=self._generator)[:count]
-
-    @staticmethod
-    def _pool(points: NDArray[np.float32], targets: NDArray[np.floating]) -> Tensor:
-        """Points and targets side by side (N, 4)."""
-        return torch.from_numpy(np.column_stack([points, targets]).astype(np.float32))
+        return Rows(*(tensor.to(self._problem.network.device) for tensor in rows))
 
 
-def _preserve(problem: Problem) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Points of the untouched surface and of its shell, and the values to keep there."""
-    surface, shell = problem.preparation.surface, problem.preparation.shell
-    far = problem.nearness(surface) > SHELL_FROM
-    on = surface.points[problem.untouched(surface)][::2]
-    points = np.concatenate([on, shell.points[far][1::2]])
-    return points, np.concatenate([np.zeros(len(on), np.float32), shell.values[far][1::2]])
+def choose(size: int, count: int, generator: torch.Generator) -> Tensor:
+    """`count` of `size` indices, one out of each of as many stretches; all when they are few."""
+    if size <= count:
+        return torch.arange(size)
+    within = torch.rand(count, generator=generator, dtype=torch.float64)
+    return ((torch.arange(count) + within) * (size / count)).long()
+
+
+def _rim(problem: Problem, count: int, random: np.random.Generator) -> Samples:
+    """Samples of the untouched surface beside the stroke: those that are known there, and as many
+    more of the network's as are missing to `count`."""
+    beside = problem.known_untouched & (problem.known_nearness < RIM_REACH)
+    rim = problem.preparation.surface.where(beside)
+    missing = count - len(rim.points)
+    if missing > 0:
+        rim = join([rim, problem.rim(RIM_REACH, missing, random)])
+    return rim.where(spatial_order(rim.points))
 
 
 def _around(
@@ -201,4 +226,5 @@ def _around(
     before = values(problem.network, points)
     below, above = along < np.minimum(-moved, 0), along > np.maximum(-moved, 0)
     sound = ~(below & (before > 0) | above & (before < 0))
-    return points[sound], distance[sound]
+    order = spatial_order(points[sound])
+    return points[sound][order], distance[sound][order]
