@@ -3,9 +3,10 @@
 
 Lengths are in model space, where the longest side is 1.7 and half the box is 1; seconds are those
 of the wall, with one torch thread, for all from cleaning the mesh to the quality report. The ratios
-are the paper's figure by ours in the same preset. `--damaged` fits one mesh after doing to it what
-bad files do: `true_mean` is then the distance of the unharmed mesh from the field, where the damage
-leaves a shape that should be found again, and `peak_mb` the memory that the process has had so far.
+are the paper's figure by ours in the same preset; the JSON has our rows alone. `--damaged` fits one
+mesh after doing to it what bad files do: `true_mean` is then the distance of the unharmed mesh from
+the field, where the damage leaves a shape that should be found again, and `peak_mb` the memory that
+the process has had so far.
 """
 
 import argparse
@@ -26,6 +27,7 @@ MESHES = Path(__file__).resolve().parents[2] / "shared" / "data" / "meshes"
 MEASURES = ("error_mean", "error_p95", "error_max", "normal_deg", "sign_errors", "components")
 RATIOS = ("seconds_ratio", "error_ratio")
 DAMAGED = "stanford-bunny.obj"
+OURS, THEIRS = "distance", "paper"  # methods
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +55,8 @@ def run(options: argparse.Namespace) -> None:
     print("lengths in 1e-3 of model space\n" + _line("mesh", "method", columns))
     rows = []
     for row in found:
-        rows.append(row)
+        if row["method"] == OURS:
+            rows.append(row)
         cells = [_short(row, column) for column in columns] if "message" not in row else []
         print(_line(row["mesh"], row["method"], cells) + row.get("message", ""), flush=True)
     if options.json:
@@ -73,8 +76,8 @@ def _rows(paths: list[Path], preset: str, paper: bool) -> Iterator[dict[str, Any
 
     for path in paths:
         mesh = read(path)
-        theirs = _fit(path.stem, "paper", mesh, preset)[0] if paper else None
-        ours = _fit(path.stem, "distance", mesh, preset)[0]
+        theirs = _fit(path.stem, THEIRS, mesh, preset)[0] if paper else None
+        ours = _fit(path.stem, OURS, mesh, preset)[0]
         if theirs:
             yield theirs
             ours["seconds_ratio"] = theirs["seconds"] / ours["seconds"]
@@ -93,12 +96,12 @@ def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.projection import project
     from neural_sculpt_addon.stroke.errors import SculptError
 
-    yield _fit("sheet, thick", "distance", sheet(), preset, thickness=0.1)[0]
+    yield _fit("sheet, thick", OURS, sheet(), preset, thickness=0.1)[0]
     for name, mesh in HOPELESS.items():
         try:
-            yield _fit(name, "distance", mesh, preset)[0]
+            yield _fit(name, OURS, mesh, preset)[0]
         except SculptError as error:
-            yield {"mesh": name, "method": "distance", "preset": preset, "message": str(error)}
+            yield {"mesh": name, "method": OURS, "preset": preset, "message": str(error)}
     for path in paths:
         vertices, faces = read(path)
         good = clean(vertices, faces)
@@ -108,7 +111,7 @@ def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
         points = good.scale * points.points + good.center
         for name, damage in DAMAGES.items():
             mesh = damage(vertices, faces, np.random.default_rng(0))
-            row, fit = _fit(name, "distance", mesh, preset)
+            row, fit = _fit(name, OURS, mesh, preset)
             if name in IN_PLACE:
                 start = (points - fit.center) / fit.scale
                 gap = np.linalg.norm(project(fit.network, start).points - start, axis=1)

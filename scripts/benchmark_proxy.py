@@ -7,7 +7,8 @@ is measured before and after it. Each time is the best of three (dense: of one).
 
 The networks are the pretrained ones with their public cases, or where these are absent the
 primitives with a stroke over the top. Errors are mean distances to the surface of vertices and
-of triangle centroids, model space; slivers the share of triangles below 5 degrees.
+of triangle centroids, model space; slivers the share of triangles below 5 degrees; ratio the
+seconds of dense evaluation of the same network, or of the one before the edit, by these.
 """
 
 import argparse
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from neural_sculpt_addon.field.proxy import Proxy
     from neural_sculpt_addon.stroke.stroke import Stroke
 
-COLUMNS = ("seconds", "vertex_error", "centroid_error", "slivers", "nonmanifold_edges")
+COLUMNS = ("seconds", "vertex_error", "centroid_error", "slivers", "nonmanifold_edges", "ratio")
 BLOCK = 64**3  # points
 SLIVER = 5  # degrees
 
@@ -47,11 +48,14 @@ def run(options: argparse.Namespace) -> None:
         for row in _rows(options.cases, cells):
             rows.append(row)
             figures = [f"{row[column]:.3g}" for column in COLUMNS]
-            print(_line(row["network"], str(cells), row["what"], figures), flush=True)
+            print(
+                _line(row["case"] or row["network"], str(cells), row["what"], figures), flush=True
+            )
         for what in ("scratch", "stroke", "dense"):
             chosen = [row for row in rows if row["cells"] == cells and row["what"] == what]
-            worst = [f"{max(row[column] for row in chosen):.3g}" for column in COLUMNS]
-            print(_line("worst", str(cells), what, worst))
+            worst = [max(row[column] for row in chosen) for column in COLUMNS[:-1]]
+            worst.append(min(row["ratio"] for row in chosen))
+            print(_line("worst", str(cells), what, [f"{figure:.3g}" for figure in worst]))
     if options.json:
         options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 
@@ -63,20 +67,29 @@ def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.solvers import gauss_newton
 
     def row(
-        name: str, network: "Siren", what: str, make: "Callable[[], Proxy | Dense]", times: int = 3
+        names: dict[str, str],
+        network: "Siren",
+        what: str,
+        make: "Callable[[], Proxy | Dense]",
+        dense: float | None = None,
     ) -> dict[str, Any]:
-        seconds, mesh = _time(make, times)
+        seconds, mesh = _time(make, 3 if dense else 1)
         measures = _measure(network, mesh.vertices, mesh.triangles)
-        return {"network": name, "cells": cells, "what": what, "seconds": seconds, **measures}
+        ratio = (dense or seconds) / seconds
+        named = {**names, "cells": cells, "what": what, "seconds": seconds}
+        return {**named, **measures, "ratio": ratio}
 
     for name, network, strokes in networks(cases):
-        yield row(name, network, "dense", lambda n=network: _dense(n, cells), times=1)
-        yield row(name, network, "scratch", lambda n=network: extract(n, cells))
+        names = {"network": name, "case": ""}
+        yield (slow := row(names, network, "dense", lambda n=network: _dense(n, cells)))
+        dense = slow["seconds"]
+        yield row(names, network, "scratch", lambda n=network: extract(n, cells), dense)
         proxy, preparation = extract(network, cells), prepare(network)
         for stroke in strokes:
             edited = gauss_newton.quick(pose(preparation, stroke))
-            yield row(stroke.name, edited, "stroke", lambda p=proxy, n=edited: update(p, n))
-            yield row(stroke.name, edited, "scratch", lambda n=edited: extract(n, cells))
+            names = {"network": name, "case": stroke.name}
+            yield row(names, edited, "stroke", lambda p=proxy, n=edited: update(p, n), dense)
+            yield row(names, edited, "scratch", lambda n=edited: extract(n, cells), dense)
 
 
 def networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
