@@ -212,7 +212,8 @@ def _around(
     random: np.random.Generator,
 ) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
     """Points on normals of the displaced surface, from below the lower of both surfaces to above
-    the upper one, and their signed distance from the displaced surface.
+    the upper one, and their signed distance from the displaced surface: that from the plane of its
+    nearest sample, because a normal may run on through the next ridge.
 
     Points that leave a thin part on its other side are dropped: the sign of f0 betrays them.
     """
@@ -221,8 +222,9 @@ def _around(
     low, high = np.minimum(-moved, 0) - COLUMN, np.maximum(-moved, 0) + COLUMN
     along = random.uniform(low, high)
     points = (points + along[:, None] * normals).astype(np.float32)
-    cloud = KDTree(np.concatenate([target.points, rim.points]))
-    distance = np.sign(along) * cloud.query(points)[0]
+    cloud = join([target, rim])
+    nearest = KDTree(cloud.points).query(points)[1]
+    distance = ((points - cloud.points[nearest]) * cloud.normals[nearest]).sum(axis=1)
     before = values(problem.network, points)
     below, above = along < np.minimum(-moved, 0), along > np.maximum(-moved, 0)
     sound = ~(below & (before > 0) | above & (before < 0))
