@@ -48,7 +48,7 @@ class Preset(StrEnum):
 
 COURSES = {
     (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 30_000, 1.5e-3, 0.006),
-    (Method.DISTANCE, Preset.NORMAL): Course(1400, 288, 40_000, 1.2e-3, 0.003, omega=48.0),
+    (Method.DISTANCE, Preset.NORMAL): Course(1200, 384, 50_000, 1.2e-3, 0.003, omega=48.0),
     (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3, 0.0015, omega=48.0),
     (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3, np.inf),
     (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3, np.inf),
