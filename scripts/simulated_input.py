@@ -126,7 +126,8 @@ def show_tab(name: str) -> Steps:
 
 
 def to_window(points: Iterable[Iterable[float]]) -> list[Pixel]:
-    """Where in the window points (N, 3) of the world are seen."""
+    """Where in the window points (N, 3) of the world are seen, once that is drawn."""
+    _camera().update()
     place = region()
     seen = (view3d_utils.location_3d_to_region_2d(place, _camera(), (*p,)) for p in points)
     return [(place.x + p.x, place.y + p.y) for p in seen if p is not None]

@@ -137,17 +137,28 @@ def corner() -> hand.Pixel:
 
 def undo() -> Steps:
     """Type Ctrl Z."""
-    yield from _type("Z", ("ctrl",))
+    yield from _step(("ctrl",), bpy.app.handlers.undo_post)
 
 
 def redo() -> Steps:
     """Type Shift Ctrl Z."""
-    yield from _type("Z", ("ctrl", "shift"))
+    yield from _step(("ctrl", "shift"), bpy.app.handlers.redo_post)
 
 
-def _type(key: str, held: hand.Held) -> Steps:
-    hand.tap(key, middle(), held)
-    yield 2 * hand.DRAWN
+def _step(held: hand.Held, handlers: list) -> Steps:
+    """Type Z and wait until Blender has taken the step."""
+    taken = []
+
+    def take(*_: object) -> None:
+        taken.append(True)
+
+    handlers.append(take)
+    try:
+        hand.tap("Z", middle(), held)
+        yield from hand.until(lambda: bool(taken), SECONDS, "a step in Blender's history")
+    finally:
+        handlers.remove(take)
+    yield hand.DRAWN
     hand.window().view_layer.update()  # as the next picture does
 
 

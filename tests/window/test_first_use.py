@@ -50,7 +50,7 @@ class FirstUse(WindowCase):
     def test_first_use(self) -> Steps:
         tool = yield from self.tool_button()
         hand.tap("DEL", middle())
-        yield 2 * hand.DRAWN
+        yield from hand.until(lambda: "Cube" not in bpy.data.objects, SECONDS, "no cube")
         height = hand.screen_pixels().shape[0]
         left, bottom, right, _ = yield from self.opened((ADD[0], height - ADD[1]))
         entry = (left + right) / 2, bottom + 0.7 * ROW
@@ -62,8 +62,12 @@ class FirstUse(WindowCase):
         self.assertEqual(field().name, "Suzanne")
         yield from click(tool)
         hand.move(middle())
+        away = hand.view().region_3d.view_distance
         hand.tap("NUMPAD_PERIOD", middle())
-        yield 5 * hand.DRAWN
+        yield from hand.until(
+            lambda: hand.view().region_3d.view_distance != away, SECONDS, "Suzanne in a frame"
+        )
+        yield from still_picture()
         before, triangles = vertices(field()), corners(field())
         yield from self.draw(FOREHEAD)
         tree = BVHTree.FromPolygons(before.tolist(), triangles.tolist())

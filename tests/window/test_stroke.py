@@ -6,6 +6,7 @@ import numpy as np
 import simulated_input as hand
 from drawing import (
     INTENSITY,
+    SECONDS,
     WindowCase,
     brush_settings,
     choose_tool,
@@ -135,7 +136,9 @@ class Strokes(WindowCase):
         for key, text in (("X", ""), ("ZERO", "0"), ("PERIOD", "."), ("THREE", "3"), ("RET", "")):
             yield hand.DRAWN
             hand.tap(key, middle(), text=text)
+        yield from hand.until(lambda: field().location.x > 0.29, SECONDS, "a moved object")
         yield 2 * hand.DRAWN
+        hand.window().view_layer.update()
         self.assertAlmostEqual(field().location.x, 0.3, places=5)
         states.append(state(field()))
         path = self.arc(-0.5)
