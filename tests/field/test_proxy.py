@@ -238,6 +238,26 @@ def test_an_update_of_any_field_to_any_other_is_closed(seed, cells, omega, amoun
         assert np.abs(proxy.vertices).max() <= 1
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    name=st.sampled_from(["sphere", "torus", "suzanne"]),
+    cells=st.sampled_from([20, 32, 49]),
+    amount=st.floats(1e-4, 0.03),
+    seed=st.integers(0, 2**31),
+)
+def test_updates_of_a_solid_are_closed_and_on_the_surface(name, cells, amount, seed):
+    network = primitive(name)
+    proxy = extract(network, cells)
+    for step in range(3):
+        network = perturbed(network, amount, seed + step)
+        proxy = update(proxy, network)
+        mesh = mesh_of(proxy)
+        assert mesh.is_watertight and mesh.is_winding_consistent
+        inside = (np.abs(proxy.vertices) < 1).all(axis=1)
+        assert np.median(errors(network, proxy.vertices[inside])) < 1e-4
+        assert np.allclose(np.linalg.norm(proxy.normals, axis=1), 1, atol=1e-4)
+
+
 def test_a_stroke_that_swallows_the_surface_says_what_to_do():
     proxy = extract(ball(0.3), 32)
     with pytest.raises(SculptError, match="no surface"):
