@@ -93,7 +93,9 @@ def test_a_cancelled_refinement_leaves_what_the_next_stroke_needs(ready):
         known.append((quick, quick.remember()))
 
     with pytest.raises(Cancelled):
-        edit(ready.network, [arc(0.0, radius=0.6)], preparation=ready, quick=show, progress=progress)
+        edit(
+            ready.network, [arc(0.0, radius=0.6)], preparation=ready, quick=show, progress=progress
+        )
     ((quick, preparation),) = known
     assert preparation.network is quick.network and preparation.proxy is quick.proxy
     before, after = ready.surface.points, preparation.surface.points
