@@ -16,6 +16,7 @@ from .network import Siren
 from .threads import pool
 
 CHUNK = 4096
+GRADIENT_CHUNK = 1536  # takes three times the memory
 DEVICE_CHUNK = 1 << 18
 
 
@@ -28,7 +29,7 @@ def values(network: Siren, points: ArrayLike) -> NDArray[np.float32]:
         h, _ = plan.forward(torch.from_numpy(x[part]).to(plan.device))
         out[part] = torch.addmv(plan.last_bias, h, plan.last_weight[0]).cpu().numpy()
 
-    _in_chunks(evaluate, len(x), plan.device)
+    _in_chunks(evaluate, len(x), CHUNK, plan.device)
     return out
 
 
@@ -49,7 +50,7 @@ def values_and_gradients(
             back = (slope * back) @ weight  # (n, width below)
         gradient[part] = back.cpu().numpy()
 
-    _in_chunks(evaluate, len(x), plan.device)
+    _in_chunks(evaluate, len(x), GRADIENT_CHUNK, plan.device)
     return value, gradient
 
 
@@ -81,8 +82,10 @@ def _points(points: ArrayLike) -> NDArray[np.float32]:
     return np.ascontiguousarray(points, np.float32).reshape(-1, 3)
 
 
-def _in_chunks(evaluate: Callable[[slice], None], count: int, device: torch.device) -> None:
-    chunk = CHUNK if device.type == "cpu" else DEVICE_CHUNK
+def _in_chunks(
+    evaluate: Callable[[slice], None], count: int, chunk: int, device: torch.device
+) -> None:
+    chunk = chunk if device.type == "cpu" else DEVICE_CHUNK
     parts = [slice(start, min(start + chunk, count)) for start in range(0, count, chunk)]
 
     def task(part: slice) -> None:
