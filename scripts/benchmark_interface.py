@@ -33,15 +33,13 @@ def run(options: argparse.Namespace) -> None:
     if missing := screen.why_none():
         sys.exit(missing)
     workshop = environment.ensure()
-    found = [program for program in blenders.programs(workshop) if not program.missing]
-    if not found:
-        sys.exit("There is no Blender with a window here; name one in the variable BLENDER.")
+    program = blenders.first(workshop)
     with (
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user,
         screen.virtual_screen() as on_screen,
     ):
-        variables = {**found[0].variables, **on_screen, "BLENDER_USER_RESOURCES": user}
+        variables = {**program.variables, **on_screen, "BLENDER_USER_RESOURCES": user}
         given = [str(build_extension.build(workshop)), str(options.strokes)]
-        command = screen.window_command(found[0], SCRIPT, given)
+        command = screen.window_command(program, SCRIPT, given)
         code, _, _ = screen.run(command, variables, SECONDS)
     sys.exit(code)

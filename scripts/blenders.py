@@ -7,6 +7,7 @@ Those that the environment variable BLENDER names, or else the one on the PATH; 
 
 import os
 import shutil
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -37,6 +38,14 @@ def programs(workshop: Workshop) -> Iterator[Program]:
     yield from _installed(workshop)
     for suite in SUITES:
         yield _debian(suite, workshop)
+
+
+def first(workshop: Workshop) -> Program:
+    """The first of them that there is; ends this program where there is none."""
+    for program in programs(workshop):
+        if not program.missing:
+            return program
+    sys.exit("There is no Blender with a window here; name one in the variable BLENDER.")
 
 
 def _installed(workshop: Workshop) -> Iterator[Program]:

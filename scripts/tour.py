@@ -31,18 +31,16 @@ def main() -> None:
     if missing := screen.why_none():
         sys.exit(missing)
     workshop = environment.ensure()
-    found = [program for program in blenders.programs(workshop) if not program.missing]
-    if not found:
-        sys.exit("There is no Blender with a window here; name one in the variable BLENDER.")
+    program = blenders.first(workshop)
     (ROOT / "demo").mkdir(exist_ok=True)
     with (
         tempfile.TemporaryDirectory() as frames,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user,
         screen.virtual_screen() as on_screen,
     ):
-        variables = {**found[0].variables, **on_screen, "BLENDER_USER_RESOURCES": user}
+        variables = {**program.variables, **on_screen, "BLENDER_USER_RESOURCES": user}
         given = [str(build_extension.build(workshop)), frames, str(ROOT / "demo" / "tour.blend")]
-        command = screen.window_command(found[0], SCRIPT, given)
+        command = screen.window_command(program, SCRIPT, given)
         code, _, _ = screen.run(command, variables, SECONDS)
         if code:
             sys.exit(code)

@@ -7,12 +7,12 @@ surface that the strokes so far asked for (see `memory`).
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Progress, go_on, silent
 from ..stroke.stroke import Stroke
 from . import metrics
 from .memory import follow
@@ -101,19 +101,7 @@ def edit(
     if preparation is None:
         preparation = prepare(network, progress=lambda _, message: progress(0.0, message))
     result = Edit(preparation, ())
-    told, hears = (0.0, "Sculpting"), True
-
-    def check() -> None:
-        if hears:
-            progress(*told)
-
-    def remember(problem: Problem, network: Siren, proxy: Proxy) -> Preparation:
-        nonlocal hears
-        hears = False
-        try:
-            return follow(problem, network, proxy)
-        finally:
-            hears = True
+    told = 0.0, "Sculpting"
 
     for number, stroke in enumerate(strokes):
 
@@ -123,7 +111,7 @@ def edit(
             progress(*told)
 
         started = time.perf_counter()
-        problem = pose(result.preparation, stroke, check)
+        problem = pose(result.preparation, stroke, lambda: progress(*told))
         network = chosen.solve(problem, _part(share, 0.0, 0.3 if chosen.refine else 0.9))
         seconds = time.perf_counter() - started
         report = {"stroke": stroke.name, "solver": solver, "seconds": seconds}
@@ -132,7 +120,8 @@ def edit(
                 known = result.preparation.proxy
                 proxy = update(known, network, lambda _, __: share(0.3, "Sculpting"))
                 shown = *result.reports, report | {"solver": "quick"}
-                quick(Quick(network, proxy, shown, partial(remember, problem, network, proxy)))
+                deaf = replace(problem, check=go_on)
+                quick(Quick(network, proxy, shown, partial(follow, deaf, network, proxy)))
             started = time.perf_counter()
             network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started

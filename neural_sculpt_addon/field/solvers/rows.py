@@ -12,7 +12,6 @@ Pools are in spatial order and draws are stratified along it: they leave no gaps
 could give way unseen, as independent draws do.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 from torch import Tensor
 
+from ...stroke.progress import Check, go_on
 from ..evaluate import values
 from ..network import Siren
 from ..pieces import Islands
@@ -104,7 +104,7 @@ class Sampler:
         problem: Problem,
         counts: Counts,
         hold: float,
-        check: Callable[[], None] = lambda: None,
+        check: Check = go_on,
     ) -> None:
         """`hold` is what a preserve row weighs where one of the tube weighs 1; `check` is called
         between the parts of the work and may raise."""
