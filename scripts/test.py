@@ -34,6 +34,7 @@ from virtualenv import say, version_of
 
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker.environment import ENVIRONMENT_VARIABLE
+from neural_sculpt_addon.worker.process import exit_in_words
 
 BLENDER_TESTS = ROOT / "tests" / "run_in_blender.py"
 WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"
@@ -41,11 +42,16 @@ WINDOW_PICTURES = ROOT / "test-output" / "window"
 PYTEST_SECONDS = 2400
 BLENDER_SECONDS = 900
 WINDOW_SECONDS = 1500
+LAST_LINES = 60  # of a part that failed, shown again at the end
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one part of the tests came to; `note` says why it did not run."""
+    """What one part of the tests came to.
+
+    note:    why it did not run, or not to its end
+    printed: its lines, so that those of a failure can be shown again at the end
+    """
 
     name: str
     passed: int = 0
@@ -53,6 +59,7 @@ class Outcome:
     skipped: int = 0
     seconds: float = 0.0
     note: str = ""
+    printed: Sequence[str] = ()
 
 
 def checks(workshop: Workshop) -> Iterator[Outcome]:
@@ -67,8 +74,9 @@ def checks(workshop: Workshop) -> Iterator[Outcome]:
 
 def _check(name: str, command: Sequence[str]) -> Outcome:
     """A command that passes when its exit code says so."""
-    code, _, seconds = _run(name, command, 600)
-    return Outcome(name, passed=int(code == 0), failed=int(code != 0), seconds=seconds)
+    code, lines, seconds = _run(name, command, 600)
+    count = {"passed": int(code == 0), "failed": int(code != 0)}
+    return Outcome(name, **count, seconds=seconds, printed=lines)
 
 
 def pytest(workshop: Workshop, arguments: Sequence[str]) -> Outcome:
@@ -80,7 +88,8 @@ def pytest(workshop: Workshop, arguments: Sequence[str]) -> Outcome:
     count = {word: int(number) for number, word in re.findall(r"(\d+) ([a-z]+)", summary)}
     failed = count.get("failed", 0) + count.get("error", 0) + count.get("errors", 0)
     skipped = count.get("skipped", 0) + count.get("xfailed", 0)
-    return Outcome(name, count.get("passed", 0), failed or int(code != 0), skipped, seconds)
+    failed = failed or int(code != 0)
+    return Outcome(name, count.get("passed", 0), failed, skipped, seconds, printed=lines)
 
 
 def demo(workshop: Workshop) -> Outcome:
@@ -162,9 +171,10 @@ def _in_blender(
     pattern = re.compile(r"Blender \S+: (\d+) passed, (\d+) failed, (\d+) skipped")
     found = next((match for line in reversed(lines) if (match := pattern.search(line))), None)
     if found is None:
-        return Outcome(name, failed=1, seconds=seconds, note="it ended without a result")
+        note = f"it ended without a result, {exit_in_words(code)}"
+        return Outcome(name, failed=1, seconds=seconds, note=note, printed=lines)
     passed, failed, skipped = map(int, found.groups())
-    return Outcome(name, passed, failed or int(code != 0), skipped, seconds)
+    return Outcome(name, passed, failed or int(code != 0), skipped, seconds, printed=lines)
 
 
 def _left_out(name: str, reason: str) -> Outcome:
@@ -184,7 +194,10 @@ def _run(
 
 
 def _report(outcomes: Sequence[Outcome]) -> bool:
-    """Print the table and the total; whether nothing failed."""
+    """Print the ends of what failed, the table and the total; whether nothing failed."""
+    for outcome in outcomes:
+        if outcome.failed:
+            say("\n".join(["", f"== the end of {outcome.name}", *outcome.printed[-LAST_LINES:]]))
     width = max(len(outcome.name) for outcome in outcomes)
     say(f"\n{'':{width}}  passed  failed  skipped  seconds")
     for o in outcomes:

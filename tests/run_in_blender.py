@@ -9,6 +9,7 @@ that is gone afterwards. The worker is the Python that NEURAL_SCULPT_PYTHON name
 reads `Blender 5.2.2: 23 passed, 0 failed, 0 skipped`, and the exit code says whether none failed.
 """
 
+import faulthandler
 import os
 import subprocess
 import sys
@@ -91,6 +92,7 @@ def _test(extension: Path, patterns: list[str]) -> int:
 
 if __name__ == "__main__":
     code = 1
+    faulthandler.enable()  # a Blender that crashes says in which test
     try:
         code = main()
     finally:  # some Blenders crash or hang in a regular exit of their Python module

@@ -122,7 +122,7 @@ class WorkerProcess:
             code = self._process.wait()
         self._outgoing.put(None)
         tail = self._log_tail()
-        self.incoming.put(Exit(reason or _words(code, tail), tail))
+        self.incoming.put(Exit(reason or exit_in_words(code, tail), tail))
 
     def _log_tail(self) -> str:
         try:
@@ -134,7 +134,7 @@ class WorkerProcess:
         return "\n".join([line for line in lines if line.strip()][-_LOG_LINES:])
 
 
-def _words(code: int, log_tail: str) -> str:
+def exit_in_words(code: int, log_tail: str = "") -> str:
     """A return code in words: the exception that Python ended with, or the signal it died of."""
     if code >= 0:
         last = log_tail.rpartition("\n")[2].strip()
