@@ -17,9 +17,10 @@ from .projection import project
 POINTS = 257  # of a path; more on one that is longer than 64 radii
 PER_RADIUS = 4  # at least
 MOST_POINTS = 2049
-OFF_SURFACE = (
-    0.02  # how far a control point may lie from the surface, or one radius if that is more
-)
+FARTHEST = 0.2
+"""How far a control point may lie from the surface, or one radius if that is more. A stroke can
+have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
+OFF_SURFACE = 0.02  # what projection may leave
 LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
 
 
@@ -52,10 +53,9 @@ def lay(network: Siren, stroke: Stroke) -> Path:
 def _check_on_surface(network: Siren, stroke: Stroke) -> None:
     surface = project(network, stroke.points)
     away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
-    if away > max(OFF_SURFACE, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
+    if away > max(FARTHEST, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
         raise SculptError(
-            f"The stroke lies {away:.3f} off the surface (its radius is {stroke.brush.radius:.3f})."
-            " Draw it on the proxy of this field."
+            f"The stroke lies {away:.2f} off the surface. Draw it on the proxy of this field."
         )
 
 

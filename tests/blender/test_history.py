@@ -100,6 +100,13 @@ class History(SculptCase):
         ops.mute_stroke(uid=self.uid("Three"))
         self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
 
+    def test_a_stroke_that_lies_on_a_muted_one_is_laid_on_what_is_below(self) -> None:
+        """It is narrower than the other is high."""
+        on_one = arc(self.ob) * (1 + INTENSITY / SIZE)
+        stroke(on_one, radius=0.05, intensity=INTENSITY, name="Over One")
+        ops.mute_stroke(uid=self.uid("One"))
+        self.assert_heights(One=0.6)  # in the mean of more than its width
+
     def test_all_muted_is_the_base(self) -> None:
         for name in TILTS:
             ops.mute_stroke(uid=self.uid(name))

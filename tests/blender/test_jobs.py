@@ -84,6 +84,17 @@ class Jobs(SculptCase):
         self.assertEqual(self.ob.neural_sculpt.resolution, 40)
         self.assertEqual(self.names(), [])
 
+    def test_a_stroke_drawn_over_one_that_is_cancelled_is_laid_on_what_is_there(self) -> None:
+        points = arc(self.ob)
+        with self.as_in_a_window():
+            stroke(points, radius=0.1, intensity=0.1, name="One")
+            stroke(points * (1 + 0.1 / 0.6), radius=0.05, intensity=0.03, name="Two")
+            self.session.cancel_job(self.session.jobs[0])
+            self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.names(), ["Two"])
+        self.assertAlmostEqual(self.top(), 0.6 + 0.03, delta=0.015)
+
     def test_nothing_to_cancel(self) -> None:
         with self.assertRaisesRegex(RuntimeError, "idle"):
             bpy.ops.neural_sculpt.cancel()

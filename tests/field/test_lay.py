@@ -63,12 +63,12 @@ def test_points_that_hardly_differ_make_a_dab_or_a_very_short_stroke(gap):
     assert path.length <= 2 * gap
 
 
-def test_control_points_need_not_be_quite_on_the_surface():
-    inside, outside = 0.97 * equator(0, 1, 6), 1.03 * equator(0, 1, 6)
-    for points in (inside, outside):
-        np.testing.assert_allclose(
-            lay(ball(0.5), Stroke(points, BRUSH)).points, equator(0, 1, POINTS), atol=1e-3
-        )
+@pytest.mark.parametrize("away", [-0.15, -0.03, 0.03, 0.15])
+def test_control_points_need_not_be_quite_on_the_surface(away):
+    """They may have been drawn on a stroke that is no longer there, wider than this one."""
+    points = equator(0, 1, 6) * (1 + away / 0.5)
+    path = lay(ball(0.5), Stroke(points, Brush(0.02, 0.01)))
+    np.testing.assert_allclose(path.points, equator(0, 1, POINTS), atol=1e-3)
 
 
 def test_spacing_is_uniform_on_the_surface_not_on_the_spline():
@@ -82,7 +82,7 @@ def test_spacing_is_uniform_on_the_surface_not_on_the_spline():
     np.testing.assert_allclose(((path.points / axes) ** 2).sum(axis=1), 1, atol=1e-4)
 
 
-@pytest.mark.parametrize("away", [0.03, 0.1, 0.4])
+@pytest.mark.parametrize("away", [-0.4, 0.25, 0.4])
 def test_a_stroke_off_the_surface_is_refused(away):
     stroke = Stroke(equator(0, 1, 5) * (1 + away / 0.5), Brush(0.01, 0.01))
     with pytest.raises(SculptError, match=r"off the surface"):
