@@ -307,6 +307,8 @@ TEXTS = {
     "Where the lines are": "Wo die Linien sind",
     "Where to": "Wohin",
     # history
+    "The field's {} strokes become part of its base and leave the history.": "Die {} Striche des"
+    " Feldes werden Teil seiner Grundlage und verlassen den Verlauf.",
     "All strokes since the base weights": "Alle Striche seit der Grundlage",
     "Apply the stroke earlier or later than its neighbor": "Den Strich früher oder später als"
     " seinen Nachbarn anwenden",
@@ -343,6 +345,11 @@ TEXTS = {
     " Liste. Einen anderen wählen.",
     "This field has no strokes yet": "Dieses Feld hat noch keine Striche",
     # worker
+    "1.5 GB on disk, in a folder of their own:": "1,5 GB auf der Platte, in einem eigenen Ordner:",
+    "Its packages are downloaded from the Python Package Index: about 300 MB,": "Seine Pakete"
+    " werden vom Python Package Index geladen: etwa 300 MB,",
+    "Neural Sculpt computes in a separate process with PyTorch.": "Neural Sculpt rechnet in einem"
+    " eigenen Prozess mit PyTorch.",
     "A Python with PyTorch that runs the worker; empty for the installed one": "Ein Python mit"
     " PyTorch, das den Arbeitsprozess ausführt; leer für das installierte",
     "Cancel": "Abbrechen",
@@ -353,13 +360,8 @@ TEXTS = {
     " eigenen Ordner laden; an Blender wird nichts verändert",
     "Install Worker": "Arbeitsprozess installieren",
     "Leave Edit Mode first": "Zuerst den Bearbeitungsmodus verlassen",
-    "Measuring": "Messen",
-    "Meshing": "Vernetzen",
     "No mesh is becoming a field": "Kein Mesh wird gerade zum Feld",
-    "Preparing": "Vorbereiten",
-    "Refining": "Verfeinern",
     "Restart Worker": "Arbeitsprozess neu starten",
-    "Sculpting": "Modellieren",
     "Select a mesh object first": "Zuerst ein Mesh-Objekt auswählen",
     "Select a neural field first": "Zuerst ein neuronales Feld auswählen",
     "Stop the installation of the worker": "Die Installation des Arbeitsprozesses abbrechen",

@@ -12,6 +12,7 @@ from bpy.types import Object
 
 from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
+from .translations import translated
 
 Request = tuple[dict[str, Any], dict[str, np.ndarray]]
 """Fields and arrays of a job, as the worker's protocol names them."""
@@ -55,6 +56,11 @@ class Job:
     message: str = ""
     number: int = field(default=-1, repr=False)
     quick: Message | None = field(default=None, repr=False)
+
+    @property
+    def title(self) -> str:
+        """The label in the artist's language."""
+        return translated(self.label)
 
     @property
     def pending(self) -> bool:

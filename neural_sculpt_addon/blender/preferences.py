@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import bpy
 from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
-from bpy.types import AddonPreferences, Context
+from bpy.types import AddonPreferences, Context, UILayout
 
 from ..worker import environment
 from ..worker.environment import Device
@@ -16,6 +16,8 @@ from . import ADDON
 from .folders import environment_folder
 from .installer import installer
 from .properties import DEFAULT_RESOLUTION, resolution_property
+from .translations import translated
+from .wrapped import draw_text
 
 Color = tuple[float, float, float, float]
 
@@ -84,18 +86,19 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         layout.prop(self, "color_cursor")
         layout.prop(self, "color_raising")
         layout.prop(self, "color_carving")
-        draw_installation(layout)
+        draw_installation(layout, context)
 
 
-def draw_installation(layout: bpy.types.UILayout) -> None:
+def draw_installation(layout: UILayout, context: Context) -> None:
     """The button that installs the worker, and how far that is."""
     if installer.running:
-        layout.progress(factor=installer.fraction, text=installer.message)
+        said = translated(installer.message)
+        layout.progress(factor=installer.fraction, text=said, translate=False)
         layout.operator("neural_sculpt.cancel_installation", icon="CANCEL")
     else:
         layout.operator("neural_sculpt.install_worker", icon="IMPORT")
     if installer.error:
-        layout.label(text=installer.error, icon="ERROR")
+        draw_text(layout, context, translated(installer.error), "ERROR")
 
 
 def device() -> Device:

@@ -198,8 +198,10 @@ class Session:
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
-            kept = f"{job.label} keeps its quick result. " if job.quick else ""
-            self._end(job, JobStatus.FAILED, kept + message.fields["message"])
+            text = message.fields["message"]
+            if job.quick:
+                text = f"{job.title} keeps its quick result. {text}"
+            self._end(job, JobStatus.FAILED, text)
         elif job.quick:
             self._finals.remember(job.quick, message)
             self._end(job, JobStatus.DONE, "")
@@ -223,7 +225,7 @@ class Session:
             return False
         except Exception:  # a defect: the jobs to come must not suffer for it
             log.exception("%s failed", job.label)
-            text = f"{job.label} failed; the system console says why."
+            text = f"{job.title} failed; the system console says why."
             self._end(job, JobStatus.FAILED, text)
             return False
         return True
@@ -255,9 +257,9 @@ class Session:
             return
         ob = find(job.target)
         if ob is None:
-            raise SculptError(f"{job.label} was dropped: the object is gone.")
+            raise SculptError(f"{job.title} was dropped: the object is gone.")
         if field_of(ob).revision != job.base:
-            raise SculptError(f"{job.label} was dropped: {ob.name} changed in the meantime.")
+            raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
 
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)

@@ -9,6 +9,8 @@ them.
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Mesh, Operator
 
 from ...stroke.errors import SculptError
@@ -19,7 +21,8 @@ from ..job import Job, Request, found
 from ..properties import field_of
 from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
-LABEL = "Absorb"
+LABEL = n_("Absorb")
+QUESTION = n_("The field's {} strokes become part of its base and leave the history.")
 
 
 class NEURAL_SCULPT_OT_absorb(Operator):
@@ -52,9 +55,9 @@ part of its base"""
         return context.window_manager.invoke_confirm(
             self,
             event,
-            title=LABEL,
-            message=f"The field's {count} strokes become part of its base and leave the history.",
-            confirm_text=LABEL,
+            title=iface_(LABEL),
+            message=iface_(QUESTION).format(count),
+            confirm_text=iface_(LABEL),
         )
 
     def execute(self, context: Context) -> Outcome:

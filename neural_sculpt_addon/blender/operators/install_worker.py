@@ -4,6 +4,7 @@
 # pyright: reportOptionalMemberAccess=false
 
 import bpy
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
 from .. import redraw
@@ -12,6 +13,11 @@ from ..installer import installer
 from .launch import FINISHED, INTERNAL, Outcome, fail, refuse
 
 REDRAW = 0.25  # seconds between two pictures of the progress
+EXPLANATION = (
+    n_("Neural Sculpt computes in a separate process with PyTorch."),
+    n_("Its packages are downloaded from the Python Package Index: about 300 MB,"),
+    n_("1.5 GB on disk, in a folder of their own:"),
+)
 
 
 class NEURAL_SCULPT_OT_install_worker(Operator):
@@ -36,13 +42,10 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
 
     def draw(self, context: Context) -> None:
         """What will happen."""
-        for line in (
-            "Neural Sculpt computes in a separate process with PyTorch.",
-            "Its packages are downloaded from the Python Package Index: about 300 MB,",
-            "1.5 GB on disk, in a folder of their own:",
-            str(environment_folder()),
-        ):
-            self.layout.label(text=line)
+        column = self.layout.column(align=True)
+        for line in EXPLANATION:
+            column.label(text=line)
+        column.label(text=str(environment_folder()), translate=False)
 
     def execute(self, context: Context) -> Outcome:
         """Begin."""

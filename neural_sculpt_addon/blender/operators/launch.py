@@ -5,14 +5,13 @@
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.app.translations import pgettext_tip as tip_
 from bpy.types import Context, Object, Operator
 
 from ...stroke.errors import SculptError
 from .. import proxy_mesh
 from ..job import Job
 from ..properties import is_field
+from ..translations import translated
 from ..worker_session import session
 
 if TYPE_CHECKING:
@@ -41,13 +40,13 @@ def launch(operator: Operator, job: Job) -> Outcome:
 
 def fail(operator: Operator, error: SculptError | str) -> Outcome:
     """Tell the artist what happened and what to do."""
-    operator.report({"ERROR"}, rpt_(str(error)))
+    operator.report({"ERROR"}, translated(str(error)))
     return CANCELLED
 
 
 def refuse(cls: type[Operator], reason: str) -> bool:
     """The answer of a poll: no, and a sentence beside the grey button that says why."""
-    cls.poll_message_set(tip_(reason))
+    cls.poll_message_set(translated(reason))
     return False
 
 

@@ -13,6 +13,8 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 
+from ..translations import translated
+
 if TYPE_CHECKING:
     from .launch import Outcome
 
@@ -35,7 +37,7 @@ class NEURAL_SCULPT_OT_notice(Operator):
     def modal(self, context: Context, event: Event) -> "Outcome":
         """Tell."""
         context.window_manager.event_timer_remove(self._timer)
-        self.report({"WARNING"}, self.message)
+        self.report({"WARNING"}, translated(self.message))
         return {"FINISHED", "PASS_THROUGH"}
 
 

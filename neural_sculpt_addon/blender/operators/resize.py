@@ -103,7 +103,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
         setattr(brush_of(context), self.length.lower(), value)
 
     def _show(self, context: Context) -> None:
-        word = self.length.title()
+        word = iface_(self.length.title())
         value = getattr(brush_of(context), f"scene_{self.length.lower()}")
         context.area.header_text_set(f"{word} {value:.4f}")
         context.workspace.status_text_set(iface_("Click or Enter: keep     Esc: as before"))

@@ -3,19 +3,17 @@
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
-import textwrap
 from typing import Any
 
-from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Panel, UILayout
 
 from ..job import Job
 from ..properties import is_field
+from ..translations import translated
 from ..worker_session import session
 
 CLOSED: Any = {"DEFAULT_CLOSED"}
 """Options of a panel that is closed at first."""
-CHARACTER = 7.0  # width of one in pixels, on average, at a scale of 1
 
 
 class Sidebar(Panel):
@@ -35,19 +33,11 @@ class FieldSidebar(Sidebar):
         return is_field(context.active_object)
 
 
-def draw_text(layout: UILayout, context: Context, text: str, icon: str = "NONE") -> None:
-    """A text of any length, in as many lines as it needs."""
-    width = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - 6
-    column = layout.column(align=True)
-    for number, line in enumerate(textwrap.wrap(text, max(int(width), 20))):
-        column.label(text=line, icon="BLANK1" if number else icon, translate=False)
-
-
 def draw_job(layout: UILayout, job: Job) -> None:
     """How far a job is, and the button that cancels all."""
-    text = iface_(job.label)
+    text = job.title
     if job.message:
-        text = f"{text}: {iface_(job.message)}"
+        text = f"{text}: {translated(job.message)}"
     row = layout.row(align=True)
     row.progress(factor=job.fraction, text=text, translate=False)
     row.operator("neural_sculpt.cancel", text="", icon="CANCEL")

@@ -11,8 +11,10 @@ from ...stroke.errors import SculptError
 from ...worker.client import WorkerState
 from .. import preferences
 from ..folders import log_file
+from ..translations import translated
 from ..worker_session import session
-from .sidebar import Sidebar, draw_job, draw_text
+from ..wrapped import draw_text
+from .sidebar import Sidebar, draw_job
 
 STATES = {
     WorkerState.STOPPED: n_("Not started"),
@@ -33,7 +35,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         try:
             preferences.worker_python()
         except SculptError:
-            preferences.draw_installation(layout)
+            preferences.draw_installation(layout, context)
             return
         row = layout.row(align=True)
         row.label(text=_state(), icon="SYSTEM", translate=False)
@@ -49,7 +51,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         if session.last_error:
             box = layout.column()
             box.alert = True
-            draw_text(box, context, session.last_error, "ERROR")
+            draw_text(box, context, translated(session.last_error), "ERROR")
 
 
 def _state() -> str:

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""In German what is told while or after something happens: by operators, by the worker, by jobs.
+
+A message may have been put together, each {} from something else, see `translations.translated`.
+"""
+
+MESSAGES = {
+    # jobs
+    "Add {}": "{} hinzufügen",
+    "Export {}": "{} exportieren",
+    "Fit {}": "{} anpassen",
+    "Cleaning the mesh": "Mesh bereinigen",
+    "Fitting, error {}": "Anpassen, Fehler {}",
+    "Following the surface": "Der Oberfläche folgen",
+    "Looking for the inside": "Das Innere suchen",
+    "Looking for what was moved": "Suchen, was verschoben wurde",
+    "Measuring": "Messen",
+    "Measuring distances": "Abstände messen",
+    "Measuring the field": "Feld vermessen",
+    "Meshing": "Vernetzen",
+    "Preparing": "Vorbereiten",
+    "Refining": "Verfeinern",
+    "Sampling": "Abtasten",
+    "Sampling the field": "Feld abtasten",
+    "Sculpting": "Modellieren",
+    "Searching the surface": "Oberfläche suchen",
+    "Snapping to the surface": "Auf die Oberfläche setzen",
+    "Stroke {} of {}: {}": "Strich {} von {}: {}",
+    "{} failed; the system console says why.": "{} ist fehlgeschlagen; die Systemkonsole sagt,"
+    " warum.",
+    "{} keeps its quick result. {}": "{} behält sein schnelles Ergebnis. {}",
+    "{} was dropped: the object is gone.": "{} wurde verworfen: Das Objekt ist nicht mehr da.",
+    "{} was dropped: {} changed in the meantime.": "{} wurde verworfen: {} hat sich inzwischen"
+    " geändert.",
+    "{}: {} Nothing was changed.": "{}: {} Es wurde nichts geändert.",
+    # objects
+    "Dyntopo owns the mesh of {} while it is on. Turn it off to sculpt the field.": "Solange"
+    " Dyntopo eingeschaltet ist, gehört ihm das Mesh von {}. Dyntopo ausschalten, um das Feld zu"
+    " modellieren.",
+    "{} has no faces. Choose a mesh with a closed surface.": "{} hat keine Flächen. Ein Mesh mit"
+    " geschlossener Oberfläche wählen.",
+    "{} has shape keys, which a new proxy would break. Remove them to sculpt.": "{} hat Shape-Keys,"
+    " die ein neuer Proxy zerstören würde. Zum Modellieren entfernen.",
+    "{} is in Edit Mode. Leave Edit Mode to sculpt the field.": "{} ist im Bearbeitungsmodus. Ihn"
+    " verlassen, um das Feld zu modellieren.",
+    "{} is linked from another file. Make it local to sculpt it.": "{} ist aus einer anderen Datei"
+    " verknüpft. Zum Modellieren lokal machen.",
+    "{} cannot be read ({}). The history of this field is damaged; Apply to Base keeps the field as"
+    " it is and ends that.": "{} kann nicht gelesen werden ({}). Der Verlauf dieses Feldes ist"
+    " beschädigt; Auf Grundlage anwenden behält das Feld, wie es ist, und beendet das.",
+    # strokes
+    "The field's weights are damaged. Undo the last change.": "Die Gewichte des Feldes sind"
+    " beschädigt. Die letzte Änderung rückgängig machen.",
+    "The sculpted proxy leaves the box of the field. Sculpt it back to within its size, or make a"
+    " new field from it (Neural Field from Mesh).": "Der modellierte Proxy verlässt den Würfel des"
+    " Feldes. Ihn wieder verkleinern oder ein neues Feld daraus machen (Neuronales Feld aus Mesh).",
+    "The stroke has no width: its pressure is zero. Draw it again.": "Der Strich hat keine Breite:"
+    " Sein Druck ist null. Noch einmal zeichnen.",
+    "The stroke leaves nothing of the surface under it: its radius is too small, or its intensity"
+    " so large that the surface runs through itself. Change one of them.": "Der Strich lässt nichts"
+    " von der Oberfläche unter ihm übrig: Sein Radius ist zu klein oder seine Stärke so groß, dass"
+    " die Oberfläche sich selbst durchdringt. Eines von beiden ändern.",
+    "The stroke leaves the box [-1, 1]^3 of the field; draw on the surface.": "Der Strich verlässt"
+    " den Würfel [-1, 1]^3 des Feldes; auf die Oberfläche zeichnen.",
+    "The stroke leaves the surface between two of its points. Draw it with more points, or keep to"
+    " one side of the shape.": "Der Strich verlässt zwischen zweien seiner Punkte die Oberfläche."
+    " Mit mehr Punkten zeichnen oder auf einer Seite der Form bleiben.",
+    "The stroke lies {} off the surface. Draw it on the proxy of this field.": "Der Strich liegt {}"
+    " neben der Oberfläche. Auf den Proxy dieses Feldes zeichnen.",
+    # meshes
+    "A part of the mesh ({} of its area) is an open sheet, so it has no inside to sculpt. Give it a"
+    " thickness, or close or delete it.": "Ein Teil des Meshs ({} seiner Fläche) ist eine offene"
+    " Schale und hat kein Inneres zum Modellieren. Ihm eine Dicke geben, ihn schließen oder"
+    " löschen.",
+    "All faces of the mesh have zero area. Choose a mesh with a surface.": "Keine Fläche des Meshs"
+    " hat einen Inhalt. Ein Mesh mit einer Oberfläche wählen.",
+    "Some vertices of the mesh have no finite position (NaN or infinite). Delete them and try"
+    " again.": "Einige Eckpunkte des Meshs haben keinen endlichen Ort (NaN oder unendlich). Sie"
+    " löschen und es noch einmal versuchen.",
+    "The mesh has no extent: all its vertices lie in one place.": "Das Mesh hat keine Ausdehnung:"
+    " Alle seine Eckpunkte liegen an einem Ort.",
+    "The mesh is an open sheet, so it has no inside to sculpt. Give it a thickness, or close or"
+    " delete it.": "Das Mesh ist eine offene Schale und hat kein Inneres zum Modellieren. Ihm eine"
+    " Dicke geben oder es schließen.",
+    "The mesh is so far from its origin that its shape is lost in rounding. Move the mesh back to"
+    " the object's origin.": "Das Mesh ist so weit von seinem Ursprung entfernt, dass seine Form"
+    " beim Runden verloren geht. Es zum Ursprung des Objekts zurückschieben.",
+    "The mesh is {} units large. Give it a sensible size and apply the scale.": "Das Mesh ist {}"
+    " Einheiten groß. Ihm eine sinnvolle Größe geben und die Skalierung anwenden.",
+    # files
+    "A field cannot be exported as {}. Use one of {}.": "Ein Feld kann nicht als {} exportiert"
+    " werden. Eines von {} verwenden.",
+    "There is no file {}. Choose a .safetensors or .pth file.": "Es gibt keine Datei {}. Eine"
+    " .safetensors- oder .pth-Datei wählen.",
+    "There is no folder {}. Choose another place.": "Es gibt keinen Ordner {}. Einen anderen Ort"
+    " wählen.",
+    "{} cannot be written: {}. Choose another folder or file name.": "{} kann nicht geschrieben"
+    " werden: {}. Einen anderen Ordner oder Dateinamen wählen.",
+    "{} was not written ({}). Choose another folder or file name.": "{} wurde nicht geschrieben"
+    " ({}). Einen anderen Ordner oder Dateinamen wählen.",
+    "{} was not written: the object is gone.": "{} wurde nicht geschrieben: Das Objekt ist nicht"
+    " mehr da.",
+    "{} was not written: {}.": "{} wurde nicht geschrieben: {}.",
+    # presets
+    "A preset file has {} and nothing else.": "Eine Vorlagendatei enthält {} und sonst nichts.",
+    "A preset has 2 to {} points.": "Eine Vorlage hat 2 bis {} Punkte.",
+    "A preset is a {}, not {}.": "Eine Vorlage ist ein {}, nicht {}.",
+    "A preset's name has 1 to {} printable characters.": "Der Name einer Vorlage hat 1 bis {}"
+    " druckbare Zeichen.",
+    "The points of a {} lie between {} and {}.": "Die Punkte von {} liegen zwischen {} und {}.",
+    "The preset was not deleted ({}). Delete it by hand.": "Die Vorlage wurde nicht gelöscht ({})."
+    " Sie von Hand löschen.",
+    "The preset was not written ({}). Free some space.": "Die Vorlage wurde nicht geschrieben ({})."
+    " Platz schaffen.",
+    "This is no JSON preset file ({}).": "Das ist keine Vorlagendatei in JSON ({}).",
+    "This preset cannot be read ({}).": "Diese Vorlage kann nicht gelesen werden ({}).",
+    "This preset has version {}, this add-on reads version {}. Update Neural Sculpt.": "Diese"
+    " Vorlage hat Version {}, dieses Add-on liest Version {}. Neural Sculpt aktualisieren.",
+    "{} cannot be read ({}). Choose another file.": "{} kann nicht gelesen werden ({}). Eine andere"
+    " Datei wählen.",
+    # worker
+    "Files of the worker could not be written. Stop the worker, check that the folder may be"
+    " written, and try again.": "Dateien des Arbeitsprozesses konnten nicht geschrieben werden. Ihn"
+    " anhalten, prüfen, ob in den Ordner geschrieben werden darf, und es noch einmal versuchen.",
+    "Installing": "Installieren",
+    "Looking which packages fit": "Passende Pakete suchen",
+    "No Python here can hold the worker: {}. Name a Python that has PyTorch (in the preferences or"
+    " as {}), or set PIP_EXTRA_INDEX_URL to an index with CPU builds of PyTorch and try again.": "Kein"
+    " Python hier kann den Arbeitsprozess tragen: {}. Ein Python mit PyTorch nennen (in den"
+    " Einstellungen oder als {}) oder PIP_EXTRA_INDEX_URL auf einen Index mit PyTorch für die CPU"
+    " setzen und es noch einmal versuchen.",
+    "Testing PyTorch": "PyTorch prüfen",
+    "The disk is full. Free some gigabytes, or choose a folder on another disk, and try again.": "Die"
+    " Platte ist voll. Einige Gigabyte freimachen oder einen Ordner auf einer anderen Platte"
+    " wählen und es noch einmal versuchen.",
+    "The disk of {} has {} GB left, the worker needs {} GB while it is installed. Free some, or"
+    " choose another folder.": "Auf der Platte von {} sind noch {} GB frei, der Arbeitsprozess"
+    " braucht {} GB, während er installiert wird. Platz schaffen oder einen anderen Ordner wählen.",
+    "The installation was cancelled.": "Die Installation wurde abgebrochen.",
+    "The package index could not be reached safely. Check the clock, proxy and certificates of this"
+    " computer, and try again.": "Der Paketindex war nicht sicher zu erreichen. Uhr, Proxy und"
+    " Zertifikate dieses Rechners prüfen und es noch einmal versuchen.",
+    "The package index could not be reached. Check the network and the proxy, and try again.": "Der"
+    " Paketindex war nicht zu erreichen. Netz und Proxy prüfen und es noch einmal versuchen.",
+    "The worker is installed": "Der Arbeitsprozess ist installiert",
+    "The worker was installed but {}; see {}, or choose another Python.": "Der Arbeitsprozess wurde"
+    " installiert, aber {}; siehe {} oder ein anderes Python wählen.",
+    "There is no Python {} or newer here for the worker; install one from python.org and try"
+    " again.": "Hier gibt es kein Python {} oder neuer für den Arbeitsprozess; eines von python.org"
+    " installieren und es noch einmal versuchen.",
+    "Trying Python {} ({})": "Python {} versuchen ({})",
+    "{} already holds other files; choose an empty folder for the worker.": "{} enthält schon"
+    " andere Dateien; einen leeren Ordner für den Arbeitsprozess wählen.",
+    "The graphics card cannot be used ({}). Choose another device in the preferences.": "Die"
+    " Grafikkarte kann nicht verwendet werden ({}). Ein anderes Gerät in den Einstellungen wählen.",
+    "The worker cannot be started ({}); check its Python in the preferences.": "Der Arbeitsprozess"
+    " kann nicht gestartet werden ({}); sein Python in den Einstellungen prüfen.",
+    "The worker is not installed; install it in the add-on's preferences.": "Der Arbeitsprozess ist"
+    " nicht installiert; ihn in den Einstellungen des Add-ons installieren.",
+    "The worker stopped unexpectedly ({}). Nothing in Blender is lost; try again, or see {}.": "Der"
+    " Arbeitsprozess endete unerwartet ({}). In Blender ist nichts verloren; es noch einmal"
+    " versuchen oder {} ansehen.",
+    "The worker's PyTorch sees no CUDA graphics card. Choose another device in the preferences, or"
+    " a Worker Python whose PyTorch is made for CUDA.": "Das PyTorch des Arbeitsprozesses sieht"
+    " keine CUDA-Grafikkarte. Ein anderes Gerät in den Einstellungen wählen oder ein Python mit"
+    " einem PyTorch für CUDA.",
+    "There is no Python at {}; correct the path.": "Es gibt kein Python unter {}; den Pfad"
+    " berichtigen.",
+}
