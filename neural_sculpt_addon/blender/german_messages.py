@@ -125,14 +125,14 @@ MESSAGES = {
     "Installing": "Installieren",
     "Looking which packages fit": "Passende Pakete suchen",
     "No Python here can hold the worker: {}. Name a Python that has PyTorch (in the preferences or"
-    " as {}), or set PIP_EXTRA_INDEX_URL to an index with CPU builds of PyTorch and try again.": "Kein"
-    " Python hier kann den Arbeitsprozess tragen: {}. Ein Python mit PyTorch nennen (in den"
-    " Einstellungen oder als {}) oder PIP_EXTRA_INDEX_URL auf einen Index mit PyTorch für die CPU"
-    " setzen und es noch einmal versuchen.",
+    " as {}), or set PIP_EXTRA_INDEX_URL to an index with CPU builds of PyTorch and try"
+    " again.": "Kein Python hier kann den Arbeitsprozess tragen: {}. Ein Python mit PyTorch nennen"
+    " (in den Einstellungen oder als {}) oder PIP_EXTRA_INDEX_URL auf einen Index mit PyTorch"
+    " für die CPU setzen und es noch einmal versuchen.",
     "Testing PyTorch": "PyTorch prüfen",
-    "The disk is full. Free some gigabytes, or choose a folder on another disk, and try again.": "Die"
-    " Platte ist voll. Einige Gigabyte freimachen oder einen Ordner auf einer anderen Platte"
-    " wählen und es noch einmal versuchen.",
+    "The disk is full. Free some gigabytes, or choose a folder on another disk, and try"
+    " again.": "Die Platte ist voll. Einige Gigabyte freimachen oder einen Ordner auf einer"
+    " anderen Platte wählen und es noch einmal versuchen.",
     "The disk of {} has {} GB left, the worker needs {} GB while it is installed. Free some, or"
     " choose another folder.": "Auf der Platte von {} sind noch {} GB frei, der Arbeitsprozess"
     " braucht {} GB, während er installiert wird. Platz schaffen oder einen anderen Ordner wählen.",
