@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What `benchmark.py interface` does inside Blender: draws strokes and times the extension's calls.
 
-blender --enable-event-simulate --python scripts/interface_in_blender.py -- EXTENSION.zip COUNT
+blender --enable-event-simulate --python scripts/interface_in_blender.py -- \\
+    EXTENSION.zip COUNT ROWS.json
+
+The file gets what is printed: a row for each call, one for each wait, one for each reading of the
+memory.
 """
 
 # pyright: reportOptionalMemberAccess=false
 
 import importlib
+import json
 import os
 import sys
 import time
@@ -28,13 +33,16 @@ DRAWN = 5  # strokes by hand that are timed
 MOVES = 40  # of the mouse in each
 RADIUS = 0.6  # of the sphere field
 SECONDS = 600
-ROWS = 10  # of the memory table
+PARTS = ("median", "95 %", "most")
+READINGS = 8  # of the memory, and one before the first stroke
 
 times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
 """Milliseconds that each call of a function took, by a name of ours: by the clock, and of its
 thread's own work, which other programs do not lengthen."""
 ended: dict[str, float] = {}
 """When a function last returned, likewise."""
+rows: list[dict[str, Any]] = []
+"""Of all tables."""
 
 
 def timed(owner: Any, name: str, label: Callable[[tuple[Any, ...]], str]) -> None:
@@ -80,7 +88,7 @@ def instrument() -> None:
 
 def steps() -> Steps:
     """Install, draw, print."""
-    extension, count = sys.argv[sys.argv.index("--") + 1 :][:2]
+    extension, count, file = sys.argv[sys.argv.index("--") + 1 :][:3]
     bpy.ops.extensions.package_install_files(
         filepath=extension, repo="user_default", enable_on_install=True
     )
@@ -104,6 +112,7 @@ def steps() -> Steps:
         yield from hand.until(lambda: not session.jobs, SECONDS, "the final result")
     _print_times(waits)
     yield from remember(int(count), session)
+    Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 
 
 def draw(number: int) -> Generator[float, None, tuple[float, float]]:
@@ -124,9 +133,9 @@ def draw(number: int) -> Generator[float, None, tuple[float, float]]:
     return 1000 * (seen - released), 1000 * (ended["overlay: stroke"] - released)
 
 
-def arc(tilt: float, count: int, turn: float = 0.0) -> np.ndarray:
+def arc(tilt: float, count: int) -> np.ndarray:
     """Points (N, 3) over the front of the sphere."""
-    angle = turn + np.linspace(-0.4, 0.4, count)
+    angle = np.linspace(-0.4, 0.4, count)
     c, s = np.cos(tilt), np.sin(tilt)
     return RADIUS * np.stack([np.sin(angle), -np.cos(angle) * c, np.cos(angle) * s], 1)
 
@@ -134,26 +143,36 @@ def arc(tilt: float, count: int, turn: float = 0.0) -> np.ndarray:
 def remember(count: int, session: Any) -> Steps:
     """Many strokes in a row, each as soon as the last one shows; the memory meanwhile."""
     generator = np.random.default_rng(0)
-    print(f"\n{'strokes':>8} {'Blender MB':>11} {'worker MB':>10}")
+    names, refused = ("strokes", "blender_mb", "worker_mb", "refused"), 0
+    print(f"\n{'strokes':>8} {'Blender MB':>11} {'worker MB':>10} {'refused':>8}")
     operators: Any = bpy.ops
     for number in range(count + 1):
-        if number % max(1, count // ROWS) == 0:
-            worker = session.client.pid
-            print(
-                f"{number:8} {megabytes(os.getpid()):11.0f} {megabytes(worker):10.0f}", flush=True
-            )
-        points = arc(generator.uniform(-0.9, 0.9), 12, generator.uniform(-3, 3)).tolist()
+        if number % max(1, count // READINGS) == 0:
+            row = number, megabytes(os.getpid()), megabytes(session.client.pid), refused
+            print("{:8} {:11.0f} {:10.0f} {:8}".format(*row), flush=True)
+            rows.append(dict(zip(names, row, strict=True)))
+        turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
         kept = [
-            {"name": "", "location": p, "radius_factor": 1, "intensity_factor": 1} for p in points
+            {"name": "", "location": p, "radius_factor": 1, "intensity_factor": 1}
+            for p in on_proxy(arc(0.0, 12) @ turn).tolist()
         ]
-        strokes = len(fields()[0].neural_sculpt.strokes)
         sign = generator.choice([-1, 1])
         operators.neural_sculpt.stroke(points=kept, radius=0.06, intensity=0.01 * sign)
+        job = session.jobs[-1]
+        yield from hand.until(lambda job=job: not job.pending, SECONDS, f"stroke {number}")
+        if job.status == "failed":
+            refused += 1
+            print(f"stroke {number} was refused: {job.message}", flush=True)
 
-        def quick() -> bool:
-            return len(fields()[0].neural_sculpt.strokes) > strokes  # noqa: B023 - used up here
 
-        yield from hand.until(quick, SECONDS, f"stroke {number}")
+def on_proxy(points: np.ndarray) -> np.ndarray:
+    """Where rays from far outside towards the middle, through points (N, 3), meet the proxy."""
+    bpy.context.view_layer.update()
+    ob, found = fields()[0], []
+    for point in points:
+        hit, place, _, _ = ob.ray_cast((3 * point).tolist(), (-point).tolist())
+        found.append(place if hit else point)
+    return np.array(found)
 
 
 def megabytes(process: int) -> float:
@@ -169,17 +188,26 @@ def fields() -> list[Any]:
 
 
 def _print_times(waits: list[tuple[float, float]]) -> None:
-    print(f"\n{'ms, by the clock':36} {'calls':>6} {'median':>8} {'95 %':>8} {'most':>8}", end="")
-    print(f"   of work {'median':>8} {'95 %':>8} {'most':>8}")
+    title = " ".join(f"{part:>8}" for part in PARTS)
+    print(f"\n{'ms, by the clock':36} {'calls':>6} {title}   of work {title}")
     for label, values in times.items():
-        clock, work = np.percentile(values, (50, 95, 100), axis=0).T
-        row = " ".join(f"{value:8.1f}" for value in clock)
-        print(f"{label:36} {len(values):6} {row}", end=" " * 11)
-        print(" ".join(f"{value:8.1f}" for value in work), flush=True)
+        clock, work = np.percentile(values, (50, 95, 100), axis=0).T.tolist()
+        print(f"{label:36} {len(values):6} {_line(clock)}           {_line(work)}", flush=True)
+        parts = {"clock": _named(clock), "work": _named(work)}
+        rows.append({"call": label, "calls": len(values), **parts})
     ends = ("stroke's end to quick result", "stroke's end to its picture")
     for label, values in zip(ends, zip(*waits, strict=True), strict=True):
-        row = " ".join(f"{value:8.1f}" for value in np.percentile(values, (50, 95, 100)))
-        print(f"{label:36} {len(values):6} {row}", flush=True)
+        clock = np.percentile(values, (50, 95, 100)).tolist()
+        print(f"{label:36} {len(values):6} {_line(clock)}", flush=True)
+        rows.append({"wait": label, "times": len(values), "clock": _named(clock)})
+
+
+def _line(parts: list[float]) -> str:
+    return " ".join(f"{part:8.1f}" for part in parts)
+
+
+def _named(parts: list[float]) -> dict[str, float]:
+    return dict(zip(PARTS, parts, strict=True))
 
 
 hand.play(steps())
