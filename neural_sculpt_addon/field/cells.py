@@ -6,10 +6,12 @@ its eight corners disagree in sign; marching cubes needs those cells and no othe
 them:
 
 1. An octree over the lattice's own points. A block of cells is divided if its corners change sign,
-   or if one of them is so close to the surface that it may hide between them. The margin is a
-   measured share of the block's edge (a Lipschitz bound of the weights would be 30 times wider).
+   or if they are so close to the surface that it may hide between them; of its children those go on
+   where interpolation says so. Both err by the square of the edge, and so the margins are (a
+   Lipschitz bound of the weights would be 30 times wider).
 2. A flood. Where the corners of a face disagree, the cell on its other side is active too; such
-   faces lead through every component of which the octree found a single cell.
+   faces lead through every component of which the octree found a single cell. So where a block's
+   corners change sign the octree need not be careful.
 
 After an edit the flood alone finds what became of a surface that is known (`find_again`).
 
@@ -31,8 +33,9 @@ from .evaluate import values
 from .network import Siren
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
-BATCH = 1 << 15  # points between two looks at `progress`; some 20 ms
+BATCH = 1 << 16  # points between two looks at `progress`; some 30 ms
 WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the descent
+CROSSED, HIDING = 1, 6  # margins of f, in squares of a block's edge, as measured
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # (8, 3)
@@ -77,6 +80,14 @@ def steps(cells: int) -> NDArray[np.int32]:
     return np.array([n * n, n, 1], np.int32)
 
 
+def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
+    """The three coordinates (3, P) of `points` (P,) in a lattice of `cells` cells per axis."""
+    n = np.int32(cells + 3)
+    column = points // n
+    x = column // n
+    return np.stack([x, column - n * x, points - n * column])
+
+
 def find_active(network: Siren, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `network`. SculptError when it yields values that are not finite."""
     search = _Search(network, cells, progress)
@@ -104,20 +115,15 @@ def find_again(
     corners = known.index + search.corners  # (8, A)
     search.flat[corners] = known.values
     search.flat[corners[:, changed]] = UNKNOWN
-    near = np.zeros_like(search.seen)
+    near, kept = np.zeros_like(search.seen), np.zeros_like(search.seen)
     near[(known.index[changed] + search.corners)[:, None] - search.corners] = True
     touched = near[known.index]  # those that have a corner in common with a changed one
-    search.seen[known.index[~touched]] = True
-    search.evaluate(corners[:, touched].ravel())
-    search.flood(known.index[touched][_mixed(search.flat[corners[:, touched]])])
-    found = search.result()
-    kept = known.index[~touched]
-    fresh = np.zeros(len(kept) + len(found.index), bool)
-    fresh[np.searchsorted(kept, found.index) + np.arange(len(found.index))] = True
-    index, values = np.empty(len(fresh), np.int32), np.empty((8, len(fresh)), np.float32)
-    index[fresh], index[~fresh] = found.index, kept
-    values[:, fresh], values[:, ~fresh] = found.values, known.values[:, ~touched]
-    return FoundAgain(ActiveCells(known.cells, index, values), fresh, touched)
+    kept[known.index[~touched]] = search.seen[known.index[~touched]] = True
+    corners = corners[:, touched]
+    search.evaluate(search.distinct(corners))
+    search.flood(known.index[touched][_clearance(search.flat[corners]) < 0])
+    active = search.result()
+    return FoundAgain(active, ~kept[active.index], touched)
 
 
 class _Search:
@@ -130,20 +136,19 @@ class _Search:
         self.network, self.cells, self.progress = network, cells, progress
         self.n = cells + 3
         self.flat = np.zeros(self.n**3, np.float32)
-        self.tags = self.flat.view(np.int32)  # the same memory
-        self.seen = np.zeros(self.n**3, bool)
-        self.found = [np.empty(0, np.int32)]
+        self.seen = np.zeros(self.n**3, bool)  # cells that are active
+        self.wanted = np.zeros(self.n**3, bool)  # points, for a moment
         self.steps = steps(cells)
         self.corners = (CORNERS @ self.steps).astype(np.int32)[:, None]  # (8, 1)
         self.spacing = 2 / cells
-        self.axis = np.zeros(self.n, np.float32)  # coordinates of the points; any in the ring
+        self.axis = np.full(self.n, 2, np.float32)  # coordinates of the points; 2 in the ring
         self.axis[1:-1] = np.linspace(-1, 1, cells + 1)
         self.root = _root_stride(cells)
         self.fraction = 0.0
 
     def result(self) -> ActiveCells:
-        """All cells marked so far."""
-        index = np.unique(np.concatenate(self.found))
+        """All cells seen so far."""
+        index = np.flatnonzero(self.seen).astype(np.int32)
         return ActiveCells(self.cells, index, self.flat[index + self.corners])
 
     def descend(self) -> NDArray[np.int32]:
@@ -157,17 +162,19 @@ class _Search:
             stride, blocks = stack.pop()
             edge = stride * self.spacing
             corners = blocks + stride * self.corners  # (8, B)
-            self.evaluate(corners.ravel())
+            self.evaluate(self.distinct(corners))
             value = self.flat[corners]  # (8, B)
+            clearance = _clearance(value)
             if stride == 1:
-                found.append(blocks[_mixed(value)])
+                found.append(blocks[clearance < 0])
                 continue
-            keep = _mixed(value) | _near(value, edge, slope)
+            square = slope * edge**2
+            keep = clearance < HIDING * square
+            margin = np.where(clearance[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
             children = blocks[keep] + stride // 2 * self.corners  # (8, B')
-            if stride == 2:  # the last and widest level: divide only where the surface is expected
-                expected = (_TO_CHILDREN @ value[:, keep]).reshape(8, *children.shape)
-                children = children[_mixed(expected) | _near(expected, edge / 2, slope)]
-            stack.extend((stride // 2, part) for part in _parts(children.ravel()))
+            expected = (_TO_CHILDREN @ value[:, keep]).reshape(8, *children.shape)
+            children = children[_clearance(expected) < margin]
+            stack.extend((stride // 2, part) for part in _parts(children))
             if stride == self.root:
                 divided += 1
                 self.fraction = 0.9 * divided / roots
@@ -189,53 +196,49 @@ class _Search:
         """Cells of the ring beside a root point that is inside: seeds of the closing faces."""
         points = self.outer_sum(np.arange(1, self.cells + 2, self.root))
         points = points[self.flat[points] < 0]
-        place = np.stack(np.unravel_index(points, (self.n,) * 3))  # (3, P)
+        place = places(points, self.cells)
         points = points[((place == 1) | (place == self.cells + 1)).any(axis=0)]
         cells = np.unique(points - self.corners)
-        self.evaluate((cells + self.corners).ravel())
-        return cells[_mixed(self.flat[cells + self.corners])]
+        corners = cells + self.corners
+        self.evaluate(self.distinct(corners))
+        return cells[_clearance(self.flat[corners]) < 0]
 
     def flood(self, frontier: NDArray[np.int32]) -> None:
-        """Mark `frontier` (A,) and every cell reached from it through faces of mixed sign."""
+        """See `frontier` (A,) and every cell reached from it through faces of mixed sign."""
         self.fraction = 0.9
         while len(frontier):
-            self.mark(frontier)
+            self.seen[frontier] = True
             codes = _codes(self.flat[frontier + self.corners])  # (A,)
-            reached = [
-                frontier[mixed[codes]] + (2 * side - 1) * self.steps[axis]
-                for (axis, side), mixed in _MIXED_FACE.items()
-            ]
-            frontier = np.concatenate(reached)
-            frontier = np.unique(frontier[~self.seen[frontier]])
-            self.evaluate((frontier + self.corners).ravel())
+            reached = np.concatenate(
+                [
+                    frontier[mixed[codes]] + (2 * side - 1) * self.steps[axis]
+                    for (axis, side), mixed in _MIXED_FACE.items()
+                ]
+            )
+            frontier = np.unique(reached[~self.seen[reached]])
+            self.evaluate(self.distinct(frontier + self.corners))
 
-    def mark(self, cells: NDArray[np.int32]) -> None:
-        """Say that `cells` (A,) are active."""
-        self.seen[cells] = True
-        self.found.append(cells)
+    def distinct(self, points: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Each of `points` once (P,), rising."""
+        if points.size < self.n**2:
+            return np.unique(points)
+        self.wanted[points] = True
+        found = np.flatnonzero(self.wanted)
+        self.wanted[found] = False
+        return found.astype(np.int32)
 
     def evaluate(self, points: NDArray[np.int32]) -> None:
-        """Make the field known at the lattice points (P,), which may repeat."""
-        unknown = points[self.flat[points] == UNKNOWN]
-        order = np.arange(len(unknown), dtype=np.int32)
-        self.tags[unknown] = order  # of a point named twice the last writer stays,
-        unknown = unknown[self.tags[unknown] == order]  # and the values soon overwrite the tags
-        for start in range(0, len(unknown), BATCH):
+        """Make the field known at the lattice points (P,), which are distinct."""
+        points = points[self.flat[points] == UNKNOWN]
+        for start in range(0, len(points), BATCH):
             self.progress(self.fraction, "Searching the surface")
-            part = unknown[start : start + BATCH]
-            x = np.empty((len(part), 3), np.float32)
-            rest, in_ring = part, np.zeros(len(part), bool)
-            for axis in (2, 1, 0):
-                above = rest // np.int32(self.n)
-                place = rest - above * np.int32(self.n)
-                in_ring |= (place == 0) | (place == self.cells + 2)
-                x[:, axis] = self.axis[place]
-                rest = above
-            value = values(self.network, x)
+            part = points[start : start + BATCH]
+            x = self.axis[places(part, self.cells)]  # (3, P)
+            value = values(self.network, x.T)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
             value[value == 0] = INSIDE
-            value[in_ring] = OUTSIDE
+            value[(x > 1).any(axis=0)] = OUTSIDE
             self.flat[part] = value
 
     def outer_sum(self, place: NDArray[np.intp]) -> NDArray[np.int32]:
@@ -264,17 +267,6 @@ def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
     return codes
 
 
-def _mixed(value: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether the 8 corners, on the first axis, disagree in sign."""
-    codes = _codes(value)
-    return (codes != 0) & (codes != 255)
-
-
-def _near(value: NDArray[np.float32], edge: float, slope: float) -> NDArray[np.bool_]:
-    """Whether the surface may hide between corners of equal sign, `edge` apart.
-
-    The share of the edge was measured on trained and edited networks; it falls with the edge,
-    because a smooth field is the flatter the closer one looks, and levels out at 0.15.
-    """
-    share = np.clip(6 * edge, 0.15, 0.6)
-    return np.abs(value).min(axis=0) < share * edge * slope
+def _clearance(value: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The least |f| of the 8 corners, on the first axis; negative where they change sign."""
+    return np.maximum(value.min(axis=0), -value.max(axis=0))
