@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from .network import Siren
-from .threads import pool, threads
+from .threads import in_pool, pool, threads
 
 CHUNK = 2048
 GRADIENT_CHUNK = 1024  # takes three times the memory
@@ -103,8 +103,9 @@ def _in_chunks(
 ) -> None:
     """Let `evaluate` do all of `count` points, on the CPU in equal chunks for each thread."""
     in_cache = device.type == "cpu"
+    together = in_cache and not in_pool()
     chunks = max(1, math.ceil(count / (chunk if in_cache else DEVICE_CHUNK)))
-    if in_cache and count > FEW:
+    if together and count > FEW:
         chunks = threads() * math.ceil(chunks / threads())
     ends = [count * number // chunks for number in range(chunks + 1)]
     parts = [slice(*pair) for pair in pairwise(ends)]
@@ -113,7 +114,7 @@ def _in_chunks(
         with torch.inference_mode():
             evaluate(part)
 
-    if len(parts) <= 1 or not in_cache:
+    if len(parts) <= 1 or not together:
         for part in parts:
             task(part)
     else:

@@ -5,6 +5,7 @@ Contended OpenMP regions stall for seconds when Blender is busy; single-threaded
 """
 
 import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -17,6 +18,7 @@ import torch
 from ..stroke.progress import Check, go_on
 
 MOST = 8
+NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points; some 15 ms of work, after which a cancel is heard
 
 T = TypeVar("T")
@@ -30,7 +32,12 @@ def threads() -> int:
 @cache
 def pool() -> ThreadPoolExecutor:
     """The one pool. Its tasks must not wait for tasks of their own."""
-    return ThreadPoolExecutor(threads(), "field", initializer=torch.set_num_threads, initargs=(1,))
+    return ThreadPoolExecutor(threads(), NAME, initializer=torch.set_num_threads, initargs=(1,))
+
+
+def in_pool() -> bool:
+    """Whether a task of the pool asks, which must do its parts by itself."""
+    return threading.current_thread().name.startswith(NAME)
 
 
 def in_pieces(task: Callable[[slice], T], count: int, check: Check = go_on) -> T:

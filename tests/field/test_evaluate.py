@@ -9,6 +9,7 @@ import torch
 
 from neural_sculpt_addon.field.evaluate import CHUNK, values, values_and_gradients
 from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.threads import PIECE, in_pieces
 from tests.field.analytic import ball
 
 
@@ -85,3 +86,11 @@ def test_one_hidden_layer_and_four():
         found = values_and_gradients(network, x.detach().numpy())
         np.testing.assert_allclose(found[0], value.detach(), atol=2e-6)
         np.testing.assert_allclose(found[1], gradient, atol=2e-5)
+
+
+def test_a_task_of_the_pool_evaluates_alone(network):
+    """It would wait for ever for chunks that no thread is left to take."""
+    points = cloud(8 * PIECE)
+    found = in_pieces(lambda part: values_and_gradients(network, points[part]), len(points))
+    for there, expected in zip(found, values_and_gradients(network, points), strict=True):
+        np.testing.assert_allclose(there, expected, atol=1e-5)
