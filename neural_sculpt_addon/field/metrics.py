@@ -118,7 +118,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]
     for one, tube in zip(problem.laid, tubes, strict=True):
-        triangles = _triangles(tube)
+        triangles = tube.triangles()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
         close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
@@ -139,14 +139,6 @@ def _to_mesh(points: Array, vertices: Array, triangles: NDArray[np.int64], check
         return np.sqrt(tree.squared_distance(vertices, triangles, points[part])[0])
 
     return in_pieces(measure, len(points), check)
-
-
-def _triangles(tube: Tube) -> NDArray[np.int64]:
-    """Triangles (T, 3) between neighbours of the tube's grid."""
-    a, b = tube.grid[:-1, :-1].ravel(), tube.grid[:-1, 1:].ravel()
-    c, d = tube.grid[1:, :-1].ravel(), tube.grid[1:, 1:].ravel()
-    both = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
-    return both[(both >= 0).all(axis=1)].astype(np.int64)
 
 
 def _summary(word: str, values: Array, **measures: str | int) -> dict[str, float | None]:

@@ -3,7 +3,7 @@
 
 The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
 are solved together; where they overlap, the larger displacement wins, and where the displaced
-surface would run through itself, as in a groove, its outermost parts count. Model space.
+surface would run through itself, what bounds the shape counts (see `fold`). Model space.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,8 @@ from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
 from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Ends, Stroke
-from .evaluate import values, values_and_gradients
+from .evaluate import values_and_gradients
+from .fold import crossings, lost
 from .lay import lay
 from .network import Siren
 from .prepare import Preparation
@@ -29,8 +30,6 @@ from .threads import in_pieces, join
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
-WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
-SWALLOWED = 0.9  # of the displacement; the rest is for samples that are not everywhere
 
 
 class Laid(NamedTuple):
@@ -63,10 +62,23 @@ class Problem:
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
-        """The tube of each copy, without what another copy displaces farther or swallows.
+        """The tube of each copy, without what another copy displaces farther, and without what
+        bounds nothing where the displaced surface runs through itself.
 
         SculptError when nothing is left.
         """
+        tubes = self._whole_tubes(rows, columns, jitter)
+        tubes = [tube.where(~lost) for tube, lost in zip(tubes, self._lost(tubes), strict=True)]
+        if not any(len(tube.surface.points) for tube in tubes):
+            raise SculptError(
+                "The stroke leaves nothing of the surface under it: its radius is too small, or its"
+                " intensity so large that the surface runs through itself. Change one of them."
+            )
+        return tubes
+
+    def _whole_tubes(
+        self, rows: int, columns: int, jitter: np.random.Generator | None = None
+    ) -> list[Tube]:
         tubes = []
         for mine in self.laid:
             tube = sample_tube(self.network, *mine, rows, columns, jitter, self.check)
@@ -79,21 +91,19 @@ class Problem:
                     theirs = displace(*other, *tube.surface.where(close)).amount
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
-        before, after = join([(tube.surface, tube.target) for tube in tubes])
-        ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
-        gone = np.split(self._swallowed(before, after), ends)
-        tubes = [tube.where(~inside) for tube, inside in zip(tubes, gone, strict=True)]
-        if not any(len(tube.surface.points) for tube in tubes):
-            raise SculptError(
-                "The stroke leaves nothing of the surface under it: its radius is too small, or its"
-                " intensity so large that the surface runs through itself. Change one of them."
-            )
         return tubes
+
+    def _lost(self, tubes: list[Tube]) -> list[NDArray[np.bool_]]:
+        """Which targets of each of the tubes bound nothing of the displaced shape."""
+        before, after = join([(tube.surface, tube.target) for tube in tubes])
+        seeds = crossings(self.network, before, after, self.check)
+        ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
+        return lost(self.network, tubes, np.split(seeds, ends), self.check)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
 
-        It shrinks to nothing where the displaced surface runs inside of other parts of itself.
+        It shrinks to nothing where the displaced surface runs through itself and bounds nothing.
         The samples' normals are those of the network: samples of the surface that was asked for may
         lie beside what the network made of it.
         """
@@ -102,8 +112,17 @@ class Problem:
             return self._displaced(surface.where(part))
 
         surface, moved, stretch = in_pieces(move, len(surface.points), self.check)
-        stretch[self._swallowed(surface, moved)] = 0
+        if crossings(self.network, surface, moved, self.check).any():
+            tree, gone = self._known_lost
+            under = np.flatnonzero((moved.points != surface.points).any(axis=1))
+            stretch[under[gone[tree.query(surface.points[under])[1]]]] = 0
         return moved, stretch
+
+    @cached_property
+    def _known_lost(self) -> tuple[KDTree, NDArray[np.bool_]]:
+        """Where the surface is displaced, and what of it is lost."""
+        tubes = self._whole_tubes(ROWS // 2, COLUMNS // 2)
+        return KDTree(join([tube.surface.points for tube in tubes])), join(self._lost(tubes))
 
     def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
         """Surface samples with the network's normals, where they shall be, and their stretch."""
@@ -122,26 +141,6 @@ class Problem:
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
         return surface, moved, stretch
-
-    def _swallowed(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
-        """Which displaced samples (N,) lie inside of what others displace, as in a groove, or of
-        parts that the stroke does not reach; of carved ones, which come out on the other side.
-
-        There are others where the surface `before` comes closer than it is displaced there.
-        """
-        if not len(before.points):
-            return np.zeros(0, bool)
-        way = after.points - before.points
-        outward = np.sign((way * before.normals).sum(axis=1))
-        far = np.linalg.norm(way, axis=1)
-        tree = KDTree(before.points)
-
-        def find(part: slice) -> NDArray[np.bool_]:
-            distance, nearest = tree.query(after.points[part])
-            inside = outward[part] * values(self.network, after.points[part]) < -WRONG_SIDE
-            return inside | (distance < SWALLOWED * far[nearest])
-
-        return in_pieces(find, len(far), self.check)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""

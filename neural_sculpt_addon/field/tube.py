@@ -57,6 +57,13 @@ class Tube:
             places[self.grid],
         )
 
+    def triangles(self) -> NDArray[np.int64]:
+        """Triangles (T, 3) between neighbours of the grid, counter-clockwise seen from outside."""
+        a, b = self.grid[:-1, :-1].ravel(), self.grid[:-1, 1:].ravel()
+        c, d = self.grid[1:, :-1].ravel(), self.grid[1:, 1:].ravel()
+        both = np.concatenate([np.stack([a, d, b], 1), np.stack([a, c, d], 1)])
+        return both[(both >= 0).all(axis=1)].astype(np.int64)
+
 
 def sample_tube(
     network: Siren,

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a displaced surface runs through itself, and which parts of it bound nothing then.
+
+A surface that is displaced farther than it is curved folds over; one that is displaced farther than
+a wall is thick comes out behind it; the sides of a groove meet. Each such part begins where samples
+show it by themselves, and ends where the surface crosses itself. In between, winding numbers tell
+(Jacobson et al., "Robust inside-outside segmentation using generalized winding numbers", 2013):
+those of the shape before, and of the volume between tubes and their targets, added or taken away.
+Just outside of what bounds the shape they are 0. Model space.
+"""
+
+from collections.abc import Sequence
+from typing import cast
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_opening
+from scipy.spatial import KDTree
+from skimage.measure import label
+
+from ..stroke.progress import Check
+from .evaluate import values
+from .network import Siren
+from .surface import Samples
+from .threads import in_pieces
+from .tube import Tube
+
+WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
+CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
+BESIDE = 1e-3  # how far outside of a sample the winding number is taken
+BOUND = 0.5  # |winding numbers| below count as 0
+
+
+def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+    """Which samples (N,) have run through the surface `before` or `after`, as they show themselves.
+
+    Carved ones come out on the other side of a wall, raised ones run into another part. Others come
+    closer to some part than it is displaced itself, or are turned over.
+    """
+    if not len(before.points):
+        return np.zeros(0, bool)
+    way = after.points - before.points
+    outward = np.sign((way * before.normals).sum(axis=1))
+    over = _turned_over(before, after)
+    far = np.linalg.norm(way, axis=1)
+    tree = KDTree(before.points)
+
+    def find(part: slice) -> NDArray[np.bool_]:
+        distance, nearest = tree.query(after.points[part])
+        inside = outward[part] * values(network, after.points[part]) < -WRONG_SIDE
+        return inside | over[part] | (distance < CLOSE * far[nearest])
+
+    return in_pieces(find, len(far), check)
+
+
+def lost(
+    network: Siren, tubes: Sequence[Tube], crossing: Sequence[NDArray[np.bool_]], check: Check
+) -> list[NDArray[np.bool_]]:
+    """Which targets of `tubes` bound nothing, given those that have run through the surface."""
+    if not any(found.any() for found in crossing):
+        return list(crossing)
+    swept = _sweep(tubes)
+    return [_lost(network, swept, *one, check) for one in zip(tubes, crossing, strict=True)]
+
+
+def _lost(
+    network: Siren,
+    swept: igl.FastWindingNumberBVH,
+    tube: Tube,
+    crossing: NDArray[np.bool_],
+    check: Check,
+) -> NDArray[np.bool_]:
+    outside = tube.target.points + BESIDE * tube.target.normals
+
+    def find(part: slice) -> NDArray[np.bool_]:
+        shape = values(network, outside[part]) < 0
+        volume = np.asarray(swept.winding_number(outside[part].astype(float), 2.0))
+        return np.abs(shape + volume) > BOUND
+
+    buried = in_pieces(find, len(outside), check) | _turned_over(tube.surface, tube.target)
+    grid = np.append(buried, False)[tube.grid]  # (rows, columns)
+    parts = cast(NDArray[np.int64], label(grid, connectivity=1))  # 0 where it bounds
+    begun = np.unique(parts[np.append(buried & crossing, False)[tube.grid]])
+    left = (tube.grid >= 0) & ~((parts > 0) & np.isin(parts, begun))
+    left = np.asarray(binary_opening(left, np.ones((2, 2))), bool)  # single samples bound nothing
+    gone = np.ones(len(buried), bool)
+    gone[tube.grid[left]] = False
+    return gone
+
+
+def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
+    return (before.normals * after.normals).sum(axis=1) < 0
+
+
+def _sweep(tubes: Sequence[Tube]) -> igl.FastWindingNumberBVH:
+    """The volume between tubes and their targets: +1 where it is added, -1 where it is carved."""
+    nothing = np.full((1, 3), 2.0), np.zeros((1, 3), np.int64)  # igl takes no empty mesh
+    vertices, faces, count = [nothing[0]], [nothing[1]], 1
+    for tube in tubes:
+        size, top = len(tube.surface.points), tube.triangles()
+        rim = _rim(top)
+        start, end = rim.T
+        walls = (end, start, start + size), (end, start + size, end + size)
+        bottom = top[:, ::-1] + size
+        faces += [count + part for part in (top, bottom, *(np.stack(wall, 1) for wall in walls))]
+        vertices += [tube.target.points, tube.surface.points]
+        count += 2 * size
+    tree = igl.FastWindingNumberBVH()
+    tree.init(np.concatenate(vertices).astype(float), np.concatenate(faces), 2)
+    return tree
+
+
+def _rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Edges (E, 2) that have a triangle on one side only, in its direction."""
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])  # (3 T, 2)
+    size = edges.max(initial=0) + 1
+    there, back = size * edges[:, 0] + edges[:, 1], size * edges[:, 1] + edges[:, 0]
+    return edges[~np.isin(there, back)]

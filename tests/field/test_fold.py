@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is left of a displaced surface that runs through itself, against curves in the plane."""
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.field.prepare import prepare
+from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.stroke import Stroke
+from tests.field.analytic import ellipsoid
+
+AXES = (0.5, 0.5, 0.2)  # its meridian has a radius of curvature of 0.08 at the equator
+
+
+def meridian(brush, count=20_000):
+    """The displaced ellipse (count, 2) when the whole equator is stroked: from the axis, and z."""
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ellipse = np.stack([AXES[0] * np.cos(angle), AXES[2] * np.sin(angle)], axis=1)
+    normals = ellipse / np.square([AXES[0], AXES[2]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    way = np.abs(ellipse[:, 0])  # both halves are displaced alike
+    away = np.hypot(way - AXES[0], ellipse[:, 1]) / brush.radius
+    return ellipse + (brush.intensity * brush.profile(np.minimum(away, 2)))[:, None] * normals
+
+
+def winding(curve, points):
+    """How often a closed polygon (K, 2) runs around each of `points` (N, 2)."""
+    numbers = []
+    for point in points:
+        x, y = (curve - point).T
+        angle = np.arctan2(y, x)
+        turns = np.diff(angle, append=angle[0])
+        numbers.append(np.round((turns - 2 * np.pi * np.round(turns / 2 / np.pi)).sum()))
+    return np.array(numbers) / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def preparation():
+    return prepare(ellipsoid(AXES))
+
+
+def equator(brush):
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    points = AXES[0] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    return Stroke(points, brush, closed=True)
+
+
+def in_plane(samples, beside=0.0):
+    x, y, z = (samples.points + beside * samples.normals).astype(float).T
+    return np.stack([np.hypot(x, y), z], axis=1)
+
+
+@pytest.mark.parametrize("depth", [0.06, 0.1, 0.16])
+def test_of_a_carved_edge_is_left_what_bounds_the_shape(preparation, depth):
+    """Carved deeper than 0.08, the edge folds over: its two sides cross and leave a loop."""
+    brush = Brush(0.15, -depth)
+    problem = pose(preparation, equator(brush))
+    (whole,), (tube,) = problem._whole_tubes(99, 101), problem.tubes()
+    beside = in_plane(whole.target, 2e-3)
+    bounds = np.abs(winding(meridian(brush), beside)) < 0.5
+    left = np.isin(whole.surface.points[:, 2], tube.surface.points[:, 2])
+    assert (left == bounds).mean() > 0.97
+    assert left.all() == (depth < 0.08)
+
+
+def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
+    brush = Brush(0.15, -0.16)
+    problem = pose(preparation, equator(brush))
+    moved, stretch = problem.displaced(preparation.surface)
+    under = ~problem.untouched(preparation.surface)
+    bounds = np.abs(winding(meridian(brush), in_plane(moved, 2e-3)[under])) < 0.5
+    assert ((stretch[under] > 0) == bounds).mean() > 0.97
+    assert (stretch[~under] == 1).all()
+    assert 0.1 < bounds.mean() < 0.9
