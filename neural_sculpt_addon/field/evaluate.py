@@ -20,6 +20,7 @@ from .threads import in_pool, pool, threads
 
 CHUNK = 2048
 GRADIENT_CHUNK = 1024  # takes three times the memory
+FEW = 512  # points that are not worth a second thread
 DEVICE_CHUNK = 1 << 18
 
 
@@ -100,14 +101,11 @@ def _points(points: ArrayLike) -> NDArray[np.float32]:
 def _in_chunks(
     evaluate: Callable[[slice], None], count: int, chunk: int, device: torch.device
 ) -> None:
-    """Let `evaluate` do all of `count` points, on the CPU in equal chunks for each thread.
-
-    A piece of what `in_pieces` divides stays in the thread that it came to.
-    """
+    """Let `evaluate` do all of `count` points, on the CPU in equal chunks for each thread."""
     in_cache = device.type == "cpu"
     together = in_cache and not in_pool()
     chunks = max(1, math.ceil(count / (chunk if in_cache else DEVICE_CHUNK)))
-    if together and count > PIECE:
+    if together and count > FEW:
         chunks = threads() * math.ceil(chunks / threads())
     ends = [count * number // chunks for number in range(chunks + 1)]
     parts = [slice(*pair) for pair in pairwise(ends)]
