@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from .cells import CORNERS, ActiveCells, steps
+from .cells import CORNERS, ActiveCells, places, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
 MOST = 5  # triangles of a cell
@@ -24,6 +24,10 @@ NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is sna
 
 # Whether the cell's own edge along each axis is crossed, for each sign code: (256, 3).
 CROSSED = (np.arange(256)[:, None] >> UPPER & 1) != (np.arange(256)[:, None] & 1)
+
+
+# The mean slope of a cell's field along each axis, from its corners: (3, 8), per edge.
+MEAN_SLOPE = ((2 * CORNERS.T - 1) / 4).astype(np.float32)
 
 
 @dataclass
@@ -44,34 +48,33 @@ class RawMesh:
 
 def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMesh:
     """The surface within the active cells, or the triangles of the `chosen` (A,) among them."""
-    codes = active.codes
-    crossed = CROSSED[codes]  # (A, 3)
-    owner, axis = np.nonzero(crossed)  # (V,)
-    vertex = np.cumsum(crossed, dtype=np.int32).reshape(crossed.shape) - 1  # (A, 3)
+    codes, count = active.codes, len(active.index)
+    crossed = CROSSED.take(codes, axis=0)  # (A, 3)
+    vertex = np.cumsum(crossed, dtype=np.int32) - 1  # (3A,)
     triangles = _triangles(active, codes if chosen is None else codes * chosen, vertex)
-    edges = 3 * active.index[owner].astype(np.int64) + axis
-    along = np.eye(3, dtype=bool)[axis]  # (V, 3)
+    name = np.flatnonzero(crossed).astype(np.int32)  # (V,)
+    owner = name // 3
+    axis = name - 3 * owner
+    along = 3 * np.arange(len(name)) + axis  # in an array (V, 3)
 
-    spacing = np.float32(active.spacing)
-    low = active.values[0, owner]
-    high = active.values[UPPER[axis], owner]
-    part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
-    gradient = np.empty((len(owner), 3), np.float32)  # of the trilinear field
-    for other, corner in enumerate(UPPER):
-        at_low = active.values[corner, owner] - low
-        at_high = active.values[UPPER[axis] | corner, owner] - high
-        gradient[:, other] = (1 - part) * at_low + part * at_high
-    gradient[along] = high - low
+    corners = active.values.ravel()
+    low, high = corners.take(owner), corners.take(UPPER.take(axis) * count + owner)
+    gradient = (MEAN_SLOPE @ active.values).T.take(owner, axis=0)  # (V, 3), rough
+    gradient.put(along, high - low)
     slopes = np.sqrt(np.einsum("va,va->v", gradient, gradient))  # (V,), per cell's edge
     normals = gradient / slopes[:, None]
 
-    place = np.stack(np.unravel_index(active.index, (active.cells + 3,) * 3), axis=1)[owner]
+    spacing = np.float32(active.spacing)
+    part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
+    point = active.index.take(owner)
+    edges = 3 * point.astype(np.int64) + axis
     cap = find_caps(edges, active.cells)
+    place = places(point, active.cells).T.copy()  # (V, 3)
     held = (place == 1) | (place == active.cells + 1)
-    held[along] = cap
-    axis_points = np.linspace(-1, 1, active.cells + 1, dtype=np.float32)
-    vertices = axis_points[np.clip(place - 1, 0, active.cells)]
-    vertices[along] += np.where(cap, 0, part * spacing)
+    held.put(along, cap)
+    axis_points = np.pad(np.linspace(-1, 1, active.cells + 1, dtype=np.float32), 1, "edge")
+    vertices = axis_points.take(place)
+    vertices.ravel()[along] += np.where(cap, 0, part * spacing)
     normals[cap] = held[cap] * vertices[cap]
     normals[cap] /= np.linalg.norm(normals[cap], axis=1, keepdims=True)
     return RawMesh(vertices, normals, slopes / spacing, triangles, edges, held, cap)
@@ -107,32 +110,20 @@ def find_caps(edges: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
 def _triangles(
     active: ActiveCells, codes: NDArray[np.uint8], vertex: NDArray[np.int32]
 ) -> NDArray[np.int32]:
-    """Triangles (F, 3), cell by cell, given the vertices (A, 3) that each cell owns."""
+    """Triangles (F, 3), cell by cell, given the vertices (3A,) that each cell owns."""
     count, table = triangle_table()
-    counts = count[codes]  # (A,)
+    counts = count.take(codes)  # (A,)
     cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
     first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
-    number = np.arange(len(cell), dtype=np.int32) - first[cell]  # (F,), within its cell
-    edge = table.reshape(-1, 3).take(MOST * codes[cell].astype(np.int32) + number, axis=0)  # (F, 3)
-    owner = _rows_above(active)[edge // 3, cell[:, None]]  # (F, 3)
-    return vertex.ravel()[3 * owner + edge % 3]
-
-
-def _rows_above(active: ActiveCells) -> NDArray[np.int32]:
-    """Rows (8, A), among the active cells, of the cells whose lowest corner is each corner.
-
-    Where such a cell is not active the row is any.
-    """
-    index, offset = active.index, (CORNERS @ steps(active.cells)).astype(np.int32)
-    rows = np.empty((8, len(index)), np.int32)
-    rows[0] = np.arange(len(index))
-    rows[1] = rows[0] + 1  # of the next cell along z, if that is active
-    for corner in (2, 4, 6):
-        wanted = index + offset[corner]
-        rows[corner] = np.searchsorted(index, wanted)  # fast, because both rise
-        here = index[rows[corner].clip(max=len(index) - 1)] == wanted
-        rows[corner + 1] = rows[corner] + here
-    return rows
+    row = np.repeat(MOST * codes.astype(np.int32) - first, counts)  # (F,), of the table
+    row += np.arange(len(cell), dtype=np.int32)
+    edge = table.reshape(-1, 3).take(row, axis=0)  # (F, 3)
+    corner = edge // 3
+    row = np.empty((active.cells + 3) ** 3, np.int32)  # of each active cell; of others any
+    row[active.index] = np.arange(len(codes))
+    corners = (CORNERS @ steps(active.cells)).astype(np.int32)
+    owner = row.take(active.index.take(cell)[:, None] + corners.take(corner))  # (F, 3)
+    return vertex.take(3 * owner + edge - 3 * corner)
 
 
 @cache

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
@@ -141,24 +142,23 @@ def _around(owners: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
 def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
     """Move each `fresh` vertex within its tangent plane towards the mean of its neighbours.
 
-    In a closed mesh of one winding every edge is walked once in each direction, so the sum over
-    triangle corners of the next corner counts each neighbour exactly once.
+    In a closed mesh each neighbour is in two of the vertex's triangles, and the vertex in all.
     """
-    a, b, c = mesh.triangles.T
-    triangles = mesh.triangles[fresh[a] | fresh[b] | fresh[c]]
-    corner, following = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    count = len(mesh.vertices)
-    degree = np.bincount(corner, minlength=count)[fresh]  # (M,)
-    start = mesh.vertices[fresh]  # (M, 3)
-    move = np.empty_like(start)
-    for axis in range(3):
-        total = np.bincount(corner, mesh.vertices[following, axis], count)[fresh]
-        move[:, axis] = RELAXATION * (total / degree - start[:, axis])
-    normals = mesh.normals[fresh]
-    move -= np.sum(move * normals, axis=1, keepdims=True) * normals
+    triangles = mesh.triangles[fresh.take(mesh.triangles).any(axis=1)]
+    corners = triangles.ravel()
+    ends = np.arange(0, len(corners) + 1, 3)
+    shape = len(mesh.vertices), len(triangles)
+    members = csc_array((np.ones(len(corners), np.float32), corners, ends), shape)
+    total = members @ (members.T @ mesh.vertices)  # (V, 3)
+    moving = np.flatnonzero(fresh)  # (M,)
+    degree = np.bincount(corners, minlength=len(fresh)).take(moving)[:, None].astype(np.float32)
+    start = mesh.vertices.take(moving, axis=0)  # (M, 3)
+    move = RELAXATION / 2 * (total.take(moving, axis=0) / degree - 3 * start)
+    normals = mesh.normals.take(moving, axis=0)
+    move -= np.einsum("ma,ma->m", move, normals)[:, None] * normals
     move *= np.minimum(1, REACH * spacing / np.maximum(_length(move), 1e-12))
-    move[mesh.held[fresh]] = 0
-    mesh.vertices[fresh] = np.clip(start + move, -1, 1)
+    move *= ~mesh.held.take(moving, axis=0)
+    mesh.vertices[moving] = np.clip(start + move, -1, 1)
 
 
 def _snap(
@@ -183,15 +183,16 @@ def _step(
     for start in range(0, len(moving), BATCH):
         progress(start / len(moving), "Snapping to the surface")
         part = moving[start : start + BATCH]
-        value, gradient = values_and_gradients(network, mesh.vertices[part])
+        points = mesh.vertices.take(part, axis=0)
+        value, gradient = values_and_gradients(network, points)
         slope = _length(gradient)  # (B, 1)
+        known = mesh.normals.take(part, axis=0)
+        mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
         mesh.slopes[part] = slope[:, 0]
-        steep = part[slope[:, 0] > FLAT]
-        mesh.normals[steep] = (gradient / np.maximum(slope, FLAT))[slope[:, 0] > FLAT]
-        gradient[mesh.held[part]] = 0
+        gradient *= ~mesh.held.take(part, axis=0)
         slope = np.maximum(_length(gradient), FLAT)
         distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
-        mesh.vertices[part] -= distance * gradient / slope
+        mesh.vertices[part] = points - distance / slope * gradient
         moved[start : start + BATCH] = np.abs(distance[:, 0])
     return moved
 
