@@ -9,6 +9,7 @@ import argparse
 
 import benchmark_edit
 import benchmark_fit
+import benchmark_fuzz
 import benchmark_interface
 import benchmark_proxy
 import benchmark_stroke
@@ -17,6 +18,7 @@ import environment
 BENCHMARKS = {
     "edit": benchmark_edit,
     "fit": benchmark_fit,
+    "fuzz": benchmark_fuzz,
     "interface": benchmark_interface,
     "proxy": benchmark_proxy,
     "stroke": benchmark_stroke,

@@ -69,6 +69,10 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
     column = layout.column(align=True)
     if report.get("tolerance_met") is False:
         column.label(text="The last stroke was not fully reached", icon="ERROR")
+    before, after = report.get("components_before"), report.get("components_after")
+    if before != after:
+        text = iface_("The last stroke made {} pieces of {}").format(after, before)
+        column.label(text=text, icon="ERROR", translate=False)
     for key, label in LENGTHS.items():
         if isinstance(value := report.get(key), int | float):
             length = _length(context, value * world_scale(ob))
