@@ -81,7 +81,7 @@ def instrument() -> None:
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
     session = module("blender.worker_session")
-    timed(session.Session, "_tick", lambda _: "timer tick")
+    timed(session.session, "_timer", lambda _: "timer tick")
     timed(module("blender.preview"), "show", lambda _: "preview")
     timed(module("blender.stroke_jobs"), "add_strokes", lambda _: "quick result into the scene")
 

@@ -370,6 +370,11 @@ TEXTS = {
     " Arbeitsprozess anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben,"
     " wie sie sind",
     "The worker is being installed": "Der Arbeitsprozess wird installiert",
+    "Stop Worker": "Arbeitsprozess anhalten",
+    "Stop the worker and cancel its jobs. That frees its memory and the graphics card; the next"
+    " stroke starts it again": "Den Arbeitsprozess anhalten und seine Arbeiten abbrechen. Das gibt"
+    " seinen Speicher und die Grafikkarte frei; der nächste Strich startet ihn wieder",
+    "The worker is not running": "Der Arbeitsprozess läuft nicht",
     "The worker is idle": "Der Arbeitsprozess ist untätig",
     "The worker still changes this field": "Der Arbeitsprozess ändert dieses Feld noch",
     "Turn on Allow Online Access in Preferences, System first": "Zuerst Onlinezugriff erlauben in"

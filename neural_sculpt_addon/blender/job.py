@@ -41,6 +41,7 @@ class Job:
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
     quick:   the quick result, while the job is refining
+    begun:   when the worker got it, on the clock of `time.monotonic`
     """
 
     kind: JobKind
@@ -55,6 +56,7 @@ class Job:
     fraction: float = 0.0
     message: str = ""
     number: int = field(default=-1, repr=False)
+    begun: float = field(default=0.0, repr=False)
     quick: Message | None = field(default=None, repr=False)
 
     @property

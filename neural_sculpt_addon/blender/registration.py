@@ -12,6 +12,7 @@ from . import (
     overlay,
     scene_brushes,
     shape_choices,
+    status_bar,
     tools,
     translations,
 )
@@ -47,6 +48,7 @@ from .operators.presets import (
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
+from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
@@ -97,6 +99,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_cancel,
     NEURAL_SCULPT_OT_good_enough,
     NEURAL_SCULPT_OT_restart_worker,
+    NEURAL_SCULPT_OT_stop_worker,
     NEURAL_SCULPT_OT_notice,
     NEURAL_SCULPT_OT_install_worker,
     NEURAL_SCULPT_OT_cancel_installation,
@@ -124,6 +127,7 @@ def register() -> None:
     history.register()
     scene_brushes.register()
     menus.register()
+    status_bar.register()
     overlay.register()
     fit_overlay.register()
     tools.register()
@@ -136,6 +140,7 @@ def unregister() -> None:
     tools.unregister()
     fit_overlay.unregister()
     overlay.unregister()
+    status_bar.unregister()
     menus.unregister()
     scene_brushes.unregister()
     history.unregister()

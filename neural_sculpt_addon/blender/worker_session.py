@@ -27,7 +27,7 @@ from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from ..worker import environment
 from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
-from . import preferences, preview, redraw
+from . import hints, preferences, preview, redraw
 from .finals import Finals
 from .folders import log_file
 from .job import Job, JobStatus, find
@@ -37,6 +37,7 @@ from .properties import field_of
 log = logging.getLogger(__name__)
 
 TICK = 0.02  # seconds between two polls in a window
+SLOW = 0.5  # seconds after which the status bar tells how far a job is
 
 
 class Session:
@@ -49,6 +50,8 @@ class Session:
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
+        self._timer = self._tick  # one object, as Blender knows a timer by it
+        self._told = False  # of a slow job, in the status bar
         self._finals = Finals()
         self._news: deque[Message] = deque()  # of the worker, not yet heard
 
@@ -92,6 +95,13 @@ class Session:
         """The job of the last strokes drawn, while it has no result."""
         return next((job for job in reversed(self.jobs) if job.pending and job.strokes), None)
 
+    def slow_job(self) -> Job | None:
+        """The running job, when the artist has waited for it so long that it must show."""
+        first = self.jobs[0] if self.jobs else None
+        if first is None or first.status is not JobStatus.RUNNING:
+            return None
+        return first if time.monotonic() - first.begun > SLOW else None
+
     def follow_history(self) -> None:
         """After undo and redo: show final results, cancel the jobs whose object or base is gone."""
         self._bring_finals()
@@ -131,8 +141,8 @@ class Session:
             self.client.stop()
             self.client = None
         self._news.clear()
-        if bpy.app.timers.is_registered(self._tick):
-            bpy.app.timers.unregister(self._tick)
+        if bpy.app.timers.is_registered(self._timer):
+            bpy.app.timers.unregister(self._timer)
 
     def _ensure_worker(self) -> None:
         command = environment.worker_command(preferences.worker_python(), preferences.device())
@@ -170,7 +180,7 @@ class Session:
         assert self.client is not None
         fields, arrays = job.request()
         job.number = self.client.submit(job.kind, fields, arrays)
-        job.status = JobStatus.RUNNING
+        job.status, job.begun = JobStatus.RUNNING, time.monotonic()
 
     def _foresee(self, message: Message) -> bool:
         """Displace a stroke that still waits on the proxy which a result brings: whether there was
@@ -273,12 +283,15 @@ class Session:
             notice.tell(message)
 
     def _watch(self) -> None:
-        if not bpy.app.background and not bpy.app.timers.is_registered(self._tick):
-            bpy.app.timers.register(self._tick, persistent=True)
+        if not bpy.app.background and not bpy.app.timers.is_registered(self._timer):
+            bpy.app.timers.register(self._timer, persistent=True)
 
     def _tick(self) -> float | None:
         self.poll_once()
         redraw.tag_panels()
+        told, self._told = self._told, self.slow_job() is not None
+        if told or self._told:
+            hints.refresh()
         starting = self.client is not None and self.client.state is WorkerState.STARTING
         return TICK if self.jobs or starting else None
 

@@ -2,6 +2,7 @@
 """Jobs in flight, as in a window: queue, cancel, undo, a killed worker, another file."""
 
 import os
+import time
 
 import bpy
 import numpy as np
@@ -183,6 +184,29 @@ class Jobs(SculptCase):
         self.assertEqual(state(self.ob), self.before)
         self.remesh()
         self.assertEqual(self.ob.neural_sculpt.resolution, 40)
+
+    def test_a_stopped_worker_starts_again_with_the_next_job(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.wait_for_progress()
+            client = self.session.client
+            bpy.ops.neural_sculpt.stop_worker()
+            self.assertFalse(client.alive)
+            self.assertFalse(self.session.jobs)
+        with self.assertRaisesRegex(RuntimeError, "not running"):
+            bpy.ops.neural_sculpt.stop_worker()
+        self.assertEqual(state(self.ob), self.before)
+        self.remesh()
+        self.assertEqual(self.ob.neural_sculpt.resolution, 40)
+
+    def test_a_job_is_slow_when_it_has_run_for_half_a_second(self) -> None:
+        with self.as_in_a_window():
+            self.assertIsNone(self.session.slow_job())
+            self.stroke(name="One")
+            time.sleep(0.6)  # without a poll nothing is heard of its end
+            self.assertEqual(self.session.slow_job().label, "One")
+            self.finish()
+            self.assertIsNone(self.session.slow_job())
 
     def test_unregistering_stops_the_worker(self) -> None:
         registration = module("blender.registration")

@@ -13,7 +13,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
-from .. import native_edits, overlay, proxy_mesh
+from .. import hints, native_edits, overlay, proxy_mesh
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
@@ -105,7 +105,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def cancel(self, context: Context) -> None:
         """Leave no trace in the window."""
         overlay.hide_stroke()
-        context.workspace.status_text_set(None)
+        hints.show(None)
         if context.area is not None:  # it is gone with the window
             context.area.tag_redraw()
 
@@ -189,7 +189,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _show(self, context: Context) -> None:
         """Say what can be done, and show what would be sculpted."""
         drawing, ob = self._drawing, find(self._target)
-        context.workspace.status_text_set(iface_(HINTS[drawing and drawing.phase]))
+        hints.show(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
             stroke = drawn_stroke(context, ob, drawing.line, self.invert)
             overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)

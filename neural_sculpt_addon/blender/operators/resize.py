@@ -14,7 +14,7 @@ from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras import view3d_utils
 
-from .. import overlay
+from .. import hints, overlay
 from ..properties import brush_of
 from ..recorder import Mouse, Point
 from ..view import View, as_point, view_under
@@ -92,7 +92,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
     def cancel(self, context: Context) -> None:
         """Let the brush follow the mouse again."""
         overlay.hold_brush(None)
-        context.workspace.status_text_set(None)
+        hints.show(None)
         context.area.header_text_set(None)
         context.area.tag_redraw()
 
@@ -106,7 +106,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
         word = iface_(self.length.title())
         value = getattr(brush_of(context), f"scene_{self.length.lower()}")
         context.area.header_text_set(f"{word} {value:.4f}")
-        context.workspace.status_text_set(iface_("Click or Enter: keep     Esc: as before"))
+        hints.show(iface_("Click or Enter: keep     Esc: as before"))
         context.area.tag_redraw()
 
 

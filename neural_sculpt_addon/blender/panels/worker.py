@@ -44,6 +44,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         button.enabled = log.is_file()
         button.operator("wm.path_open", text="", icon="TEXT").filepath = str(log)
         row.operator("neural_sculpt.restart_worker", text="", icon="FILE_REFRESH")
+        row.operator("neural_sculpt.stop_worker", text="", icon="QUIT")
         if session.jobs:
             draw_job(layout, session.jobs[0])
             if waiting := len(session.jobs) - 1:
