@@ -40,12 +40,6 @@ UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # (8, 3)
 
-# Trilinear weights that carry a block's 8 corners to the 8 corners of each of its 8 children.
-_CHILD_CORNERS = (CORNERS[:, None] + CORNERS[None]).reshape(64, 1, 3) / 2  # (corner * child, 1, 3)
-_TO_CHILDREN = np.prod(
-    np.where(CORNERS[None] == 1, _CHILD_CORNERS, 1 - _CHILD_CORNERS), axis=2
-).astype(np.float32)  # (corner * child, 8)
-
 # Whether the corners of a face disagree, for each sign code: (axis, side) -> (256,).
 _CODE_BITS = np.arange(256)[:, None] >> np.arange(8) & 1  # (256, 8)
 _MIXED_FACE = {
@@ -172,8 +166,7 @@ class _Search:
             keep = clearance < HIDING * square
             margin = np.where(clearance[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
             children = blocks[keep] + stride // 2 * self.corners  # (8, B')
-            expected = (_TO_CHILDREN @ value[:, keep]).reshape(8, *children.shape)
-            children = children[_clearance(expected) < margin]
+            children = children[_expected(value[:, keep]) < margin]
             stack.extend((stride // 2, part) for part in _parts(children))
             if stride == self.root:
                 divided += 1
@@ -270,3 +263,21 @@ def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
 def _clearance(value: NDArray[np.float32]) -> NDArray[np.float32]:
     """The least |f| of the 8 corners, on the first axis; negative where they change sign."""
     return np.maximum(value.min(axis=0), -value.max(axis=0))
+
+
+def _expected(value: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The clearance (8, B) of each child of blocks, by trilinear interpolation of theirs (8, B)."""
+    points = np.empty((3, 3, 3, value.shape[1]), np.float32)
+    points[::2, ::2, ::2] = value.reshape(2, 2, 2, -1)
+    points[1, ::2, ::2] = (points[0, ::2, ::2] + points[2, ::2, ::2]) / 2
+    points[:, 1, ::2] = (points[:, 0, ::2] + points[:, 2, ::2]) / 2
+    points[:, :, 1] = (points[:, :, 0] + points[:, :, 2]) / 2
+    low, high = _of_neighbours(np.minimum, points), _of_neighbours(np.maximum, points)
+    return np.maximum(low, -high).reshape(8, -1)
+
+
+def _of_neighbours(least: np.ufunc, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The least, or the greatest, of each 8 points (3, 3, 3, B) that are a cube: (2, 2, 2, B)."""
+    points = least(points[:-1], points[1:])
+    points = least(points[:, :-1], points[:, 1:])
+    return least(points[:, :, :-1], points[:, :, 1:])

@@ -26,10 +26,6 @@ NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is sna
 CROSSED = (np.arange(256)[:, None] >> UPPER & 1) != (np.arange(256)[:, None] & 1)
 
 
-# The mean slope of a cell's field along each axis, from its corners: (3, 8), per edge.
-MEAN_SLOPE = ((2 * CORNERS.T - 1) / 4).astype(np.float32)
-
-
 @dataclass
 class RawMesh:
     """A closed mesh of a lattice, whose vertices are near the surface.
@@ -59,7 +55,9 @@ def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMe
 
     corners = active.values.ravel()
     low, high = corners.take(owner), corners.take(UPPER.take(axis) * count + owner)
-    gradient = (MEAN_SLOPE @ active.values).T.take(owner, axis=0)  # (V, 3), rough
+    cube = active.values.reshape(2, 2, 2, count)
+    means = [np.diff(cube, axis=axis).mean(axis=(0, 1, 2)) for axis in range(3)]  # of each cell
+    gradient = np.stack(means, axis=1).take(owner, axis=0)  # (V, 3), rough
     gradient.put(along, high - low)
     slopes = np.sqrt(np.einsum("va,va->v", gradient, gradient))  # (V,), per cell's edge
     normals = gradient / slopes[:, None]

@@ -144,9 +144,10 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
 
     In a closed mesh each neighbour is in two of the vertex's triangles, and the vertex in all.
     """
-    triangles = mesh.triangles[fresh.take(mesh.triangles).any(axis=1)]
+    a, b, c = fresh.take(mesh.triangles).T
+    triangles = mesh.triangles.compress(a | b | c, axis=0)
     corners = triangles.ravel()
-    ends = np.arange(0, len(corners) + 1, 3)
+    ends = np.arange(0, len(corners) + 1, 3, dtype=np.int32)
     shape = len(mesh.vertices), len(triangles)
     members = csc_array((np.ones(len(corners), np.float32), corners, ends), shape)
     total = members @ (members.T @ mesh.vertices)  # (V, 3)
