@@ -17,7 +17,6 @@ import bpy
 from bpy.types import Mesh, Object
 from mathutils import Matrix
 
-from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from ..worker.client import Message
 from . import preview, proxy_mesh, stroke_list
@@ -68,7 +67,7 @@ def create_field(
 
 def add_strokes(ob: Object, strokes: Iterable[Stroke], result: Message, label: str) -> None:
     """Append strokes whose edit is `result`. SculptError when the object is locked."""
-    _refuse_locked(ob)
+    proxy_mesh.refuse_locked(ob)
     stroke_list.append(ob, strokes)
     show(ob, result)
     push_undo(label)
@@ -89,7 +88,7 @@ def set_history(
 
     SculptError when the object is locked.
     """
-    _refuse_locked(ob)
+    proxy_mesh.refuse_locked(ob)
     stroke_list.write(ob, listed)
     if result is not None:
         show(ob, result)
@@ -101,7 +100,7 @@ def apply_to_base(ob: Object, label: str) -> None:
 
     That ends a damaged history, too. SculptError when the object is locked.
     """
-    _refuse_locked(ob)
+    proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
     group = field_of(ob)
     group.base_weights = group.weights
@@ -111,7 +110,7 @@ def apply_to_base(ob: Object, label: str) -> None:
 
 def set_proxy(ob: Object, resolution: int, result: Message) -> None:
     """Replace the proxy by one of another resolution. SculptError when the object is locked."""
-    _refuse_locked(ob)
+    proxy_mesh.refuse_locked(ob)
     field_of(ob).resolution = resolution
     _fill(ob, result)
     push_undo("Remesh Proxy")
@@ -145,11 +144,6 @@ def _present(ob: Object, replaced: Object | None) -> None:
     if replaced is not None and replaced.name in objects:
         replaced.hide_set(True)
         replaced.hide_render = True
-
-
-def _refuse_locked(ob: Object) -> None:
-    if reason := proxy_mesh.why_locked(ob):
-        raise SculptError(reason)
 
 
 def push_undo(label: str) -> None:

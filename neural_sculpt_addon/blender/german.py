@@ -365,6 +365,7 @@ TEXTS = {
     "Restart Worker": "Arbeitsprozess neu starten",
     "Select a mesh object first": "Zuerst ein Mesh-Objekt auswählen",
     "Select a neural field first": "Zuerst ein neuronales Feld auswählen",
+    "Select a neural field first.": "Zuerst ein neuronales Feld auswählen.",
     "Stop the installation of the worker": "Die Installation des Arbeitsprozesses abbrechen",
     "Stop the worker, cancel its jobs and start it again; the fields stay as they are": "Den"
     " Arbeitsprozess anhalten, seine Arbeiten abbrechen und ihn neu starten; die Felder bleiben,"

@@ -8,6 +8,8 @@ import numpy as np
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
+from ..stroke.errors import SculptError
+
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
 """Earlier Blenders ignore the attribute; their own smooth normals serve."""
 
@@ -30,6 +32,12 @@ def why_locked(ob: Object) -> str:
             f"Dyntopo owns the mesh of {ob.name} while it is on. Turn it off to sculpt the field."
         )
     return ""
+
+
+def refuse_locked(ob: Object) -> None:
+    """SculptError when the object's mesh cannot be replaced now."""
+    if reason := why_locked(ob):
+        raise SculptError(reason)
 
 
 def in_dyntopo(ob: Object) -> bool:

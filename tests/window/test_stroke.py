@@ -57,6 +57,22 @@ class Strokes(WindowCase):
         yield from self.idle()
         self.assertEqual(state(field()), before)
 
+    def test_what_cannot_be_sculpted_is_not_moved(self) -> Steps:
+        """A locked field, and an object that is none: the drag of the tool is not Blender's."""
+        yield from self.add()
+        path = hand.to_window(self.arc())
+        field().shape_key_add(name="Basis")
+        yield from hand.drag(path, pause=0.02)
+        yield 3 * hand.DRAWN
+        self.assertEqual(tuple(field().location), (0, 0, 0))
+        bpy.data.objects.remove(field())
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=self.size)
+        yield hand.DRAWN
+        yield from hand.drag(path, pause=0.02)
+        yield 3 * hand.DRAWN
+        self.assertEqual(tuple(bpy.context.view_layer.objects.active.location), (0, 0, 0))
+        self.assertFalse(self.session.jobs)
+
     def test_control_points(self) -> Steps:
         """Clicked with Shift, one of them dragged, confirmed with Enter."""
         yield from self.add()

@@ -80,8 +80,7 @@ part of its base"""
 
         def apply(result: Message) -> None:
             ob = found(target)
-            if reason := proxy_mesh.why_locked(ob):
-                raise SculptError(reason)
+            proxy_mesh.refuse_locked(ob)
             field_of(ob).base_weights = result.arrays["field"].tobytes()
             set_history(ob, (), LABEL, result)
 

@@ -17,7 +17,7 @@ from .. import hints, native_edits, overlay, proxy_mesh
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
-from ..properties import brush_of
+from ..properties import brush_of, is_field
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import session
@@ -26,7 +26,6 @@ from .launch import (
     INTERNAL,
     Outcome,
     active_field,
-    editable_poll,
     fail,
     field_poll,
     launch,
@@ -63,23 +62,29 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A field whose proxy can be replaced, in a 3D viewport."""
+        """A field, for a button. What the tool's hand meets is told when it is pressed, which would
+        otherwise go to Blender's brush, or move the object."""
         if context.area is None or context.area.type != "VIEW_3D":
             return refuse(cls, "Strokes are drawn in a 3D viewport")
-        if field_poll(cls, context) and proxy_mesh.in_dyntopo(active_field(context)):
-            return True  # or the press would go to Blender's brush; it is told what to do instead
-        return editable_poll(cls, context)
+        return _in_view(context) or field_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Begin where the tool was pressed; from a button, wait for the press."""
+        if not is_field(context.active_object):
+            if _is_press_of_tool(context, event) and context.mode == "OBJECT":
+                return PASS  # it may select one
+            return fail(self, "Select a neural field first.")
         self._target = active_field(context).session_uid
         self._drawing: Drawing | None = None
         if event.value == "CLICK_DRAG":
             return CANCELLED  # a stroke that missed the surface must not move the object
         try:
             ob = active_field(context)
-            if _is_press_of_tool(context, event) and (missed := self._begin(context, event, ob)):
-                return missed
+            if _is_press_of_tool(context, event):
+                if missed := self._begin(context, event, ob):
+                    return missed
+            else:
+                proxy_mesh.refuse_locked(ob)
         except SculptError as error:
             return fail(self, error)
         context.window_manager.modal_handler_add(self)
@@ -135,8 +140,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
             return PASS
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
-        if reason := proxy_mesh.why_locked(ob):
-            raise SculptError(reason)
+        proxy_mesh.refuse_locked(ob)
         if native_edits.edited(ob):
             raise SculptError(native_edits.WARNING)
         settings = brush_of(context)
@@ -196,10 +200,13 @@ class NEURAL_SCULPT_OT_draw(Operator):
             context.area.tag_redraw()
 
 
+def _in_view(context: Context) -> bool:
+    return context.region is not None and context.region.type == "WINDOW"
+
+
 def _is_press_of_tool(context: Context, event: Event) -> bool:
     """Whether it all began in the view; otherwise a button or the search did."""
-    in_view = context.region is not None and context.region.type == "WINDOW"
-    return in_view and event.value == "PRESS" and event.type.endswith("MOUSE")
+    return _in_view(context) and event.value == "PRESS" and event.type.endswith("MOUSE")
 
 
 def _is_for_blender(context: Context, event: Event) -> bool:
