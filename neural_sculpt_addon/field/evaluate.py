@@ -19,7 +19,7 @@ from .network import Siren
 from .threads import in_pool, pool, threads
 
 CHUNK = 2048
-GRADIENT_CHUNK = 1024  # takes three times the memory
+GRADIENT_CHUNK = 1536  # takes three times the memory
 FEW = 512  # points that are not worth a second thread
 DEVICE_CHUNK = 1 << 18
 
