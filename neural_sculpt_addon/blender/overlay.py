@@ -16,6 +16,7 @@ from typing import Any
 import bpy
 import gpu
 import numpy as np
+from bpy.app.handlers import persistent
 from bpy.types import Context, Object, SpaceView3D, WindowManager
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
@@ -199,15 +200,16 @@ def _deep(points: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 _handlers: list[Any] = []
+_cursors: list[Any] = []
 
 
 def register() -> None:
     """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
     if bpy.app.background:
         return
-    scene = SpaceView3D.draw_handler_add(_draw_stroke, (), "WINDOW", "POST_VIEW")
-    brush = WindowManager.draw_cursor_add(_draw_brush, (), "VIEW_3D", "WINDOW")
-    _handlers.extend([scene, brush])
+    _handlers.append(SpaceView3D.draw_handler_add(_draw_stroke, (), "WINDOW", "POST_VIEW"))
+    _add_cursor()
+    bpy.app.handlers.load_post.append(_add_cursor)
 
 
 def unregister() -> None:
@@ -215,5 +217,14 @@ def unregister() -> None:
     hide_stroke()
     hold_brush(None)
     if _handlers:
-        WindowManager.draw_cursor_remove(_handlers.pop())
+        bpy.app.handlers.load_post.remove(_add_cursor)
+        WindowManager.draw_cursor_remove(_cursors.pop())
         SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+
+
+@persistent
+def _add_cursor(*_: object) -> None:
+    """Again after each load of a file, which takes the window manager's cursors with it."""
+    if _cursors:
+        WindowManager.draw_cursor_remove(_cursors.pop())
+    _cursors.append(WindowManager.draw_cursor_add(_draw_brush, (), "VIEW_3D", "WINDOW"))

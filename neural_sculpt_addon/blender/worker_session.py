@@ -36,7 +36,7 @@ from .properties import field_of
 
 log = logging.getLogger(__name__)
 
-TICK = 0.02  # seconds between two polls in a window
+TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster
 SLOW = 0.5  # seconds after which the status bar tells how far a job is
 
 
@@ -60,8 +60,8 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.jobs.append(job)
-        self._preview()
         self._advance()
+        self._preview()  # while the worker begins
         self._watch()
 
     def wait(self, job: Job) -> None:
@@ -116,16 +116,22 @@ class Session:
         self.cancel(why="Cancelled, for another file was opened.")
         self._finals.forget()
 
-    def poll_once(self) -> None:
-        """Take what the worker sent. Never blocks, but for the time that one result takes."""
+    def poll_once(self) -> bool:
+        """Take what the worker sent: whether there was news.
+
+        Never blocks, but for the time that one result takes.
+        """
+        heard = False
         if self.client is not None:
             self._news.extend(self.client.poll_once())
         while self._news and not self._foresee(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
+            heard = True
             if message.arrays:
                 break  # the window has waited long enough
         self._advance()
+        return heard
 
     def restart(self) -> None:
         """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""
@@ -287,13 +293,15 @@ class Session:
             bpy.app.timers.register(self._timer, persistent=True)
 
     def _tick(self) -> float | None:
-        self.poll_once()
-        redraw.tag_panels()
+        before = self.client and self.client.state
+        heard = self.poll_once()
+        now = self.client and self.client.state
+        if heard or now is not before:
+            redraw.tag_panels()
         told, self._told = self._told, self.slow_job() is not None
-        if told or self._told:
+        if told is not self._told or self._told and heard:
             hints.refresh()
-        starting = self.client is not None and self.client.state is WorkerState.STARTING
-        return TICK if self.jobs or starting else None
+        return TICK if self.jobs or now is WorkerState.STARTING else None
 
 
 session = Session()

@@ -9,6 +9,7 @@ from drawing import (
     WindowCase,
     brush_settings,
     changed,
+    corner,
     field,
     middle,
     still_picture,
@@ -50,6 +51,17 @@ class Brush(WindowCase):
         yield hand.DRAWN
         self.assertAlmostEqual(brush.radius, RADIUS, places=5)
         self.assertEqual(len(field().neural_sculpt.strokes), 0)
+
+    def test_circle(self) -> Steps:
+        """It is drawn around the mouse on the surface, as wide as the stroke, in any file."""
+        yield from self.add()
+        hand.move(corner())
+        before = yield from still_picture()
+        hand.move(middle())
+        after = yield from still_picture()
+        left, _, right, _ = changed(before, after, hand.region())
+        one, other = hand.to_window([(-RADIUS, -self.size, 0), (RADIUS, -self.size, 0)])
+        self.assertAlmostEqual(right - left, other[0] - one[0], delta=10)
 
     def test_curve_widget(self) -> Steps:
         """Half the strength is dragged into the curve, and the surface gets just that."""
