@@ -2,7 +2,8 @@
 """Pieces of a proxy, and those that no stroke asked for.
 
 An edit of all weights can let the field dip through zero where nobody looked: islands outside of
-the shape, bubbles inside. They are pieces of the proxy that the surface asked for passes by.
+the shape, bubbles inside. They are pieces of the proxy that the surface asked for passes by; and as
+a stroke tears nothing off what it displaces, crumbs of that alone.
 """
 
 from typing import NamedTuple
@@ -16,6 +17,8 @@ from scipy.spatial import KDTree
 from .proxy import Proxy
 
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
+LEAST = 0.01  # distance that is asked for where an island was, however near the surface it was
+HELD = 5e-3  # how near to an untouched sample a piece comes that has some of the old surface
 
 
 class Pieces(NamedTuple):
@@ -43,23 +46,47 @@ class Islands(NamedTuple):
     """Vertices of pieces that nobody asked for, and what the field shall be there."""
 
     points: NDArray[np.float32]  # (N, 3)
-    distance: NDArray[np.float64]  # (N,), signed, from the surface asked for
+    distance: NDArray[np.float64]  # (N,), signed, from the surface asked for; at least LEAST
 
 
-def find_islands(proxy: Proxy, asked: NDArray[np.float32]) -> Islands:
-    """The islands and bubbles of `proxy`, given samples (M, 3) of the surface asked for.
+class Asked(NamedTuple):
+    """Samples of the surface that an edit asks for, even over all of it, and what was there."""
 
-    `asked` covers the surface evenly, so a piece that was asked for is the nearest to its share.
+    displaced: NDArray[np.float32]  # (M, 3)
+    held: NDArray[np.float32]  # (N, 3), untouched
+    before: Proxy
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """All of them (M + N, 3)."""
+        return np.concatenate([self.displaced, self.held])
+
+
+def find_islands(proxy: Proxy, asked: Asked) -> Islands:
+    """The islands and bubbles of `proxy`.
+
+    A piece that was asked for is the nearest to its share of the samples, and to some of those that
+    are held; unless there was one that the stroke covers wholly.
     """
     count, labels = find_pieces(proxy)
-    nearest = labels[KDTree(proxy.vertices).query(asked)[1]]  # (M,)
-    attracted = np.bincount(nearest, minlength=count) / len(asked)
+    if count == 1:
+        return Islands(np.empty((0, 3), np.float32), np.empty(0))
+    tree = KDTree(proxy.vertices)
+    everywhere = asked.points
+    attracted = np.bincount(labels[tree.query(everywhere)[1]], minlength=count) / len(everywhere)
     size = np.bincount(labels, minlength=count) / len(labels)
     spurious = attracted < MATCHED * size
+    known = find_pieces(asked.before)
+    held = known.labels[KDTree(asked.before.vertices).query(asked.held)[1]]
+    if len(np.unique(held)) == known.total:
+        distance, nearest = tree.query(asked.held, distance_upper_bound=HELD)
+        crumb = np.ones(count, bool)
+        crumb[labels[np.asarray(nearest)[np.isfinite(distance)]]] = False
+        spurious |= crumb
     chosen = spurious[labels]
     points = proxy.vertices[chosen]
     distance = (
-        KDTree(asked).query(points)[0]
+        np.maximum(KDTree(everywhere).query(points)[0], LEAST)
         * np.where(_volumes(proxy, labels, count) > 0, 1, -1)[labels[chosen]]
     )
     return Islands(points, distance)

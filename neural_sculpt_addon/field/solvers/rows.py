@@ -23,7 +23,7 @@ from torch import Tensor
 from ...stroke.progress import Check, go_on
 from ..evaluate import values
 from ..network import Siren
-from ..pieces import Islands
+from ..pieces import Asked, Islands
 from ..problem import Problem
 from ..projection import find_surface
 from ..surface import Samples, spatial_order
@@ -142,8 +142,8 @@ class Sampler:
         self._problem = problem
         self._counts = counts
         self._generator = torch.Generator().manual_seed(problem.seed)
-        self.asked = np.concatenate([target.points[:: len(tubes)], on])
-        """Samples (M, 3) of the whole surface that is asked for."""
+        self.asked = Asked(target.points[:: len(tubes)], on, known.proxy)
+        """The whole surface that is asked for."""
 
     def error(self, network: Siren) -> float:
         """The 95th percentile of the distance of fresh targets from the zero set of `network`.
