@@ -2,7 +2,7 @@
 """The stroke benchmark: from a stroke's end to the proxy drawn in Blender, step by step.
 
 In Blender as a Python module, with a worker of its own, as in a window: the worker has prepared the
-field while the stroke was drawn, and Blender looks for news every 20 ms. Milliseconds, of the clock
+field while the stroke was drawn, and Blender looks for news as often. Milliseconds, of the clock
 that all processes share:
 
 submit   Blender's call, until the worker begins

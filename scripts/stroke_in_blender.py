@@ -21,7 +21,6 @@ ROOT = Path(__file__).resolve().parents[1]
 ZIP, FOLDER = map(Path, sys.argv[1:3])
 NOTES = FOLDER / "notes.jsonl"
 STEPS = ("submit", "problem", "solve", "proxy", "arrays", "send", "commit")
-TICK = 0.02  # seconds between two polls, as in a window
 SECONDS = 600
 
 
@@ -80,9 +79,10 @@ def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]
     it took, and how long this thread worked on it."""
     import bpy
 
+    tick = importlib.import_module(f"{EXTENSION}.blender.worker_session").TICK
     end = time.monotonic() + SECONDS
     while time.monotonic() < end:
-        time.sleep(TICK)
+        time.sleep(tick)
         start, worked = time.perf_counter(), time.thread_time()
         session.poll_once()
         if until():

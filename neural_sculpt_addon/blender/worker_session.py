@@ -299,7 +299,7 @@ class Session:
         if heard or now is not before:
             redraw.tag_panels()
         told, self._told = self._told, self.slow_job() is not None
-        if told is not self._told or self._told and heard:
+        if told is not self._told or (self._told and heard):
             hints.refresh()
         return TICK if self.jobs or now is WorkerState.STARTING else None
 
