@@ -198,9 +198,9 @@ class History(SculptCase):
         self.assertEqual(state(field("Sphere")), muted)
 
     def test_a_stroke_that_would_float_is_named_and_leaves_all_as_it_was(self) -> None:
-        stroke(arc(self.ob, tilt=-1.2), radius=0.3, intensity=0.15, name="Hill")
+        stroke(arc(self.ob, tilt=-1.2), radius=0.3, intensity=0.25, name="Hill")
         top = arc(self.ob, spread=0.1, tilt=-1.2)
-        top *= (SIZE + 0.15) / np.linalg.norm(top, axis=1, keepdims=True)
+        top *= (SIZE + 0.25) / np.linalg.norm(top, axis=1, keepdims=True)
         stroke(top, radius=0.03, intensity=0.01, name="Flag")
         before = state(self.ob)
         self.assert_fails("Flag", ops.mute_stroke, uid=self.uid("Hill"))
