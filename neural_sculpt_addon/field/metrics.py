@@ -119,10 +119,13 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     rest = surface.points[problem.untouched(surface)]
     for one, tube in zip(problem.laid, tubes, strict=True):
         triangles = tube.triangles()
+        problem.check()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
+        problem.check()
         radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
         close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
         vertices = proxy.vertices[np.isfinite(close)].astype(float)
+        problem.check()
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
             mesh = tube.target.points.astype(float), triangles
@@ -132,6 +135,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 
 def _to_mesh(points: Array, vertices: Array, triangles: NDArray[np.int64], check: Check) -> Array:
     """Distance (N,) of points (N, 3) from a triangle mesh."""
+    check()
     tree = igl.AABB()
     tree.init(vertices, triangles)
 
