@@ -8,7 +8,7 @@ from .properties import field_of
 
 TRIANGLE = 52  # bytes in a Blender mesh: corners, half a vertex with its normal, 3 / 2 edges
 MESHED = 200  # bytes per triangle in the worker, while it is made
-POINT = 5  # bytes per lattice point in the worker: its value, and whether its cell is active
+POINT = 6  # bytes per lattice point in the worker: its value, and two marks
 
 
 def triangles(ob: Object, resolution: int) -> int:

@@ -110,7 +110,8 @@ def find_again(
     search.flat[corners] = known.values
     search.flat[corners[:, changed]] = UNKNOWN
     near, kept = np.zeros_like(search.seen), np.zeros_like(search.seen)
-    near[(known.index[changed] + search.corners)[:, None] - search.corners] = True
+    neighbours = np.unique(search.corners - search.corners.T)[:, None]  # (27, 1)
+    near[known.index[changed] + neighbours] = True
     touched = near[known.index]  # those that have a corner in common with a changed one
     kept[known.index[~touched]] = search.seen[known.index[~touched]] = True
     corners = corners[:, touched]

@@ -37,7 +37,7 @@ MOVED = 0.25  # a vertex that an edit moved less, in cells, keeps its place in t
 TURNED = 8e-4  # model units; a vertex that an edit moved less keeps its normal, too
 FLAT = 1e-6  # a gradient below this has no direction
 NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
-FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 5 GB
+FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 6 GB
 BATCH = 1 << 15  # vertices between two looks at `progress`
 
 

@@ -66,8 +66,8 @@ def _with_owners(
     active: ActiveCells, chosen: NDArray[np.bool_]
 ) -> tuple[ActiveCells, NDArray[np.bool_]]:
     """The `chosen` (A,) cells and those that own an edge of theirs; which of these are chosen."""
-    wanted = active.index[chosen] + (CORNERS @ steps(active.cells)).astype(np.int32)[:, None]
-    rows = np.searchsorted(active.index, wanted).clip(max=len(active.index) - 1)  # (8, C)
-    near = np.zeros(len(active.index), bool)
-    near[rows[active.index[rows] == wanted]] = True
+    corners = (CORNERS @ steps(active.cells)).astype(np.int32)[:, None]
+    wanted = np.zeros((active.cells + 3) ** 3, bool)
+    wanted[active.index[chosen] + corners] = True
+    near = wanted[active.index]
     return ActiveCells(active.cells, active.index[near], active.values[:, near]), chosen[near]
