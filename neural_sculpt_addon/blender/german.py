@@ -267,9 +267,11 @@ TEXTS = {
     " Strich dem Stift nachläuft, um glatter zu werden, in Radien; 0 folgt ihm genau",
     "Input": "Eingabe",
     "Length": "Länge",
+    "Leave the object where it is": "Das Objekt lassen, wo es ist",
     "Location": "Ort",
     "Mirror": "Spiegeln",
     "Neural Stroke": "Neuronaler Strich",
+    "No Drag": "Kein Ziehen",
     "No grease pencil, curve or hair is selected. Select some beside the field.": "Kein Grease"
     " Pencil, keine Kurve und kein Haar ist ausgewählt. Neben dem Feld welche auswählen.",
     "Of the stroke": "Des Strichs",

@@ -10,6 +10,7 @@ import bpy
 from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context, UILayout
 
+from ..stroke.errors import SculptError
 from ..worker import environment
 from ..worker.environment import Device
 from . import ADDON
@@ -115,6 +116,15 @@ def worker_python() -> Path:
     preferences = _preferences()
     named = preferences and bpy.path.abspath(preferences.worker_python)
     return environment.configured_python(named, environment_folder())
+
+
+def has_worker() -> bool:
+    """Whether there is an interpreter for the worker."""
+    try:
+        worker_python()
+    except SculptError:
+        return False
+    return True
 
 
 def resolution() -> int:

@@ -38,6 +38,7 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
+from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
 from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.presets import (
     NEURAL_SCULPT_OT_delete_preset,
@@ -79,6 +80,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_add,
     NEURAL_SCULPT_OT_from_mesh,
     NEURAL_SCULPT_OT_draw,
+    NEURAL_SCULPT_OT_no_drag,
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
     NEURAL_SCULPT_OT_strokes_from_lines,

@@ -14,6 +14,7 @@ from .overlay import TOOL
 from .properties import brush_of, is_field
 
 DRAW = "neural_sculpt.draw"
+NO_DRAG = "neural_sculpt.no_drag"
 RESIZE = "neural_sculpt.resize"
 
 
@@ -30,7 +31,7 @@ KEYS = (
         _press("LEFTMOUSE", ctrl=True, shift=True),
         {"properties": [("invert", True), ("clicks", True)]},
     ),
-    (DRAW, {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
+    (NO_DRAG, {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
     (RESIZE, _press("F"), {"properties": [("length", "RADIUS")]}),
     (RESIZE, _press("F", shift=True), {"properties": [("length", "INTENSITY")]}),
     (

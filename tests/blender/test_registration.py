@@ -101,7 +101,7 @@ class Tool(unittest.TestCase):
             ("neural_sculpt.draw", "LEFTMOUSE", True, False),
             ("neural_sculpt.draw", "LEFTMOUSE", False, True),
             ("neural_sculpt.draw", "LEFTMOUSE", True, True),
-            ("neural_sculpt.draw", "LEFTMOUSE", -1, -1),  # a drag, with whatever is held
+            ("neural_sculpt.no_drag", "LEFTMOUSE", -1, -1),  # a drag, with whatever is held
             ("neural_sculpt.resize", "F", False, False),
             ("neural_sculpt.resize", "F", False, True),
             ("neural_sculpt.resize", "LEFT_BRACKET", False, False),

@@ -17,7 +17,7 @@ from .. import hints, native_edits, overlay, proxy_mesh
 from ..brush import drawn_stroke
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
-from ..properties import brush_of, is_field
+from ..properties import brush_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import session
@@ -62,22 +62,16 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A field, for a button. What the tool's hand meets is told when it is pressed, which would
-        otherwise go to Blender's brush, or move the object."""
+        """A field in a 3D viewport. Why it cannot be sculpted now is told at the press, which would
+        otherwise go to Blender's brush."""
         if context.area is None or context.area.type != "VIEW_3D":
             return refuse(cls, "Strokes are drawn in a 3D viewport")
-        return _in_view(context) or field_poll(cls, context)
+        return field_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Begin where the tool was pressed; from a button, wait for the press."""
-        if not is_field(context.active_object):
-            if _is_press_of_tool(context, event) and context.mode == "OBJECT":
-                return PASS  # it may select one
-            return fail(self, "Select a neural field first.")
         self._target = active_field(context).session_uid
         self._drawing: Drawing | None = None
-        if event.value == "CLICK_DRAG":
-            return CANCELLED  # a stroke that missed the surface must not move the object
         try:
             ob = active_field(context)
             if _is_press_of_tool(context, event):
@@ -200,13 +194,10 @@ class NEURAL_SCULPT_OT_draw(Operator):
             context.area.tag_redraw()
 
 
-def _in_view(context: Context) -> bool:
-    return context.region is not None and context.region.type == "WINDOW"
-
-
 def _is_press_of_tool(context: Context, event: Event) -> bool:
     """Whether it all began in the view; otherwise a button or the search did."""
-    return _in_view(context) and event.value == "PRESS" and event.type.endswith("MOUSE")
+    in_view = context.region is not None and context.region.type == "WINDOW"
+    return in_view and event.value == "PRESS" and event.type.endswith("MOUSE")
 
 
 def _is_for_blender(context: Context, event: Event) -> bool:

@@ -9,6 +9,7 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
+from .. import preferences
 from ..properties import field_of, is_field, world_scale
 from ..worker_session import session
 from .sidebar import Sidebar, draw_job
@@ -40,6 +41,8 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         if is_field(ob):
             assert ob is not None
             _draw_field(layout, context, ob)
+        elif not preferences.has_worker():
+            preferences.draw_installation(layout, context)
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
             layout.operator("neural_sculpt.from_mesh", icon="MESH_MONKEY")

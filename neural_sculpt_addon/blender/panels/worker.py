@@ -7,7 +7,6 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context
 
-from ...stroke.errors import SculptError
 from ...worker.client import WorkerState
 from .. import preferences
 from ..folders import log_file
@@ -32,9 +31,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
     def draw(self, context: Context) -> None:
         """Draw the worker's state, progress and last error."""
         layout = self.layout
-        try:
-            preferences.worker_python()
-        except SculptError:
+        if not preferences.has_worker():
             preferences.draw_installation(layout, context)
             return
         row = layout.row(align=True)
