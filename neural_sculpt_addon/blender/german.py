@@ -99,7 +99,7 @@ TEXTS = {
     "Stroke error": "Strichfehler",
     "Stroke error, 95 %": "Strichfehler, 95 %",
     "Suzanne": "Suzanne",
-    "The last stroke made {} pieces of {}": "Der letzte Strich machte {} Teile aus {}",
+    "Pieces: {} before the last stroke, {} now": "Teile: {} vor dem letzten Strich, jetzt {}",
     "The last stroke was not fully reached": "Der letzte Strich wurde nicht ganz erreicht",
     "The proxy is as the field made it": "Der Proxy ist, wie das Feld ihn gemacht hat",
     "The proxy is as the field made it; there is nothing to absorb.": "Der Proxy ist, wie das Feld"

@@ -280,6 +280,7 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
+        redraw.tag_panels()
         if job.preview is not None:
             redraw.tag_views()  # it is gone
         self._preview()

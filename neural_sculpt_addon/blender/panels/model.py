@@ -74,7 +74,7 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
         column.label(text="The last stroke was not fully reached", icon="ERROR")
     before, after = report.get("components_before"), report.get("components_after")
     if before != after:
-        text = iface_("The last stroke made {} pieces of {}").format(after, before)
+        text = iface_("Pieces: {} before the last stroke, {} now").format(before, after)
         column.label(text=text, icon="ERROR", translate=False)
     for key, label in LENGTHS.items():
         if isinstance(value := report.get(key), int | float):
