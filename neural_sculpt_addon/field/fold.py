@@ -29,6 +29,7 @@ from .tube import Tube
 WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
 BESIDE = 1e-3  # how far outside of a sample the winding number is taken
+ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 
 
@@ -90,7 +91,10 @@ def _lost(
 
 
 def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
-    return (before.normals * after.normals).sum(axis=1) < 0
+    """Which samples (N,) of a displaced surface face against the way that they went outward."""
+    way = after.points - before.points
+    outward = np.sign((way * before.normals).sum(axis=1))
+    return outward * (way * after.normals).sum(axis=1) < -ROUNDING
 
 
 def _sweep(tubes: Sequence[Tube]) -> igl.FastWindingNumberBVH:

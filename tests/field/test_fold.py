@@ -7,8 +7,9 @@ import pytest
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.stroke.brush import Brush
-from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import ellipsoid
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Direction, Stroke
+from tests.field.analytic import ball, ellipsoid
 
 AXES = (0.5, 0.5, 0.2)  # its meridian has a radius of curvature of 0.08 at the equator
 
@@ -73,3 +74,23 @@ def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
     assert ((stretch[under] > 0) == bounds).mean() > 0.97
     assert (stretch[~under] == 1).all()
     assert 0.1 < bounds.mean() < 0.9
+
+
+def test_a_steep_side_that_was_displaced_sideways_is_kept():
+    """Along one direction a surface that is a height over the plane stays one, however steep."""
+    problem = pose(
+        prepare(ball(0.5)),
+        Stroke(
+            np.array([[0, 0, 0.5]]),
+            Brush(
+                0.45,
+                -0.2,
+                Profile(points=((-1, 0), (-0.9, 0), (-0.8, 1), (0.8, 1), (0.9, 0), (1, 0))),
+            ),
+            direction=Direction.STROKE,
+        ),
+    )
+    (whole,), (tube,) = problem._whole_tubes(99, 101), problem.tubes()
+    cosine = (whole.surface.normals * whole.target.normals).sum(axis=1)
+    assert cosine.min() < -0.1
+    assert len(tube.target.points) == len(whole.target.points)
