@@ -116,7 +116,7 @@ def find_again(
     kept[known.index[~touched]] = search.seen[known.index[~touched]] = True
     corners = corners[:, touched]
     search.evaluate(search.distinct(corners))
-    search.flood(known.index[touched][_clearance(search.flat[corners]) < 0])
+    search.flood(known.index[touched][_clearance(search.flat.take(corners)) < 0])
     active = search.result()
     return FoundAgain(active, ~kept[active.index], touched)
 
@@ -144,7 +144,7 @@ class _Search:
     def result(self) -> ActiveCells:
         """All cells seen so far."""
         index = np.flatnonzero(self.seen).astype(np.int32)
-        return ActiveCells(self.cells, index, self.flat[index + self.corners])
+        return ActiveCells(self.cells, index, self.flat.take(index + self.corners))
 
     def descend(self) -> NDArray[np.int32]:
         """Active cells found by the octree (A,)."""
@@ -158,7 +158,7 @@ class _Search:
             edge = stride * self.spacing
             corners = blocks + stride * self.corners  # (8, B)
             self.evaluate(self.distinct(corners))
-            value = self.flat[corners]  # (8, B)
+            value = self.flat.take(corners)  # (8, B)
             clearance = _clearance(value)
             if stride == 1:
                 found.append(blocks[clearance < 0])
@@ -167,7 +167,7 @@ class _Search:
             keep = clearance < HIDING * square
             margin = np.where(clearance[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
             children = blocks[keep] + stride // 2 * self.corners  # (8, B')
-            children = children[_expected(value[:, keep]) < margin]
+            children = children[_expected(value.compress(keep, axis=1)) < margin]
             stack.extend((stride // 2, part) for part in _parts(children))
             if stride == self.root:
                 divided += 1
@@ -195,21 +195,21 @@ class _Search:
         cells = np.unique(points - self.corners)
         corners = cells + self.corners
         self.evaluate(self.distinct(corners))
-        return cells[_clearance(self.flat[corners]) < 0]
+        return cells[_clearance(self.flat.take(corners)) < 0]
 
     def flood(self, frontier: NDArray[np.int32]) -> None:
         """See `frontier` (A,) and every cell reached from it through faces of mixed sign."""
         self.fraction = 0.9
         while len(frontier):
             self.seen[frontier] = True
-            codes = _codes(self.flat[frontier + self.corners])  # (A,)
+            codes = _codes(self.flat.take(frontier + self.corners))  # (A,)
             reached = np.concatenate(
                 [
-                    frontier[mixed[codes]] + (2 * side - 1) * self.steps[axis]
+                    frontier.compress(mixed.take(codes)) + (2 * side - 1) * self.steps[axis]
                     for (axis, side), mixed in _MIXED_FACE.items()
                 ]
             )
-            frontier = np.unique(reached[~self.seen[reached]])
+            frontier = np.unique(reached.compress(~self.seen.take(reached)))
             self.evaluate(self.distinct(frontier + self.corners))
 
     def distinct(self, points: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -223,11 +223,11 @@ class _Search:
 
     def evaluate(self, points: NDArray[np.int32]) -> None:
         """Make the field known at the lattice points (P,), which are distinct."""
-        points = points[self.flat[points] == UNKNOWN]
+        points = points.compress(self.flat.take(points) == UNKNOWN)
         for start in range(0, len(points), BATCH):
             self.progress(self.fraction, "Searching the surface")
             part = points[start : start + BATCH]
-            x = self.axis[places(part, self.cells)]  # (3, P)
+            x = self.axis.take(places(part, self.cells))  # (3, P)
             value = values(self.network, x.T)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
