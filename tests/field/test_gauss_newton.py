@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,7 +17,7 @@ from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
 from neural_sculpt_addon.field.solvers.layers import Layers
-from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Linear
+from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Coordinates, Linear
 from neural_sculpt_addon.field.solvers.rows import Rows
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
@@ -63,26 +64,45 @@ def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
     return torch.stack(columns, 1), linear.residual
 
 
+def linearised(network: Siren, rows: Rows, rank: float = 2) -> tuple[Layers, Linear]:
+    layers = Layers.of(network, rows, rank)
+    return layers, layers.linearise(rows, layers.view(rows))
+
+
 def linear_of(widths: list[int], values: int, slopes: int, seed: int) -> Linear:
-    rows = rows_of(values, slopes, seed)
-    return Layers.of(small(widths, seed)).in_bases(rows).linearise(rows)
+    return linearised(small(widths, seed), rows_of(values, slopes, seed))[1]
 
 
-def normal_equations(linear: Linear, damping: float) -> torch.Tensor:
-    """The matrix that the solution of the damped problem multiplies."""
-    matrix, _ = dense(linear)
-    squares = (matrix**2).sum(0)
-    parts = squares.split([linear.inner, len(squares) - linear.inner])
-    ridge = torch.cat([RIDGE * part.mean().expand(len(part)) for part in parts])
-    return matrix.T @ matrix + damping * torch.diag(squares + ridge)
+def change_of(linear: Linear, seed: int) -> torch.Tensor:
+    size = linear.inner + linear.output.shape[1]
+    generator = torch.Generator().manual_seed(seed)
+    return torch.randn(size, generator=generator, dtype=torch.float64)
+
+
+def matrix_of(coordinates: Coordinates) -> torch.Tensor:
+    """C as a matrix."""
+    units = torch.eye(len(coordinates.scale), dtype=torch.float64)
+    return torch.stack([coordinates.unknowns(unit) for unit in units], 1)
+
+
+def normal_equations(linear: Linear, coordinates: Coordinates, damping: float) -> torch.Tensor:
+    """The matrix that the solution y of the damped problem multiplies."""
+    matrix = dense(linear)[0] @ matrix_of(coordinates)
+    return matrix.T @ matrix + damping * torch.eye(len(matrix.T), dtype=torch.float64)
+
+
+def exact_solution(linear: Linear, coordinates: Coordinates, damping: float) -> torch.Tensor:
+    matrix, residual = dense(linear)
+    turned = matrix_of(coordinates)
+    system = normal_equations(linear, coordinates, damping)
+    return turned @ torch.linalg.solve(system, turned.T @ matrix.T @ residual)
 
 
 @settings(max_examples=25, deadline=None)
 @given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(0, 10**6))
 def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
     network, rows = small(widths, seed), rows_of(values, slopes, seed)
-    layers = Layers.of(network).in_bases(rows)
-    linear = layers.linearise(rows)
+    layers, linear = linearised(network, rows, 0.1 + seed % 7 / 5)
     inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
     output = torch.cat([network.weights[-1][0], network.biases[-1]])
 
@@ -90,10 +110,8 @@ def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
         return residual_by_autograd(network, rows, *unknowns)
 
     torch.testing.assert_close(linear.residual, residual(inner, output).detach())
-    # J belongs to rotated coordinates: a change there is one of the network by `moved`
-    generator = torch.Generator().manual_seed(seed)
-    size = linear.inner + linear.output.shape[1]
-    change = torch.randn(size, generator=generator, dtype=torch.float64)
+    # J belongs to some directions of features: a change there is one of the network by `moved`
+    change = change_of(linear, seed)
     moved = layers.moved(change).network()
     step = (
         torch.cat([moved.weights[-2], moved.biases[-2][:, None]], 1) - inner,
@@ -104,28 +122,71 @@ def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
 
 
 @settings(max_examples=25, deadline=None)
+@given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(0, 10**6))
+def test_the_residual_after_a_change_is_that_of_autograd(widths, values, slopes, seed):
+    network, rows = small(widths, seed), rows_of(values, slopes, seed)
+    layers, linear = linearised(network, rows, 0.1 + seed % 7 / 5)
+    change = change_of(linear, seed)
+    moved = layers.moved(change)
+    after = moved.network()
+    inner = torch.cat([after.weights[-2], after.biases[-2][:, None]], 1)
+    output = torch.cat([after.weights[-1][0], after.biases[-1]])
+    exact = residual_by_autograd(network, rows, inner, output).detach()
+    view = layers.view_after(change, layers.view(rows))
+    torch.testing.assert_close(moved.residual(rows, view), exact)
+    torch.testing.assert_close(moved.residual(rows, moved.view(rows)), exact)
+
+
+def test_features_change_where_they_differ_most():
+    network, rows = small([7, 3], 2), rows_of(40, 30, 2)
+    view = Layers.of(network, rows, 2).view(rows)
+    weights = rows.weights[:, None]
+    seen = torch.cat([weights * view.features, weights[40:] * view.slopes]).numpy()
+    strongest = np.linalg.svd(seen, compute_uv=False)[:3]
+    view = Layers.of(network, rows, 3 / 7).view(rows)
+    seen = torch.cat([weights * view.features, weights[40:] * view.slopes]).numpy()
+    np.testing.assert_allclose(np.linalg.svd(seen, compute_uv=False), strongest)
+
+
+@settings(max_examples=25, deadline=None)
 @given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(1, 3), st.integers(0, 10**6))
 def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
     rows = rows_of(values, slopes, seed)
-    layers = Layers.of(small(widths, seed)).in_bases(rows)
-    linear = layers.linearise(rows)
+    layers, linear = linearised(small(widths, seed), rows)
     matrix, residual = dense(linear)
     torch.testing.assert_close(linear.transposed(residual), matrix.T @ residual)
     torch.testing.assert_close(linear.gram(matrix[0]), matrix.T @ (matrix @ matrix[0]))
     torch.testing.assert_close(linear.diagonal(), (matrix**2).sum(0))
-    split = [layers.linearise(part) for part in rows.split(parts)]
+    split = [layers.linearise(part, layers.view(part)) for part in rows.split(parts)]
     torch.testing.assert_close(
         sum(part.transposed(part.residual) for part in split), matrix.T @ residual
     )
 
 
+def test_coordinates_normalise_the_diagonal_of_the_system():
+    linear = linear_of([4, 3], 9, 7, 5)
+    coordinates = Coordinates.of(linear, 2)  # of two parts like this one
+    turned = matrix_of(coordinates)
+    torch.testing.assert_close(coordinates.gradient(turned[0]), turned.T @ turned[0])
+    left = np.linalg.eigh(linear.left.T @ linear.left)[1]
+    output = np.linalg.eigh(linear.output.T @ linear.output)[1]
+    bases = scipy.linalg.block_diag(np.kron(left, np.eye(linear.right.shape[1])), output)
+    matrix = dense(linear)[0].numpy() @ bases
+    diagonal = 2 * (matrix**2).sum(0)
+    blocks = diagonal[: linear.inner], diagonal[linear.inner :]
+    expected = np.concatenate([d / (d + RIDGE * d.mean()) for d in blocks])
+    found = 2 * ((dense(linear)[0] @ turned) ** 2).sum(0)
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
+
+
 @pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
 def test_the_solution_is_that_of_the_normal_equations(damping):
     linear = linear_of([4, 3], 9, 7, 5)
-    matrix, residual = dense(linear)
-    exact = torch.linalg.solve(normal_equations(linear, damping), matrix.T @ residual)
-    x, promised, _ = least_squares.solve([linear], damping, 60, None, lambda _: None)
+    coordinates = Coordinates.of(linear, 1)
+    exact = exact_solution(linear, coordinates, damping)
+    x, promised, _ = solve([linear], coordinates, damping, 60, None)
     torch.testing.assert_close(x, exact, rtol=1e-5, atol=1e-8)
+    matrix, residual = dense(linear)
     decrease = residual @ residual - (matrix @ exact - residual).square().sum()
     assert promised == pytest.approx(float(decrease), rel=1e-6)
 
@@ -133,15 +194,16 @@ def test_the_solution_is_that_of_the_normal_equations(damping):
 def test_what_one_solution_promises_before_it_is_exact():
     linear = linear_of([5, 4], 30, 7, 6)
     matrix, residual = dense(linear)
-    x, promised, _ = least_squares.solve([linear], 0.1, 3, None, lambda _: None)
+    x, promised, _ = solve([linear], Coordinates.of(linear, 1), 0.1, 3, None)
     decrease = residual @ residual - (matrix @ x - residual).square().sum()
     assert promised == pytest.approx(float(decrease), rel=1e-6)
 
 
 def test_the_memory_of_a_system_inverts_it_in_its_span():
     linear, damping = linear_of([5, 4], 30, 7, 6), 0.1
-    memory = least_squares.solve([linear], damping, 8, None, lambda _: None).memory
-    products = memory.directions @ normal_equations(linear, damping)
+    coordinates = Coordinates.of(linear, 1)
+    memory = solve([linear], coordinates, damping, 8, None).memory
+    products = memory.directions @ normal_equations(linear, coordinates, damping)
     torch.testing.assert_close(memory.products, products)
     for s, y in zip(*memory, strict=True):
         torch.testing.assert_close(memory.precondition(y), s, rtol=1e-6, atol=1e-8)
@@ -150,14 +212,18 @@ def test_the_memory_of_a_system_inverts_it_in_its_span():
 def test_memory_makes_the_next_solution_of_a_like_system_better():
     damping, seed = 0.01, 6
     first, second = (linear_of([8, 8], 60, 20, seed) for _ in range(2))
-    matrix, residual = dense(second)
-    exact = torch.linalg.solve(normal_equations(second, damping), matrix.T @ residual)
-    memory = least_squares.solve([first], damping, 12, None, lambda _: None).memory
+    coordinates = Coordinates.of(first, 1)
+    exact = exact_solution(second, coordinates, damping)
+    memory = solve([first], coordinates, damping, 12, None).memory
     errors = [
-        (least_squares.solve([second], damping, 12, known, lambda _: None).x - exact).norm()
+        (solve([second], coordinates, damping, 12, known).x - exact).norm()
         for known in (None, memory)
     ]
     assert errors[1] < 0.5 * errors[0]
+
+
+def solve(linear, coordinates, damping, iterations, memory):
+    return least_squares.solve(linear, coordinates, damping, iterations, memory, lambda _: None)
 
 
 @pytest.fixture(scope="module")

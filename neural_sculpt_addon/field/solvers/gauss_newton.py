@@ -10,7 +10,7 @@ and least_squares (the solution).
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from ...stroke.progress import Progress, silent
@@ -21,16 +21,15 @@ from ..prepare import CELLS
 from ..problem import Problem
 from ..proxy import extract
 from ..threads import threads
-from .layers import Layers
-from .least_squares import Memory, Solution, each, solve
+from .layers import Layers, View
+from .least_squares import Coordinates, Memory, Solution, each, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
 WIDEST = 512  # units of the first layer
 GROWTHS = 2  # how often at most the first layer is doubled
 REPAIRS = 3  # how often at most islands are looked for and removed
-DAMPING = 1.0  # lambda of the first step
-LEAST, MOST = 0.03, 300.0  # lambda
+MOST = 300.0  # lambda
 POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step kept
 FAILED = 0.15  # a step that kept less is done again with lambda times RAISE, so often at most:
 MOST_FAILURES, RAISE = 4, 8.0
@@ -45,6 +44,8 @@ class Course:
     steps:      of Gauss-Newton
     averaged:   how many of the last make the result
     iterations: of conjugate gradients in each step
+    rank:       of the last hidden layer's change, for each of its inputs
+    damping:    lambda of the first step, and the least
     counts:     rows in each step
     hold:       what a row that holds the untouched surface weighs
     """
@@ -52,21 +53,22 @@ class Course:
     steps: int
     averaged: int
     iterations: int
+    rank: float
+    damping: float
     counts: Counts
     hold: float
 
 
 FIRST = Course(
-    *(6, 3, 9),
-    Counts(tube=400, slope=250, preserve=2600, around=200, box=200),
-    hold=1.5,
+    *(6, 3, 10, 0.75, 0.3),
+    Counts(tube=400, slope=150, preserve=2400, around=80, box=80),
+    hold=1.45,
 )
 REFINE = Course(
-    *(8, 4, 12),
-    Counts(tube=1200, slope=600, preserve=5000, around=300, box=300),
+    *(4, 2, 16, 1.0, 0.03),
+    Counts(tube=1600, slope=300, preserve=6500, around=300, box=300),
     hold=1.3,
 )
-REPAIR = replace(REFINE, steps=4, averaged=2)
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
@@ -99,7 +101,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         if not len(islands.points):
             break
         sampler.forbid(islands)
-        network = _improve(network, sampler, REPAIR, lambda _: share(told))
+        network = _improve(network, sampler, REFINE, lambda _: share(told))
     return network
 
 
@@ -110,18 +112,20 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
-    layers, damping = Layers.of(network), DAMPING
+    layers, damping = Layers.of(network, sampler.draw(), course.rank), course.damping
+    coordinates: Coordinates | None = None
     memory: Memory | None = None
     last: deque[Layers] = deque(maxlen=course.averaged)
     step = failures = 0
     while step < course.steps:
         share(step / course.steps)
         parts = _parts(sampler.draw())
-        if not last:
-            layers = layers.in_bases(parts[0])
-        linear = each(layers.linearise, parts)
+        views = each(layers.view, parts)
+        linear = each(layers.linearise, parts, views)
+        coordinates = coordinates or Coordinates.of(linear[0], len(parts))
         solution = solve(
             linear,
+            coordinates,
             damping,
             course.iterations,
             memory,
@@ -129,7 +133,7 @@ def _improve(
         )
         now = sum(float(part.residual.square().sum()) for part in linear)
         check = partial(share, (step + 1) / course.steps)
-        layers, left = _search_line(layers, solution, parts, now, check)
+        layers, left = _search_line(layers, solution, parts, views, now, check)
         kept = (now - left) / solution.promised
         if kept < FAILED and failures < MOST_FAILURES:
             damping, failures = damping * RAISE, failures + 1
@@ -137,7 +141,7 @@ def _improve(
         step, memory = step + 1, solution.memory
         last.append(layers)
         damping *= 4.0 if kept < POOR else 0.2 if kept > FINE else 0.5 if kept > GOOD else 1.0
-        damping = min(max(damping, LEAST), MOST)
+        damping = min(max(damping, course.damping), MOST)
     return Layers.mean(last).network()
 
 
@@ -150,7 +154,12 @@ def _parts(rows: Rows) -> list[Rows]:
 
 
 def _search_line(
-    layers: Layers, solution: Solution, parts: list[Rows], now: float, check: Callable[[], None]
+    layers: Layers,
+    solution: Solution,
+    parts: list[Rows],
+    views: list[View],
+    now: float,
+    check: Callable[[], None],
 ) -> tuple[Layers, float]:
     """Take the step, or the best of its halves when it keeps little of what it promised.
 
@@ -160,8 +169,10 @@ def _search_line(
     best, least = layers, now
     for halving in range(HALVINGS + 1):
         check()
-        tried = layers.moved(0.5**halving * solution.x)
-        left = sum(float(r.square().sum()) for r in each(tried.residual, parts))
+        change = 0.5**halving * solution.x
+        tried = layers.moved(change)
+        after = each(partial(layers.view_after, change), views)
+        left = sum(float(r.square().sum()) for r in each(tried.residual, parts, after))
         if left > least and best is not layers:
             break
         if left < least:

@@ -1,29 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damped linear least squares with a Jacobian that is never formed.
 
-    minimise |J x - r|^2 + lambda |D^1/2 x|^2
+    minimise |J x - r|^2 + lambda |y|^2,  x = C y
 
 The unknowns x are a matrix (H, K) and then a vector (O,), row after row. A row of J's first block
 is an outer product left (x) right, or the sum of two, so products with J and its transpose are
-products of matrices (N, width). D is the diagonal of J^T J; in coordinates in which it nearly
-diagonalises J^T J it is also the preconditioner (EKFAC: George et al., "Fast Approximate Natural
-Gradient Descent in a Kronecker-factored Eigenbasis", 2018). The directions of the last system that
-was solved precondition the next one, which differs little (Morales and Nocedal, "Automatic
-Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
+products of matrices (N, width). C are coordinates in which J^T J is nearly the identity (EKFAC:
+George et al., "Fast Approximate Natural Gradient Descent in a Kronecker-factored Eigenbasis",
+2018). The directions of the last system that was solved precondition the next one, which differs
+little (Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating",
+2000).
 
 On the CPU the rows come in parts, one task each for a pool of threads.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import torch
 from torch import Tensor
 
 from ..threads import pool
 
-RIDGE = 0.01  # added to D, in means of each block
-T = TypeVar("T")
+RIDGE = 1e-3  # added to the diagonal of J^T J, in means of each block
 U = TypeVar("U")
 
 
@@ -53,7 +52,7 @@ class Linear(NamedTuple):
         """J x (n + m,), for x (H K + O,)."""
         n, count = self.values, len(self.residual)
         matrix = x[: self.inner].view(self.left.shape[1], -1)
-        terms = ((self.right @ matrix.T).mul_(self.left)).sum(1)  # (n + 2 m,)
+        terms = ((self.left @ matrix).mul_(self.right)).sum(1)  # (n + 2 m,)
         rows = torch.addmv(terms[:count], self.output, x[self.inner :])
         rows[n:] += terms[count:]
         return rows
@@ -61,8 +60,8 @@ class Linear(NamedTuple):
     def transposed(self, rows: Tensor) -> Tensor:
         """J^T rows (H K + O,), for rows (n + m,)."""
         terms = torch.cat([rows, rows[self.values :]])  # (n + 2 m,)
-        inner = (self.left * terms[:, None]).T @ self.right
-        return torch.cat([inner.ravel(), self.output.T @ rows])
+        inner = (self.right * terms[:, None]).T @ self.left  # (K, H): faster than (H, K)
+        return torch.cat([inner.T.ravel(), self.output.T @ rows])
 
     def gram(self, x: Tensor) -> Tensor:
         """J^T J x."""
@@ -79,6 +78,38 @@ class Linear(NamedTuple):
         return torch.cat([inner.clamp_min(0).ravel(), (self.output**2).sum(0)])
 
 
+class Coordinates(NamedTuple):
+    """Coordinates y of the unknowns x: scaled, then turned."""
+
+    left: Tensor  # (H, H), orthogonal
+    output: Tensor  # (O, O), orthogonal
+    scale: Tensor  # (H K + O,)
+
+    @staticmethod
+    def of(linear: Linear, parts: int) -> "Coordinates":
+        """Those that suit a system of which `linear` is one of so many like parts."""
+        left, output = eigenvectors(linear.left), eigenvectors(linear.output)
+        turned = linear._replace(left=linear.left @ left, output=linear.output @ output)
+        diagonal = parts * turned.diagonal()
+        blocks = diagonal.split([linear.inner, len(output)])
+        scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
+        return Coordinates(left, output, scale)
+
+    def unknowns(self, y: Tensor) -> Tensor:
+        """x = C y (H K + O,)."""
+        matrix, vector = self._split(self.scale * y)
+        return torch.cat([(self.left @ matrix).ravel(), self.output @ vector])
+
+    def gradient(self, x: Tensor) -> Tensor:
+        """C^T x (H K + O,): what is the gradient with respect to y when x is that to x."""
+        matrix, vector = self._split(x)
+        return self.scale * torch.cat([(self.left.T @ matrix).ravel(), self.output.T @ vector])
+
+    def _split(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        inner = len(x) - len(self.output)
+        return x[:inner].view(len(self.left), -1), x[inner:]
+
+
 class Memory(NamedTuple):
     """Directions s of a system A that was solved, and A s, each divided by (s . A s)^1/2.
 
@@ -87,10 +118,6 @@ class Memory(NamedTuple):
 
     directions: Tensor  # (k, H K + O)
     products: Tensor  # (k, H K + O)
-
-    def scaled(self, scale: Tensor) -> "Memory":
-        """The same directions in the coordinates x / scale."""
-        return Memory(self.directions / scale, self.products * scale)
 
     def precondition(self, vector: Tensor) -> Tensor:
         """The BFGS update of the identity by all directions, times a gradient (H K + O,)."""
@@ -111,6 +138,7 @@ class Solution(NamedTuple):
 
 def solve(
     parts: Sequence[Linear],
+    coordinates: Coordinates,
     damping: float,
     iterations: int,
     memory: Memory | None,
@@ -119,44 +147,47 @@ def solve(
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
     parts:  all rows of the system
-    memory: of a system like this one
+    memory: of a system like this one in the same coordinates
     share:  is told the part that is done before each iteration, and may raise
     """
 
     def total(task: Callable[[Linear], Tensor]) -> Tensor:
-        return torch.stack(each(task, parts)).sum(0)
+        return coordinates.gradient(torch.stack(each(task, parts)).sum(0))
 
     def preconditioned(vector: Tensor) -> Tensor:
-        return vector if scaled is None else scaled.precondition(vector)
+        return vector if memory is None else memory.precondition(vector)
 
-    diagonal = total(Linear.diagonal)
-    blocks = diagonal.split([parts[0].inner, len(diagonal) - parts[0].inner])
-    scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
-    scaled = None if memory is None else memory.scaled(scale)
-    gradient = total(lambda part: part.transposed(part.residual)) * scale
+    gradient = total(lambda part: part.transposed(part.residual))
     solution, remaining = torch.zeros_like(gradient), gradient
     direction = better = preconditioned(remaining)
     length = remaining.dot(better)
     directions, products = [], []
     for iteration in range(iterations):
         share(iteration / iterations)
-        x = direction * scale
-        product = total(lambda part, x=x: part.gram(x)) * scale + damping * direction
+        x = coordinates.unknowns(direction)
+        product = total(lambda part, x=x: part.gram(x)) + damping * direction
         curvature = direction.dot(product)
-        directions.append(x * curvature.rsqrt())
-        products.append(product / scale * curvature.rsqrt())
+        directions.append(direction * curvature.rsqrt())
+        products.append(product * curvature.rsqrt())
         alpha = length / curvature
         solution = solution + alpha * direction
         remaining = remaining - alpha * product
         better = preconditioned(remaining)
         before, length = length, remaining.dot(better)
         direction = better + (length / before) * direction
-    # |r|^2 - |J x - r|^2 = 2 g . x - x . (A - lambda) x, and A x = g - remaining
+    # |r|^2 - |J x - r|^2 = 2 g . y - y . (A - lambda) y, and A y = g - remaining
     promised = solution.dot(gradient + remaining) + damping * solution.dot(solution)
     found = Memory(torch.stack(directions), torch.stack(products))
-    return Solution(solution * scale, float(promised), found)
+    return Solution(coordinates.unknowns(solution), float(promised), found)
 
 
-def each(task: Callable[[T], U], parts: Sequence[T]) -> list[U]:
+def each(task: Callable[..., U], *parts: Sequence[Any]) -> list[U]:
     """What `task` makes of each part; on the pool of threads when there are several."""
-    return [task(parts[0])] if len(parts) == 1 else list(pool().map(task, parts))
+    if len(parts[0]) == 1:
+        return [task(*next(zip(*parts, strict=True)))]
+    return list(pool().map(task, *parts))
+
+
+def eigenvectors(rows: Tensor) -> Tensor:
+    """Eigenvectors (K, K) of the second moment of rows (N, K), the weakest first."""
+    return torch.linalg.eigh(rows.T @ rows / len(rows))[1]
