@@ -56,8 +56,8 @@ def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMe
     corners = active.values.ravel()
     low, high = corners.take(owner), corners.take(UPPER.take(axis) * count + owner)
     cube = active.values.reshape(2, 2, 2, count)
-    means = [np.diff(cube, axis=axis).mean(axis=(0, 1, 2)) for axis in range(3)]  # of each cell
-    gradient = np.stack(means, axis=1).take(owner, axis=0)  # (V, 3), rough
+    means = [np.diff(cube, axis=way).mean(axis=(0, 1, 2)) for way in range(3)]
+    gradient = np.stack(means, axis=1).take(owner, axis=0)  # (V, 3), the cells' mean
     gradient.put(along, high - low)
     slopes = np.sqrt(np.einsum("va,va->v", gradient, gradient))  # (V,), per cell's edge
     normals = gradient / slopes[:, None]
@@ -113,9 +113,9 @@ def _triangles(
     counts = count.take(codes)  # (A,)
     cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
     first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
-    row = np.repeat(MOST * codes.astype(np.int32) - first, counts)  # (F,), of the table
-    row += np.arange(len(cell), dtype=np.int32)
-    edge = table.reshape(-1, 3).take(row, axis=0)  # (F, 3)
+    entry = np.repeat(MOST * codes.astype(np.int32) - first, counts)  # (F,), of the table
+    entry += np.arange(len(cell), dtype=np.int32)
+    edge = table.reshape(-1, 3).take(entry, axis=0)  # (F, 3)
     corner = edge // 3
     row = np.empty((active.cells + 3) ** 3, np.int32)  # of each active cell; of others any
     row[active.index] = np.arange(len(codes))
