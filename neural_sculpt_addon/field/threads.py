@@ -19,7 +19,8 @@ from ..stroke.progress import Check, go_on
 
 MOST = 8
 NAME = "neural-sculpt-field"  # of the pool's threads
-PIECE = 1024  # points; some 15 ms of work, after which a cancel is heard
+PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
+SMALL = 64  # points that are not worth a second thread
 
 T = TypeVar("T")
 
@@ -46,10 +47,11 @@ def in_pieces(task: Callable[[slice], T], count: int, check: Check = go_on) -> T
     It returns arrays with a row for each point, or tuples of such, which are joined. `check` is
     called before each piece and may raise.
     """
-    parts = [slice(start, start + PIECE) for start in range(0, max(count, 1), PIECE)]
     check()
-    if len(parts) == 1:
-        return task(parts[0])
+    if count <= SMALL:
+        return task(slice(0, count))
+    pieces = -(-count // (PIECE * threads())) * threads()  # the threads finish together
+    parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
     with closing(pool().map(task, parts)) as results:  # pyright: ignore[reportArgumentType]
         for result in results:

@@ -117,7 +117,8 @@ def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed):
         torch.cat([moved.weights[-2], moved.biases[-2][:, None]], 1) - inner,
         torch.cat([moved.weights[-1][0], moved.biases[-1]]) - output,
     )
-    _, slope = torch.autograd.functional.jvp(residual, (inner, output), step)
+    slope = torch.autograd.functional.jvp(residual, (inner, output), step)[1]
+    assert isinstance(slope, torch.Tensor)
     torch.testing.assert_close(linear.apply(change), -slope, rtol=1e-8, atol=1e-8)
 
 
