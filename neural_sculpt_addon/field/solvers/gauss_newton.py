@@ -28,6 +28,7 @@ from .rows import Counts, Rows, Sampler
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
 WIDEST = 512  # units of the first layer
 GROWTHS = 2  # how often at most the first layer is doubled
+FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones, up to WIDEST
 REPAIRS = 3  # how often at most islands are looked for and removed
 MOST = 300.0  # lambda
 POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step kept
@@ -94,7 +95,9 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         if sampler.error(network) < TOLERANCE or network.widths[0] >= WIDEST:
             break
         if growth < GROWTHS:
-            network = grow(network, (2 * network.widths[0], *network.widths[1:]))
+            wider = 2 * network.widths[0]
+            frequency = FINEST if wider >= WIDEST else FREQUENCY
+            network = grow(network, (wider, *network.widths[1:]), frequency)
     for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)
