@@ -36,7 +36,7 @@ def follow(problem: Problem, edited: Siren, proxy: Proxy) -> Preparation:
     box.values[near] = values(edited, box.points[near])
     shell = join([before.shell.where(kept), _beside(problem, moved, surface, random)])
     order = spatial_order(surface.points)
-    return Preparation(edited, proxy, surface.where(order), shell.where(order), box)
+    return Preparation(edited, proxy, surface.where(order), shell.where(order), box, before.doubt)
 
 
 def _move(problem: Problem, surface: Samples, random: np.random.Generator) -> Samples:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ..stroke.progress import Progress, silent
 from .evaluate import values
@@ -20,6 +21,7 @@ CELLS = 128
 SURFACE_SAMPLES = 40_000
 SHELL = 0.01  # standard deviation of the distance of shell points from the surface
 BOX_SAMPLES = 20_000
+SAFE = 0.01  # of |f|, at which a change of it hardly makes a surface
 
 
 class Values(NamedTuple):
@@ -40,6 +42,8 @@ class Preparation:
     surface: (SURFACE_SAMPLES,) uniform by area, in spatial order
     shell:   one point beside each of them, off the surface
     box:     (BOX_SAMPLES,) uniform in [-1, 1]^3, in spatial order
+    doubt:   (BOX_SAMPLES,) how much farther the surface is from these than |f| says: where it is
+             large, an edit soon makes a surface that nobody asked for
     """
 
     network: Siren
@@ -47,6 +51,7 @@ class Preparation:
     surface: Samples
     shell: Values
     box: Values
+    doubt: NDArray[np.float32]
 
 
 def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Preparation:
@@ -63,10 +68,7 @@ def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Prepa
     shell = (surface.points + offset * surface.normals).astype(np.float32)
     box = random.uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)
     box = box[spatial_order(box)]
-    return Preparation(
-        network,
-        proxy,
-        surface,
-        Values(shell, values(network, shell)),
-        Values(box, values(network, box)),
-    )
+    far = Values(box, values(network, box))
+    doubt = KDTree(surface.points).query(box)[0] / (np.abs(far.values) + SAFE)
+    shell = Values(shell, values(network, shell))
+    return Preparation(network, proxy, surface, shell, far, doubt.astype(np.float32))

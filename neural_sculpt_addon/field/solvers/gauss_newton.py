@@ -62,13 +62,13 @@ class Course:
 
 FIRST = Course(
     *(6, 3, 10, 0.75, 0.3),
-    Counts(tube=400, slope=150, preserve=2400, around=80, box=80),
+    Counts(tube=400, slope=150, preserve=2400, around=150, box=250),
     hold=1.45,
 )
 REFINE = Course(
     *(4, 2, 16, 1.0, 0.03),
-    Counts(tube=1600, slope=300, preserve=6500, around=300, box=300),
-    hold=1.3,
+    Counts(tube=1600, slope=800, preserve=6500, around=300, box=500),
+    hold=1.5,
 )
 
 

@@ -33,13 +33,12 @@ RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
-BOX_POOL = 3000  # points
-BOX_SAFE = 0.03  # of |f|, at which a point is half as likely to be chosen
+BOX_POOL = 1000  # points
 SLOPE_LENGTH = 0.04  # what one unit of slope weighs, in units of length
 HELD_OUT = 40  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
-AROUND_WEIGHT = BOX_WEIGHT = 0.3  # of residuals; squared in the sum
+AROUND_WEIGHT, BOX_WEIGHT = 0.3, 0.5  # of residuals; squared in the sum
 
 
 class Counts(NamedTuple):
@@ -126,8 +125,8 @@ class Sampler:
         around = _around(problem, target, amount, rim, 3 * counts.around, random)
         check()
         far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
-        risk = 1 / (np.abs(known.box.values[far]) + BOX_SAFE)  # small values tear first
-        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=risk / risk.sum())
+        doubt = known.doubt[far] ** 2
+        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=doubt / doubt.sum())
         box = known.box.where(np.sort(far))
         held = (counts.preserve - min(beside, len(rim.points))) // 2
         self._pools = [
