@@ -58,7 +58,7 @@ def test_doubt_is_the_ratio_of_the_distance_to_the_field(preparation):
     radius = np.linalg.norm(preparation.box.points.astype(float), axis=1)
     expected = np.abs(radius - 0.5) / (np.abs(radius**2 - 0.25) + 0.01)
     far = np.abs(radius - 0.5) > 0.05  # than which the samples are denser
-    np.testing.assert_allclose(preparation.doubt[far], expected[far], rtol=0.02)
+    np.testing.assert_allclose(preparation.doubt[far], expected[far], rtol=0.05)
 
 
 def test_the_same_seed_prepares_the_same(preparation):
