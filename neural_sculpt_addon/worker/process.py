@@ -8,7 +8,6 @@ from another.
 
 import logging
 import queue
-import signal
 import subprocess
 import threading
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ from typing import cast
 
 from ..stroke.errors import SculptError
 from . import protocol
+from .ending import exit_in_words
 from .interpreter import clean_environ, no_window
 from .protocol import Message, ProtocolError
 
@@ -132,14 +132,3 @@ class WorkerProcess:
         except OSError:
             return ""
         return "\n".join([line for line in lines if line.strip()][-_LOG_LINES:])
-
-
-def exit_in_words(code: int, log_tail: str = "") -> str:
-    """A return code in words: the exception that Python ended with, or the signal it died of."""
-    if code >= 0:
-        last = log_tail.rpartition("\n")[2].strip()
-        return f"exit code {code}: {last}" if code and last else f"exit code {code}"
-    try:
-        return f"killed by {signal.Signals(-code).name}"
-    except ValueError:
-        return f"killed by signal {-code}"
