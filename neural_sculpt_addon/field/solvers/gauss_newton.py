@@ -125,7 +125,12 @@ def _improve(
         parts = _parts(sampler.draw())
         views = each(layers.view, parts)
         linear = each(layers.linearise, parts, views)
-        coordinates = coordinates or Coordinates.of(linear[0], len(parts))
+        if coordinates is None:
+            coordinates = Coordinates.of(linear[0], len(parts))
+        else:
+            before = coordinates.scale
+            coordinates = coordinates.scaled_for(linear[0], len(parts))
+            memory = memory and memory.scaled(coordinates.scale / before)
         solution = solve(
             linear,
             coordinates,

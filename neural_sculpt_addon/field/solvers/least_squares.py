@@ -22,7 +22,7 @@ from torch import Tensor
 
 from ..threads import pool
 
-RIDGE = 1e-3  # added to the diagonal of J^T J, in means of each block
+RIDGE = 0.01  # added to the diagonal of J^T J, in means of each block
 U = TypeVar("U")
 
 
@@ -89,11 +89,15 @@ class Coordinates(NamedTuple):
     def of(linear: Linear, parts: int) -> "Coordinates":
         """Those that suit a system of which `linear` is one of so many like parts."""
         left, output = eigenvectors(linear.left), eigenvectors(linear.output)
-        turned = linear._replace(left=linear.left @ left, output=linear.output @ output)
+        return Coordinates(left, output, torch.empty(0)).scaled_for(linear, parts)
+
+    def scaled_for(self, linear: Linear, parts: int) -> "Coordinates":
+        """The same but for the scale, for another system."""
+        turned = linear._replace(left=linear.left @ self.left, output=linear.output @ self.output)
         diagonal = parts * turned.diagonal()
-        blocks = diagonal.split([linear.inner, len(output)])
+        blocks = diagonal.split([linear.inner, len(self.output)])
         scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
-        return Coordinates(left, output, scale)
+        return self._replace(scale=scale)
 
     def unknowns(self, y: Tensor) -> Tensor:
         """x = C y (H K + O,)."""
@@ -118,6 +122,10 @@ class Memory(NamedTuple):
 
     directions: Tensor  # (k, H K + O)
     products: Tensor  # (k, H K + O)
+
+    def scaled(self, scale: Tensor) -> "Memory":
+        """The same directions in the coordinates y / scale."""
+        return Memory(self.directions / scale, self.products * scale)
 
     def precondition(self, vector: Tensor) -> Tensor:
         """The BFGS update of the identity by all directions, times a gradient (H K + O,)."""
