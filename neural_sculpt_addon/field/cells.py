@@ -74,6 +74,11 @@ def steps(cells: int) -> NDArray[np.int32]:
     return np.array([n * n, n, 1], np.int32)
 
 
+def corner_steps(cells: int) -> NDArray[np.int32]:
+    """Index steps (8,) from a cell to its corners."""
+    return (CORNERS @ steps(cells)).astype(np.int32)
+
+
 def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
     """The three coordinates (3, P) of `points` (P,) in a lattice of `cells` cells per axis."""
     n = np.int32(cells + 3)
@@ -134,7 +139,7 @@ class _Search:
         self.seen = np.zeros(self.n**3, bool)  # cells that are active
         self.wanted = np.zeros(self.n**3, bool)  # points, for a moment
         self.steps = steps(cells)
-        self.corners = (CORNERS @ self.steps).astype(np.int32)[:, None]  # (8, 1)
+        self.corners = corner_steps(cells)[:, None]  # (8, 1)
         self.spacing = 2 / cells
         self.axis = np.full(self.n, 2, np.float32)  # coordinates of the points; 2 in the ring
         self.axis[1:-1] = np.linspace(-1, 1, cells + 1)

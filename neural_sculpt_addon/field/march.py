@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from .cells import CORNERS, ActiveCells, places, steps
+from .cells import ActiveCells, corner_steps, places, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
 MOST = 5  # triangles of a cell
@@ -119,8 +119,8 @@ def _triangles(
     corner = edge // 3
     row = np.empty((active.cells + 3) ** 3, np.int32)  # of each active cell; of others any
     row[active.index] = np.arange(len(codes))
-    corners = (CORNERS @ steps(active.cells)).astype(np.int32)
-    owner = row.take(active.index.take(cell)[:, None] + corners.take(corner))  # (F, 3)
+    above = corner_steps(active.cells).take(corner)  # (F, 3)
+    owner = row.take(active.index.take(cell)[:, None] + above)  # (F, 3)
     return vertex.take(3 * owner + edge - 3 * corner)
 
 

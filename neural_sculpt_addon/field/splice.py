@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import CORNERS, ActiveCells, FoundAgain, steps
+from .cells import ActiveCells, FoundAgain, corner_steps
 from .march import CROSSED, RawMesh, march, triangle_table
 
 
@@ -66,8 +66,7 @@ def _with_owners(
     active: ActiveCells, chosen: NDArray[np.bool_]
 ) -> tuple[ActiveCells, NDArray[np.bool_]]:
     """The `chosen` (A,) cells and those that own an edge of theirs; which of these are chosen."""
-    corners = (CORNERS @ steps(active.cells)).astype(np.int32)[:, None]
     wanted = np.zeros((active.cells + 3) ** 3, bool)
-    wanted[active.index[chosen] + corners] = True
+    wanted[active.index[chosen] + corner_steps(active.cells)[:, None]] = True
     near = wanted[active.index]
     return ActiveCells(active.cells, active.index[near], active.values[:, near]), chosen[near]

@@ -94,7 +94,7 @@ def run(
                     kept.append(line)
                     file.write(line + "\n")
                     file.flush()
-    except BaseException:
+    except BaseException:  # a cancel above all: it must not go on without us
         process.kill()
         raise
     finally:

@@ -17,7 +17,7 @@ from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
 from neural_sculpt_addon.field.solvers.layers import Layers
-from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Coordinates, Linear
+from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Bases, Coordinates, Linear
 from neural_sculpt_addon.field.solvers.rows import Rows
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
@@ -91,8 +91,9 @@ def normal_equations(linear: Linear, coordinates: Coordinates, damping: float) -
     return matrix.T @ matrix + damping * torch.eye(len(matrix.T), dtype=torch.float64)
 
 
-def exact_solution(linear: Linear, coordinates: Coordinates, damping: float) -> torch.Tensor:
+def exact_solution(linear: Linear, bases: Bases, damping: float) -> torch.Tensor:
     matrix, residual = dense(linear)
+    coordinates = Coordinates.of(bases, linear, 1)
     turned = matrix_of(coordinates)
     system = normal_equations(linear, coordinates, damping)
     return turned @ torch.linalg.solve(system, turned.T @ matrix.T @ residual)
@@ -166,7 +167,7 @@ def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
 
 def test_coordinates_normalise_the_diagonal_of_the_system():
     linear = linear_of([4, 3], 9, 7, 5)
-    coordinates = Coordinates.of(linear, 2)  # of two parts like this one
+    coordinates = Coordinates.of(Bases.of(linear), linear, 2)  # of two parts like this one
     turned = matrix_of(coordinates)
     torch.testing.assert_close(coordinates.gradient(turned[0]), turned.T @ turned[0])
     left = np.linalg.eigh(linear.left.T @ linear.left)[1]
@@ -183,9 +184,8 @@ def test_coordinates_normalise_the_diagonal_of_the_system():
 @pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
 def test_the_solution_is_that_of_the_normal_equations(damping):
     linear = linear_of([4, 3], 9, 7, 5)
-    coordinates = Coordinates.of(linear, 1)
-    exact = exact_solution(linear, coordinates, damping)
-    x, promised, _ = solve([linear], coordinates, damping, 60, None)
+    exact = exact_solution(linear, Bases.of(linear), damping)
+    x, promised, _ = solve(linear, Bases.of(linear), damping, 60)
     torch.testing.assert_close(x, exact, rtol=1e-5, atol=1e-8)
     matrix, residual = dense(linear)
     decrease = residual @ residual - (matrix @ exact - residual).square().sum()
@@ -195,15 +195,15 @@ def test_the_solution_is_that_of_the_normal_equations(damping):
 def test_what_one_solution_promises_before_it_is_exact():
     linear = linear_of([5, 4], 30, 7, 6)
     matrix, residual = dense(linear)
-    x, promised, _ = solve([linear], Coordinates.of(linear, 1), 0.1, 3, None)
+    x, promised, _ = solve(linear, Bases.of(linear), 0.1, 3)
     decrease = residual @ residual - (matrix @ x - residual).square().sum()
     assert promised == pytest.approx(float(decrease), rel=1e-6)
 
 
 def test_the_memory_of_a_system_inverts_it_in_its_span():
     linear, damping = linear_of([5, 4], 30, 7, 6), 0.1
-    coordinates = Coordinates.of(linear, 1)
-    memory = solve([linear], coordinates, damping, 8, None).memory
+    coordinates = Coordinates.of(Bases.of(linear), linear, 1)
+    memory = solve(linear, Bases.of(linear), damping, 8).memory.scaled(coordinates.scale)
     products = memory.directions @ normal_equations(linear, coordinates, damping)
     torch.testing.assert_close(memory.products, products)
     for s, y in zip(*memory, strict=True):
@@ -213,18 +213,17 @@ def test_the_memory_of_a_system_inverts_it_in_its_span():
 def test_memory_makes_the_next_solution_of_a_like_system_better():
     damping, seed = 0.01, 6
     first, second = (linear_of([8, 8], 60, 20, seed) for _ in range(2))
-    coordinates = Coordinates.of(first, 1)
-    exact = exact_solution(second, coordinates, damping)
-    memory = solve([first], coordinates, damping, 12, None).memory
+    bases = Bases.of(first)
+    exact = exact_solution(second, bases, damping)
+    memory = solve(first, bases, damping, 12).memory
     errors = [
-        (solve([second], coordinates, damping, 12, known).x - exact).norm()
-        for known in (None, memory)
+        (solve(second, bases, damping, 12, known).x - exact).norm() for known in (None, memory)
     ]
     assert errors[1] < 0.5 * errors[0]
 
 
-def solve(linear, coordinates, damping, iterations, memory):
-    return least_squares.solve(linear, coordinates, damping, iterations, memory, lambda _: None)
+def solve(linear, bases, damping, iterations, memory=None):
+    return least_squares.solve([linear], bases, damping, iterations, memory, lambda _: None)
 
 
 @pytest.fixture(scope="module")

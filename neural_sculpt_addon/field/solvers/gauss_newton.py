@@ -22,7 +22,7 @@ from ..problem import Problem
 from ..proxy import extract
 from ..threads import threads
 from .layers import Layers, View
-from .least_squares import Coordinates, Memory, Solution, each, solve
+from .least_squares import Bases, Memory, Solution, each, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
@@ -116,7 +116,7 @@ def _improve(
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
     layers, damping = Layers.of(network, sampler.draw(), course.rank), course.damping
-    coordinates: Coordinates | None = None
+    bases: Bases | None = None
     memory: Memory | None = None
     last: deque[Layers] = deque(maxlen=course.averaged)
     step = failures = 0
@@ -125,15 +125,10 @@ def _improve(
         parts = _parts(sampler.draw())
         views = each(layers.view, parts)
         linear = each(layers.linearise, parts, views)
-        if coordinates is None:
-            coordinates = Coordinates.of(linear[0], len(parts))
-        else:
-            before = coordinates.scale
-            coordinates = coordinates.scaled_for(linear[0], len(parts))
-            memory = memory and memory.scaled(coordinates.scale / before)
+        bases = bases or Bases.of(linear[0])
         solution = solve(
             linear,
-            coordinates,
+            bases,
             damping,
             course.iterations,
             memory,

@@ -78,53 +78,62 @@ class Linear(NamedTuple):
         return torch.cat([inner.clamp_min(0).ravel(), (self.output**2).sum(0)])
 
 
+class Bases(NamedTuple):
+    """Orthogonal coordinates of the unknowns in which J^T J is nearly diagonal."""
+
+    left: Tensor  # (H, H)
+    output: Tensor  # (O, O)
+
+    @staticmethod
+    def of(linear: Linear) -> "Bases":
+        """Those that suit systems like `linear`."""
+        return Bases(eigenvectors(linear.left), eigenvectors(linear.output))
+
+
 class Coordinates(NamedTuple):
     """Coordinates y of the unknowns x: scaled, then turned."""
 
-    left: Tensor  # (H, H), orthogonal
-    output: Tensor  # (O, O), orthogonal
+    bases: Bases
     scale: Tensor  # (H K + O,)
 
     @staticmethod
-    def of(linear: Linear, parts: int) -> "Coordinates":
+    def of(bases: Bases, linear: Linear, parts: int) -> "Coordinates":
         """Those that suit a system of which `linear` is one of so many like parts."""
-        left, output = eigenvectors(linear.left), eigenvectors(linear.output)
-        return Coordinates(left, output, torch.empty(0)).scaled_for(linear, parts)
-
-    def scaled_for(self, linear: Linear, parts: int) -> "Coordinates":
-        """The same but for the scale, for another system."""
-        turned = linear._replace(left=linear.left @ self.left, output=linear.output @ self.output)
-        diagonal = parts * turned.diagonal()
-        blocks = diagonal.split([linear.inner, len(self.output)])
+        left, output = linear.left @ bases.left, linear.output @ bases.output
+        diagonal = parts * linear._replace(left=left, output=output).diagonal()
+        blocks = diagonal.split([linear.inner, len(bases.output)])
         scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
-        return self._replace(scale=scale)
+        return Coordinates(bases, scale)
 
     def unknowns(self, y: Tensor) -> Tensor:
         """x = C y (H K + O,)."""
         matrix, vector = self._split(self.scale * y)
-        return torch.cat([(self.left @ matrix).ravel(), self.output @ vector])
+        left, output = self.bases
+        return torch.cat([(left @ matrix).ravel(), output @ vector])
 
     def gradient(self, x: Tensor) -> Tensor:
         """C^T x (H K + O,): what is the gradient with respect to y when x is that to x."""
         matrix, vector = self._split(x)
-        return self.scale * torch.cat([(self.left.T @ matrix).ravel(), self.output.T @ vector])
+        left, output = self.bases
+        return self.scale * torch.cat([(left.T @ matrix).ravel(), output.T @ vector])
 
     def _split(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        inner = len(x) - len(self.output)
-        return x[:inner].view(len(self.left), -1), x[inner:]
+        inner = len(x) - len(self.bases.output)
+        return x[:inner].view(len(self.bases.left), -1), x[inner:]
 
 
 class Memory(NamedTuple):
     """Directions s of a system A that was solved, and A s, each divided by (s . A s)^1/2.
 
-    They are conjugate, so that the inverse of A is the sum of all s s^T in their span.
+    They are conjugate, so that the inverse of A is the sum of all s s^T in their span. Between two
+    systems they are kept turned by the bases, but not scaled.
     """
 
     directions: Tensor  # (k, H K + O)
     products: Tensor  # (k, H K + O)
 
     def scaled(self, scale: Tensor) -> "Memory":
-        """The same directions in the coordinates y / scale."""
+        """The same directions in coordinates that are divided by `scale`."""
         return Memory(self.directions / scale, self.products * scale)
 
     def precondition(self, vector: Tensor) -> Tensor:
@@ -146,7 +155,7 @@ class Solution(NamedTuple):
 
 def solve(
     parts: Sequence[Linear],
-    coordinates: Coordinates,
+    bases: Bases,
     damping: float,
     iterations: int,
     memory: Memory | None,
@@ -155,15 +164,19 @@ def solve(
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
     parts:  all rows of the system
-    memory: of a system like this one in the same coordinates
+    bases:  in which it is solved
+    memory: of a system like this one in the same bases
     share:  is told the part that is done before each iteration, and may raise
     """
+
+    coordinates = Coordinates.of(bases, parts[0], len(parts))
+    known = None if memory is None else memory.scaled(coordinates.scale)
 
     def total(task: Callable[[Linear], Tensor]) -> Tensor:
         return coordinates.gradient(torch.stack(each(task, parts)).sum(0))
 
     def preconditioned(vector: Tensor) -> Tensor:
-        return vector if memory is None else memory.precondition(vector)
+        return vector if known is None else known.precondition(vector)
 
     gradient = total(lambda part: part.transposed(part.residual))
     solution, remaining = torch.zeros_like(gradient), gradient
@@ -185,7 +198,7 @@ def solve(
         direction = better + (length / before) * direction
     # |r|^2 - |J x - r|^2 = 2 g . y - y . (A - lambda) y, and A y = g - remaining
     promised = solution.dot(gradient + remaining) + damping * solution.dot(solution)
-    found = Memory(torch.stack(directions), torch.stack(products))
+    found = Memory(torch.stack(directions), torch.stack(products)).scaled(1 / coordinates.scale)
     return Solution(coordinates.unknowns(solution), float(promised), found)
 
 
