@@ -13,8 +13,6 @@ them:
    faces lead through every component of which the octree found a single cell. So where a block's
    corners change sign the octree need not be careful.
 
-After an edit the flood alone finds what became of a surface that is known (`find_again`).
-
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
 Cells and points are linear indices into the ringed lattice, n = cells + 3 points per axis; a cell
@@ -22,7 +20,7 @@ is named by its lowest corner.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +60,7 @@ class ActiveCells:
         """Edge of a cell in model space."""
         return 2 / self.cells
 
-    @property
+    @cached_property
     def codes(self) -> NDArray[np.uint8]:
         """Signs of the corners (A,): bit c is set when corner c is inside."""
         return _codes(self.values)
@@ -87,46 +85,20 @@ def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
     return np.stack([x, column - n * x, points - n * column])
 
 
+def cells_at(points: NDArray[np.float32], cells: int) -> NDArray[np.int32]:
+    """The cells (P,) of a lattice of `cells` cells per axis around `points` (P', 3) in the box."""
+    place = np.floor((points + 1) * np.float32(cells / 2)) + 1
+    place = place[((place >= 1) & (place <= cells)).all(axis=1)]
+    return place.astype(np.int32) @ steps(cells)
+
+
 def find_active(network: Siren, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `network`. SculptError when it yields values that are not finite."""
-    search = _Search(network, cells, progress)
-    search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
-    return search.result()
+    search = Search(network, cells, progress)
+    return search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
 
 
-class FoundAgain(NamedTuple):
-    """The active cells after an edit."""
-
-    active: ActiveCells
-    fresh: NDArray[np.bool_]  # (A,), those that were searched for
-    touched: NDArray[np.bool_]  # of the cells known before, those that were given up for these
-
-
-def find_again(
-    known: ActiveCells, changed: NDArray[np.bool_], network: Siren, progress: Progress = silent
-) -> FoundAgain:
-    """The active cells after an edit that moved the surface in the `changed` (A,) ones.
-
-    Corners of cells that did not change keep their values, so the result is exactly that of one
-    lattice: closed wherever the surface is. Pieces born away from the known surface are not seen.
-    """
-    search = _Search(network, known.cells, progress)
-    corners = known.index + search.corners  # (8, A)
-    search.flat[corners] = known.values
-    search.flat[corners[:, changed]] = UNKNOWN
-    near, kept = np.zeros_like(search.seen), np.zeros_like(search.seen)
-    neighbours = np.unique(search.corners - search.corners.T)[:, None]  # (27, 1)
-    near[known.index[changed] + neighbours] = True
-    touched = near[known.index]  # those that have a corner in common with a changed one
-    kept[known.index[~touched]] = search.seen[known.index[~touched]] = True
-    corners = corners[:, touched]
-    search.evaluate(search.distinct(corners))
-    search.flood(known.index[touched][_clearance(search.flat.take(corners)) < 0])
-    active = search.result()
-    return FoundAgain(active, ~kept[active.index], touched)
-
-
-class _Search:
+class Search:
     """The state of one search: the values so far, the cells so far.
 
     The arrays span the lattice, but of memory that nobody touches the system gives none.
@@ -137,7 +109,6 @@ class _Search:
         self.n = cells + 3
         self.flat = np.zeros(self.n**3, np.float32)
         self.seen = np.zeros(self.n**3, bool)  # cells that are active
-        self.wanted = np.zeros(self.n**3, bool)  # points, for a moment
         self.steps = steps(cells)
         self.corners = corner_steps(cells)[:, None]  # (8, 1)
         self.spacing = 2 / cells
@@ -146,10 +117,10 @@ class _Search:
         self.root = _root_stride(cells)
         self.fraction = 0.0
 
-    def result(self) -> ActiveCells:
-        """All cells seen so far."""
-        index = np.flatnonzero(self.seen).astype(np.int32)
-        return ActiveCells(self.cells, index, self.flat.take(index + self.corners))
+    @cached_property
+    def wanted(self) -> NDArray[np.bool_]:
+        """Points (n^3,), marked for a moment."""
+        return np.zeros(self.n**3, bool)
 
     def descend(self) -> NDArray[np.int32]:
         """Active cells found by the octree (A,)."""
@@ -164,13 +135,13 @@ class _Search:
             corners = blocks + stride * self.corners  # (8, B)
             self.evaluate(self.distinct(corners))
             value = self.flat.take(corners)  # (8, B)
-            clearance = _clearance(value)
+            free = clearance(value)
             if stride == 1:
-                found.append(blocks[clearance < 0])
+                found.append(blocks[free < 0])
                 continue
             square = slope * edge**2
-            keep = clearance < HIDING * square
-            margin = np.where(clearance[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
+            keep = free < HIDING * square
+            margin = np.where(free[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
             children = blocks[keep] + stride // 2 * self.corners  # (8, B')
             children = children[_expected(value.compress(keep, axis=1)) < margin]
             stack.extend((stride // 2, part) for part in _parts(children))
@@ -200,13 +171,15 @@ class _Search:
         cells = np.unique(points - self.corners)
         corners = cells + self.corners
         self.evaluate(self.distinct(corners))
-        return cells[_clearance(self.flat.take(corners)) < 0]
+        return cells[clearance(self.flat.take(corners)) < 0]
 
-    def flood(self, frontier: NDArray[np.int32]) -> None:
-        """See `frontier` (A,) and every cell reached from it through faces of mixed sign."""
+    def flood(self, frontier: NDArray[np.int32]) -> ActiveCells:
+        """The cells of `frontier` (A,), and those that faces of mixed sign lead to from there."""
         self.fraction = 0.9
+        found = []
         while len(frontier):
             self.seen[frontier] = True
+            found.append(frontier)
             codes = _codes(self.flat.take(frontier + self.corners))  # (A,)
             reached = np.concatenate(
                 [
@@ -214,8 +187,14 @@ class _Search:
                     for (axis, side), mixed in _MIXED_FACE.items()
                 ]
             )
-            frontier = np.unique(reached.compress(~self.seen.take(reached)))
+            frontier = np.unique(self.unseen(reached))
             self.evaluate(self.distinct(frontier + self.corners))
+        index = self.distinct(np.concatenate(found)) if found else frontier
+        return ActiveCells(self.cells, index, self.flat.take(index + self.corners))
+
+    def unseen(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Those of `cells` (A,) that the flood has not reached yet."""
+        return cells.compress(~self.seen.take(cells))
 
     def distinct(self, points: NDArray[np.int32]) -> NDArray[np.int32]:
         """Each of `points` once (P,), rising."""
@@ -266,7 +245,7 @@ def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
     return codes
 
 
-def _clearance(value: NDArray[np.float32]) -> NDArray[np.float32]:
+def clearance(value: NDArray[np.float32]) -> NDArray[np.float32]:
     """The least |f| of the 8 corners, on the first axis; negative where they change sign."""
     return np.maximum(value.min(axis=0), -value.max(axis=0))
 

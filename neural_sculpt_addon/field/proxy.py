@@ -23,7 +23,8 @@ from scipy.sparse import csc_array
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
-from .cells import ActiveCells, find_active, find_again, steps
+from .again import find_again
+from .cells import ActiveCells, cells_at, find_active, steps
 from .evaluate import values, values_and_gradients
 from .march import RawMesh, find_caps, march, weld_caps
 from .network import Siren
@@ -81,10 +82,13 @@ def update(proxy: Proxy, network: Siren, progress: Progress = silent) -> Proxy:
         return extract(network, known.cells, progress)
     shown = _raw(proxy)
     distance = _slide(network, shown, spacing, _part(progress, 0, 0.3))
-    moved = ~(distance < MOVED * spacing)  # what is not finite, too
-    _snap(shown, (distance > TURNED) & ~moved, network, spacing, _part(progress, 0.3, 0.5))
-    changed = _around(proxy.edges[moved] // 3, known.cells)[known.index]
-    again = find_again(known, changed, network, _part(progress, 0.5, 0.7))
+    moved = ~(np.abs(distance) < MOVED * spacing)  # what is not finite, too
+    turned = (np.abs(distance) > TURNED) & ~moved
+    _snap(shown, turned, network, spacing, _part(progress, 0.3, 0.5))
+    changed = _around(proxy.edges[moved] // 3, known)
+    there = proxy.vertices[moved] - distance[moved, None] * proxy.normals[moved]
+    guesses = cells_at(there, known.cells)
+    again = find_again(known, changed, guesses, network, _part(progress, 0.5, 0.7))
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
     mesh, fresh = splice(shown, known, again)
@@ -128,15 +132,13 @@ def _raw(proxy: Proxy) -> RawMesh:
     )
 
 
-def _around(owners: NDArray[np.int64], cells: int) -> NDArray[np.bool_]:
-    """The cells, among all of the lattice, that share an edge of `owners` or adjoin one that does.
+def _around(owners: NDArray[np.int64], active: ActiveCells) -> NDArray[np.bool_]:
+    """The active cells (A,) that share an edge of `owners` or adjoin one that does.
 
     Of a cell that owns an edge, these are at most two cells below it and one above, on each axis.
     """
-    near = np.zeros((cells + 3) ** 3, bool)
-    offsets = (np.indices((4, 4, 4)).reshape(3, -1).T - 2) @ steps(cells)  # (64,)
-    near[np.unique(owners)[:, None] + offsets] = True
-    return near
+    offsets = (np.indices((4, 4, 4)).reshape(3, -1).T - 2) @ steps(active.cells)  # (64,)
+    return np.isin(active.index, np.unique(owners)[:, None] + offsets, kind="table")
 
 
 def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
@@ -201,16 +203,15 @@ def _step(
 def _slide(
     network: Siren, mesh: RawMesh, spacing: float, progress: Progress
 ) -> NDArray[np.float32]:
-    """A step of all vertices along the normals that they have; how far each moved (V,)."""
-    moved = np.empty(len(mesh.vertices), np.float32)
-    for start in range(0, len(moved), BATCH):
-        progress(start / len(moved), "Following the surface")
+    """A step of all vertices back along the normals that they have; how far it should be (V,)."""
+    distance = np.empty(len(mesh.vertices), np.float32)
+    for start in range(0, len(distance), BATCH):
+        progress(start / len(distance), "Following the surface")
         part = slice(start, start + BATCH)
-        distance = values(network, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
-        distance = np.clip(distance, -REACH * spacing, REACH * spacing)  # (B,)
-        mesh.vertices[part] -= distance[:, None] * mesh.normals[part]
-        moved[part] = np.abs(distance)
-    return moved
+        distance[part] = values(network, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
+        step = np.clip(distance[part], -REACH * spacing, REACH * spacing)  # (B,)
+        mesh.vertices[part] -= step[:, None] * mesh.normals[part]
+    return distance
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:

@@ -6,12 +6,11 @@ told by the cells' sign codes, and new ones find their places by counting. That 
 welded caps.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import ActiveCells, FoundAgain, corner_steps
+from .again import FoundAgain
+from .cells import ActiveCells, corner_steps
 from .march import CROSSED, RawMesh, march, triangle_table
 
 
@@ -24,34 +23,21 @@ def splice(
     local = march(part, chosen)
     old, own, new = known.codes, part.codes, again.active.codes
 
-    fresh = np.repeat(again.fresh, owned[new])  # (V,)
-    kept = np.repeat(~again.touched, owned[old])
-    source = _sources(fresh, kept, np.repeat(chosen, owned[own]))
-
-    def merged(name: str) -> NDArray[Any]:
-        return np.concatenate([getattr(shown, name), getattr(local, name)]).take(source, axis=0)
-
-    edges = merged("edges")
-    number = np.concatenate([np.searchsorted(edges, mesh.edges) for mesh in (shown, local)])
+    kept, fresh = np.repeat(~again.touched, owned[old]), np.repeat(again.fresh, owned[new])  # (V,)
+    source = _sources(kept, fresh, np.repeat(chosen, owned[own]))
+    arrays = {
+        name: np.concatenate([getattr(shown, name), getattr(local, name)]).take(source, axis=0)
+        for name in ("vertices", "normals", "slopes", "edges", "held", "cap")
+    }
+    number = _numbers(source, np.concatenate([shown.edges, local.edges]))
     corners = np.concatenate([shown.triangles, local.triangles + len(kept)])
-    kept = np.repeat(~again.touched, count[old])  # of the triangles
-    own = np.ones(len(local.triangles), bool)
-    triangles = corners.take(_sources(np.repeat(again.fresh, count[new]), kept, own), axis=0)
-    triangles = number.astype(np.int32).take(triangles)
-    mesh = RawMesh(
-        merged("vertices"),
-        merged("normals"),
-        merged("slopes"),
-        triangles,
-        edges,
-        merged("held"),
-        merged("cap"),
-    )
-    return mesh, fresh
+    kept, new = np.repeat(~again.touched, count[old]), np.repeat(again.fresh, count[new])  # (F,)
+    source = _sources(kept, new, np.ones(len(local.triangles), bool))
+    return RawMesh(triangles=number.take(corners.take(source, axis=0)), **arrays), fresh
 
 
 def _sources(
-    fresh: NDArray[np.bool_], kept: NDArray[np.bool_], own: NDArray[np.bool_]
+    kept: NDArray[np.bool_], fresh: NDArray[np.bool_], own: NDArray[np.bool_]
 ) -> NDArray[np.intp]:
     """Where, among all old and then all new rows, each row (N,) comes from.
 
@@ -62,11 +48,22 @@ def _sources(
     return source
 
 
+def _numbers(source: NDArray[np.intp], edges: NDArray[np.int64]) -> NDArray[np.int32]:
+    """The new number of all old and then all new vertices (N,), of which `source` (V,) are used.
+
+    The others have the number of the one that is used on the same of the `edges` (N,).
+    """
+    number = np.full(len(edges), -1, np.int32)
+    number[source] = np.arange(len(source), dtype=np.int32)
+    others = np.flatnonzero(number < 0)
+    number[others] = np.searchsorted(edges.take(source), edges.take(others))
+    return number
+
+
 def _with_owners(
     active: ActiveCells, chosen: NDArray[np.bool_]
 ) -> tuple[ActiveCells, NDArray[np.bool_]]:
     """The `chosen` (A,) cells and those that own an edge of theirs; which of these are chosen."""
-    wanted = np.zeros((active.cells + 3) ** 3, bool)
-    wanted[active.index[chosen] + corner_steps(active.cells)[:, None]] = True
-    near = wanted[active.index]
+    above = active.index[chosen] + corner_steps(active.cells)[:, None]
+    near = np.isin(active.index, above, kind="table")
     return ActiveCells(active.cells, active.index[near], active.values[:, near]), chosen[near]

@@ -10,7 +10,8 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field.cells import CORNERS, find_active, find_again
+from neural_sculpt_addon.field.again import find_again
+from neural_sculpt_addon.field.cells import CORNERS, find_active
 from neural_sculpt_addon.field.checkpoint import load
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.march import march
@@ -210,7 +211,8 @@ def test_what_is_spliced_is_what_marching_cubes_makes_of_all_cells(sculpted):
 def test_where_all_changed_the_flood_finds_the_same_cells_again():
     network = primitive("suzanne")
     known = find_active(network, 64)
-    again = find_again(known, np.ones(len(known.index), bool), network).active
+    none = np.empty(0, np.int32)
+    again = find_again(known, np.ones(len(known.index), bool), none, network).active
     assert np.array_equal(again.index, known.index)
     assert np.array_equal(np.sign(again.values), np.sign(known.values))
 
