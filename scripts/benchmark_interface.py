@@ -7,7 +7,7 @@ from a stroke's end to its preview and to the drawn quick result, the longest ti
 the memory of Blender and of the worker over many strokes, and how many of these were refused. MB,
 and milliseconds both by the clock and of the main thread's own work, which other programs do not
 lengthen. Drawing itself is software's here, which a graphics card does in no time. The brush's
-longest call is the first after a new mesh: Blender then builds the tree for its rays anew.
+longest call is the first after a new mesh, which is then sorted into a grid for its rays.
 """
 
 import argparse

@@ -11,6 +11,7 @@ from . import (
     menus,
     overlay,
     scene_brushes,
+    seen_surface,
     shape_choices,
     status_bar,
     tools,
@@ -128,6 +129,7 @@ def register() -> None:
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     history.register()
     scene_brushes.register()
+    seen_surface.register()
     menus.register()
     status_bar.register()
     overlay.register()
@@ -144,6 +146,7 @@ def unregister() -> None:
     overlay.unregister()
     status_bar.unregister()
     menus.unregister()
+    seen_surface.unregister()
     scene_brushes.unregister()
     history.unregister()
     delattr(Scene, GROUP)

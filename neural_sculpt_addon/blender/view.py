@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A field's proxy as a 3D viewport shows it: from the mouse to the surface and back.
 
-Points are in model space, the object's local space; the mouse is in pixels of the window. Rays use
-the tree of the evaluated mesh that Blender keeps, so that one costs microseconds.
+Points are in model space, the object's local space; the mouse is in pixels of the window.
 """
 
 # pyright: reportOptionalMemberAccess=false
@@ -16,11 +15,7 @@ from mathutils import Vector
 from numpy.typing import ArrayLike, NDArray
 
 from .recorder import Mouse, Point
-
-BESIDE = ((0.0, 0.0), (0.5, 0.0), (-0.5, 0.0), (0.0, 0.5), (0.0, -0.5))  # pixels
-FARTHEST = 2.0
-"""From the origin, in model space; where a ray starts. An orthographic view's starts so far away
-that single precision blurs it."""
+from .seen_surface import grid_of
 
 
 @dataclass(frozen=True)
@@ -32,30 +27,18 @@ class View:
     camera: RegionView3D
 
     def hit(self, mouse: Mouse) -> tuple[Point, Point] | None:
-        """Point and normal of the proxy under the mouse.
-
-        Once in a while a ray slips between two triangles and meets the far side from within; one
-        close beside it does not.
-        """
-        x, y = mouse[0] - self.region.x, mouse[1] - self.region.y
-        for right, up in BESIDE:
-            found, location, normal, inner = self._cast_ray((x + right, y + up))
-            if not found or not inner:
-                return (as_point(location), as_point(normal)) if found else None
-        return None
-
-    def _cast_ray(self, at: Mouse) -> tuple[bool, Vector, Vector, bool]:
-        """Whether a ray through a pixel of the region hits, where, and whether from within."""
+        """Point and normal of the proxy under the mouse; None from within the proxy, too."""
+        if (grid := grid_of(self.ob)) is None:
+            return None
+        at = mouse[0] - self.region.x, mouse[1] - self.region.y
         to_model = self.ob.matrix_world.inverted_safe()
         start = to_model @ view3d_utils.region_2d_to_origin_3d(self.region, self.camera, at)
         ahead = view3d_utils.region_2d_to_vector_3d(self.region, self.camera, at)
-        ahead = (to_model.to_3x3() @ ahead).normalized()
-        start += max(0.0, -start.dot(ahead) - FARTHEST) * ahead
-        try:
-            found, location, normal, _ = self.ob.ray_cast(start, ahead)
-        except RuntimeError:  # hidden, or not evaluated yet: there is nothing to be hit
-            return False, Vector(), Vector(), False
-        return found, location, normal, normal.dot(ahead) > 0
+        ahead = np.array(to_model.to_3x3() @ ahead)  # (3,)
+        found = grid.cast(np.array(start), ahead)
+        if found is None or found[1] @ ahead > 0:
+            return None
+        return as_point(found[0].tolist()), as_point(found[1].tolist())
 
     def cast(self, mouse: Mouse) -> Point | None:
         """The point of the proxy under the mouse."""
@@ -98,15 +81,13 @@ def over_interface(area: Area, mouse: Mouse) -> bool:
 
 def lay(ob: Object, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The nearest points (N, 3) of the proxy, and its normals (N, 3) there."""
-    laid, normals = [], []
-    for point in np.asarray(points, float).reshape(-1, 3).tolist():
-        found, location, normal, _ = ob.closest_point_on_mesh(point)
-        laid.append(location.to_tuple() if found else point)
-        normals.append(normal.to_tuple() if found else (0.0, 0.0, 1.0))
-    return np.array(laid).reshape(-1, 3), np.array(normals).reshape(-1, 3)
+    points = np.asarray(points, float).reshape(-1, 3)
+    if (grid := grid_of(ob)) is None:
+        return points, np.tile((0.0, 0.0, 1.0), (len(points), 1))
+    return grid.lay(points)
 
 
-def as_point(vector: Vector) -> Point:
+def as_point(vector: Vector | list[float]) -> Point:
     """Plain numbers, which outlive what Blender gave."""
     x, y, z = vector
     return x, y, z

@@ -9,6 +9,7 @@ mouse. Lengths are in model space.
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
@@ -17,7 +18,7 @@ from bpy_extras import view3d_utils
 from .. import hints, overlay
 from ..properties import brush_of
 from ..recorder import Mouse, Point
-from ..view import View, as_point, view_under
+from ..view import View, as_point, lay, view_under
 from .launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
 
 if TYPE_CHECKING:
@@ -116,5 +117,5 @@ def _nearest(view: View, mouse: Mouse) -> tuple[Point, Point]:
     at = mouse[0] - view.region.x, mouse[1] - view.region.y
     depth = matrix.translation
     world = view3d_utils.region_2d_to_location_3d(view.region, view.camera, at, depth)
-    _, location, normal, _ = view.ob.closest_point_on_mesh(matrix.inverted_safe() @ world)
-    return as_point(location), as_point(normal)
+    places, normals = lay(view.ob, np.array(matrix.inverted_safe() @ world))
+    return as_point(places[0].tolist()), as_point(normals[0].tolist())
