@@ -6,6 +6,8 @@ told by the cells' sign codes, and new ones find their places by counting. That 
 welded caps.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,34 +20,60 @@ def splice(
     shown: RawMesh, known: ActiveCells, again: FoundAgain
 ) -> tuple[RawMesh, NDArray[np.bool_]]:
     """The mesh of the cells found `again`, given that of the `known`; its new vertices (V,)."""
-    owned, count = CROSSED.sum(axis=1), triangle_table()[0]  # by sign code
     part, chosen = _with_owners(again.active, again.fresh)
     local = march(part, chosen)
-    old, own, new = known.codes, part.codes, again.active.codes
-
-    kept, fresh = np.repeat(~again.touched, owned[old]), np.repeat(again.fresh, owned[new])  # (V,)
-    source = _sources(kept, fresh, np.repeat(chosen, owned[own]))
-    arrays = {
-        name: np.concatenate([getattr(shown, name), getattr(local, name)]).take(source, axis=0)
-        for name in ("vertices", "normals", "slopes", "edges", "held", "cap")
-    }
+    own = CROSSED.sum(axis=1).take(part.codes)  # vertices of each cell
+    count = len(shown.vertices)
+    vertices = _Patch(known, again, CROSSED.sum(axis=1), np.flatnonzero(np.repeat(chosen, own)))
+    triangles = _Patch(known, again, triangle_table()[0], np.arange(len(local.triangles)))
+    source = vertices.apply(np.arange(count), count + np.arange(len(local.vertices)))
     number = _numbers(source, np.concatenate([shown.edges, local.edges]))
-    corners = np.concatenate([shown.triangles, local.triangles + len(kept)])
-    kept, new = np.repeat(~again.touched, count[old]), np.repeat(again.fresh, count[new])  # (F,)
-    source = _sources(kept, new, np.ones(len(local.triangles), bool))
-    return RawMesh(triangles=number.take(corners.take(source, axis=0)), **arrays), fresh
+    mesh = RawMesh(
+        vertices.apply(shown.vertices, local.vertices),
+        vertices.apply(shown.normals, local.normals),
+        vertices.apply(shown.slopes, local.slopes),
+        number.take(triangles.apply(shown.triangles, local.triangles + np.int32(count))),
+        vertices.apply(shown.edges, local.edges),
+        vertices.apply(shown.held, local.held),
+        vertices.apply(shown.cap, local.cap),
+    )
+    return mesh, source >= count
 
 
-def _sources(
-    kept: NDArray[np.bool_], fresh: NDArray[np.bool_], own: NDArray[np.bool_]
-) -> NDArray[np.intp]:
-    """Where, among all old and then all new rows, each row (N,) comes from.
+class _Patch:
+    """Which rows of old and new arrays come together, where each cell has some rows, in order.
 
-    fresh: (N,), whether it is a new one;  kept, own: which of the old and the new are used
+    Only from the first to the last cell that differs are they looked at one by one.
     """
-    source = np.empty(len(fresh), np.intp)
-    source[~fresh], source[fresh] = np.flatnonzero(kept), len(kept) + np.flatnonzero(own)
-    return source
+
+    def __init__(
+        self,
+        known: ActiveCells,
+        again: FoundAgain,
+        rows: NDArray[np.integer],
+        own: NDArray[np.intp],
+    ) -> None:
+        """rows: of a cell of each sign code (256,);  own: the rows of the new arrays to be used"""
+        touched, fresh = again.touched, again.fresh
+        before, after = _unchanged(touched, fresh), _unchanged(touched[::-1], fresh[::-1])
+        old, new = slice(before, len(touched) - after), slice(before, len(fresh) - after)
+        kept = np.repeat(~touched[old], rows.take(known.codes[old]))
+        fresh = np.repeat(fresh[new], rows.take(again.active.codes[new]))
+        self.start = rows.take(known.codes[:before]).sum()
+        self.end = self.start + len(kept)
+        self.source = np.empty(len(fresh), np.intp)
+        self.source[~fresh] = np.flatnonzero(kept)
+        self.source[fresh] = len(kept) + own
+
+    def apply(self, old: NDArray[Any], new: NDArray[Any]) -> NDArray[Any]:
+        """The rows of `old` that are kept and those of `new` that are used."""
+        between = np.concatenate([old[self.start : self.end], new]).take(self.source, axis=0)
+        return np.concatenate([old[: self.start], between, old[self.end :]])
+
+
+def _unchanged(touched: NDArray[np.bool_], fresh: NDArray[np.bool_]) -> int:
+    """How many cells at the beginning are neither."""
+    return min(int(np.argmax(np.append(flags, True))) for flags in (touched, fresh))
 
 
 def _numbers(source: NDArray[np.intp], edges: NDArray[np.int64]) -> NDArray[np.int32]:
