@@ -101,6 +101,9 @@ TEXTS = {
     "Suzanne": "Suzanne",
     "Pieces: {} before the last stroke, {} now": "Teile: {} vor dem letzten Strich, jetzt {}",
     "The last stroke was not fully reached": "Der letzte Strich wurde nicht ganz erreicht",
+    "The proxy was sculpted by other brushes, which the field does not know of. Absorb takes that"
+    " into the field, Remesh Proxy drops it.": "Der Proxy wurde mit anderen Pinseln bearbeitet,"
+    " wovon das Feld nichts weiß. Aufnehmen bringt das ins Feld, Proxy neu vernetzen verwirft es.",
     "The proxy is as the field made it": "Der Proxy ist, wie das Feld ihn gemacht hat",
     "The proxy is as the field made it; there is nothing to absorb.": "Der Proxy ist, wie das Feld"
     " ihn gemacht hat; es gibt nichts aufzunehmen.",
@@ -109,6 +112,9 @@ TEXTS = {
     " verwenden oder ein Mesh exportieren.",
     "Thickness": "Dicke",
     "Torus": "Torus",
+    "Network: {} units": "Netz: {} Einheiten",
+    "Sculpted by other brushes": "Mit anderen Pinseln bearbeitet",
+    "What other brushes sculpted will be gone": "Was andere Pinsel modelliert haben, geht verloren",
     "Triangles": "Dreiecke",
     "Units in each of the two layers: more hold more detail and take longer": "Neuronen in jeder"
     " der beiden Schichten: mehr halten mehr Einzelheiten und brauchen länger",
@@ -203,6 +209,13 @@ TEXTS = {
     "Only a curve can be saved. Choose Curve and shape it first.": "Nur eine Kurve kann gespeichert"
     " werden. Zuerst Kurve wählen und formen.",
     "Open Preset Folder": "Vorlagenordner öffnen",
+    "Open the folder of your own presets, whose files can be shared": "Den Ordner der eigenen"
+    " Vorlagen öffnen, deren Dateien man weitergeben kann",
+    "Open Log": "Protokoll öffnen",
+    "Open the file in which the worker writes what it does": "Die Datei öffnen, in die der"
+    " Arbeitsprozess schreibt, was er tut",
+    "There is no log before the worker's first start": "Vor dem ersten Start des Arbeitsprozesses"
+    " gibt es kein Protokoll",
     "Preset": "Vorlage",
     "Profile Presets": "Profilvorlagen",
     "Rename Preset": "Vorlage umbenennen",

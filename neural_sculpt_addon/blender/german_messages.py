@@ -166,4 +166,50 @@ MESSAGES = {
     " einem PyTorch für CUDA.",
     "There is no Python at {}; correct the path.": "Es gibt kein Python unter {}; den Pfad"
     " berichtigen.",
+    # files and meshes from outside
+    "The field has no surface in its box. Undo the last stroke or choose another model.": "Das Feld"
+    " hat in seinem Kasten keine Oberfläche. Den letzten Strich zurücknehmen oder ein anderes"
+    " Modell wählen.",
+    "This safetensors file holds no neural field of Neural Sculpt.": "Diese safetensors-Datei"
+    " enthält kein neuronales Feld von Neural Sculpt.",
+    "This field was written in format version {}, this add-on reads version {}. Update Neural"
+    " Sculpt to open it.": "Dieses Feld hat die Formatversion {}, dieses Add-on liest Version {}."
+    " Neural Sculpt aktualisieren, um es zu öffnen.",
+    "{} is no field file; choose a .safetensors or .pth file.": "{} ist keine Felddatei; eine"
+    " .safetensors- oder .pth-Datei wählen.",
+    "This checkpoint unpacks to more than any field file (256 MiB).": "Dieser Checkpoint ist"
+    " entpackt größer als jede Felddatei (256 MiB).",
+    "The .pth format has one omega for all inner layers; save as .safetensors instead.": "Das"
+    " Format .pth hat ein Omega für alle inneren Schichten; stattdessen als .safetensors"
+    " speichern.",
+    "This network has {} layers; a field has 2 to {}.": "Dieses Netz hat {} Schichten; ein Feld hat"
+    " 2 bis {}.",
+    "This network's omega factors do not fit its layers.": "Die Omega-Faktoren dieses Netzes passen"
+    " nicht zu seinen Schichten.",
+    "This network's weights hold NaN or infinite numbers; it is damaged.": "Die Gewichte dieses"
+    " Netzes enthalten NaN oder unendliche Zahlen; es ist beschädigt.",
+    "This is no readable safetensors file; it is damaged.": "Dies ist keine lesbare"
+    " safetensors-Datei; sie ist beschädigt.",
+    "This field file lacks a part of the network; it is damaged.": "Dieser Felddatei fehlt ein Teil"
+    " des Netzes; sie ist beschädigt.",
+    "{} is larger than any field file (256 MiB).": "{} ist größer als jede Felddatei (256 MiB).",
+    "This is no intact checkpoint of plain weights; nothing in it was executed.": "Dies ist kein"
+    " heiler Checkpoint aus bloßen Gewichten; nichts darin wurde ausgeführt.",
+    "This checkpoint holds no SIREN network of the authors' form.": "Dieser Checkpoint enthält kein"
+    " SIREN-Netz in der Form der Autoren.",
+    "This checkpoint is truncated or damaged.": "Dieser Checkpoint ist abgeschnitten oder"
+    " beschädigt.",
+    "This network's weights are no floating-point tensors.": "Die Gewichte dieses Netzes sind keine"
+    " Gleitkomma-Tensoren.",
+    "This network's weights are no plain tensors; save them densely.": "Die Gewichte dieses Netzes"
+    " sind keine einfachen Tensoren; sie dicht speichern.",
+    "This network's weights take more than any field's (256 MiB).": "Die Gewichte dieses Netzes"
+    " sind größer als die jedes Feldes (256 MiB).",
+    "This network's layer {} has weights {} and biases {}; a field leads from 3 coordinates to 1"
+    " value.": "Schicht {} dieses Netzes hat die Gewichte {} und Biase {}; ein Feld führt von 3"
+    " Koordinaten zu 1 Wert.",
+    "The mesh has no faces. Choose an object with a surface.": "Das Mesh hat keine Flächen. Ein"
+    " Objekt mit einer Oberfläche wählen.",
+    "The worker is not running; start it again.": "Der Arbeitsprozess läuft nicht; ihn neu"
+    " starten.",
 }

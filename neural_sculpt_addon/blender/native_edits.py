@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether a proxy was changed by Blender's own brushes and tools, which its field knows nothing of.
 
-The next proxy that the worker makes takes its place, and such edits would be gone; Absorb fits the
-field to them first.
+The next proxy that the worker makes takes its place, and such edits would be gone: strokes and
+changes of the history are refused until Absorb has fitted the field to them, or Remesh Proxy has
+dropped them.
 """
 
 import numpy as np
 from bpy.types import Mesh, Object
 
+from ..stroke.errors import SculptError
 from . import preview, proxy_mesh
-
-WARNING = (
-    "The proxy was sculpted by other brushes, which the field does not know of."
-    " Absorb takes that into the field; anything else would lose it."
-)
 
 
 def edited(ob: Object) -> bool:
@@ -28,3 +25,12 @@ def edited(ob: Object) -> bool:
     flat = np.empty(3 * len(mesh.vertices), np.float32)
     attribute.data.foreach_get("vector", flat)  # pyright: ignore
     return filled != f"{proxy_mesh.fingerprint(flat):08x}"
+
+
+def refuse(ob: Object) -> None:
+    """SculptError when a new proxy would lose what other brushes did."""
+    if edited(ob):
+        raise SculptError(
+            "The proxy was sculpted by other brushes, which the field does not know of."
+            " Absorb takes that into the field, Remesh Proxy drops it."
+        )

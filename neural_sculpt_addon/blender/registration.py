@@ -41,6 +41,10 @@ from .operators.install_worker import (
 )
 from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
 from .operators.notice import NEURAL_SCULPT_OT_notice
+from .operators.open_files import (
+    NEURAL_SCULPT_OT_open_log,
+    NEURAL_SCULPT_OT_open_presets,
+)
 from .operators.presets import (
     NEURAL_SCULPT_OT_delete_preset,
     NEURAL_SCULPT_OT_import_preset,
@@ -97,6 +101,8 @@ CLASSES = (
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
     NEURAL_SCULPT_OT_import_preset,
+    NEURAL_SCULPT_OT_open_presets,
+    NEURAL_SCULPT_OT_open_log,
     NEURAL_SCULPT_OT_remesh,
     NEURAL_SCULPT_OT_export,
     NEURAL_SCULPT_OT_cancel,

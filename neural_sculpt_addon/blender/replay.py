@@ -15,7 +15,7 @@ import numpy as np
 from bpy.types import Object
 
 from ..worker.client import JobKind, Message
-from . import stroke_list
+from . import native_edits, stroke_list
 from .commit import new_revision, set_history
 from .job import Job, Request, found
 from .properties import field_of
@@ -48,6 +48,7 @@ def change_history(ob: Object, label: str, change: Change) -> Job | None:
         if wanted != listed:
             set_history(ob, wanted, label)
         return None
+    native_edits.refuse(ob)
     changes = [change]
     if pending and isinstance(joined := pending[-1], Replay):
         changes = [*joined.changes, change]

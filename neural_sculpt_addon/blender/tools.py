@@ -75,7 +75,7 @@ class _NeuralStroke(WorkSpaceTool):
         ob = context.active_object
         if is_field(ob) and context.mode == "OBJECT":  # Sculpt Mode's header has them already
             assert isinstance(ob.data, Mesh)
-            row = layout.row(align=True)
+            row = layout.row(heading="Mirror", align=True)
             for axis in "XYZ":
                 row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
 

@@ -30,6 +30,17 @@ def pull(ob: Object) -> np.ndarray:
     return points
 
 
+def straight_line() -> Object:
+    """A curve before the front of the sphere, selected beside it."""
+    curve = bpy.data.curves.new("Line", "CURVE")
+    curve.splines.new("POLY").points.add(1)
+    curve.splines[0].points.foreach_set("co", [0, -0.6, 0, 1, 0.1, -0.6, 0, 1])
+    line = bpy.data.objects.new("Line", curve)
+    bpy.context.collection.objects.link(line)
+    line.select_set(True)
+    return line
+
+
 class Absorb(SculptCase):
     def test_a_native_edit_is_noticed_and_absorbed(self) -> None:
         self.solve_quickly()
@@ -59,6 +70,32 @@ class Absorb(SculptCase):
         np.testing.assert_array_equal(vertices(ob), sculpted)
         undo()
         self.assertFalse(edited(field(name)))
+
+    def test_nothing_else_loses_a_native_edit(self) -> None:
+        """Strokes and replays are refused; Remesh Proxy drops it."""
+        self.solve_quickly()
+        ob = add("SPHERE")
+        proxy = vertices(ob)
+        stroke(arc(ob, tilt=2.0), radius=0.1, intensity=0.03)
+        ops, (listed,) = bpy.ops.neural_sculpt, ob.neural_sculpt.strokes
+        ops.mute_stroke(uid=listed.uid)
+        line = straight_line()
+        sculpted, before = pull(ob), state(ob)
+        uid = ob.neural_sculpt.strokes[0].uid
+        for operator, given in (
+            (ops.stroke, {"points": collection(arc(ob))}),
+            (ops.strokes_from_lines, {}),
+            (ops.mute_stroke, {"uid": uid}),
+        ):
+            self.assert_fails("Absorb takes that into the field", operator, **given)
+            self.assertEqual(state(ob), before)
+        bpy.data.objects.remove(line)
+        ops.delete_stroke(uid=uid)
+        self.assertEqual(len(ob.neural_sculpt.strokes), 0)
+        np.testing.assert_array_equal(vertices(ob), sculpted)
+        ops.remesh(resolution=ob.neural_sculpt.resolution)
+        self.assertFalse(module("blender.native_edits").edited(ob))
+        np.testing.assert_allclose(vertices(ob), proxy, atol=1e-5)
 
     def test_other_topology_in_sculpt_mode(self) -> None:
         ob = add("TORUS")

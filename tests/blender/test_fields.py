@@ -42,6 +42,17 @@ class Add(SculptCase):
         for face in list(ob.data.polygons)[::50]:
             self.assertGreater(face.normal.dot(face.center), 0, "outside is outside")
 
+    def test_the_size_of_its_network_is_told(self) -> None:
+        """Of two layers between 3 coordinates and 1 value; what is damaged has none to tell."""
+        weights = add("SPHERE").neural_sculpt.weights
+        widths = module("blender.panels.model").network_widths
+        first, second = widths(weights)
+        numbers = 4 * first + (first + 1) * second + second + 1
+        head = 8 + int.from_bytes(weights[:8], "little")
+        self.assertEqual(len(weights) - head, 4 * numbers)
+        for damaged in (b"", weights[:7], weights[:head], b"\xff" * 99, b"\2" + bytes(7) + b"[]"):
+            self.assertIn(widths(damaged), ([], [first, second]))
+
     def test_every_primitive(self) -> None:
         for kind in module("blender.operators.add").PRIMITIVES:
             ob = add(kind)

@@ -90,6 +90,14 @@ class Presets(SculptCase):
         ops.delete_preset(kind="profile", preset=stem)
         self.assertEqual(self.presets.own("profile"), {})
 
+    def test_without_presets_of_ones_own_there_are_none_to_rename_or_delete(self) -> None:
+        for operator in (ops.rename_preset, ops.delete_preset, ops.open_presets):
+            self.assertFalse(operator.poll())
+        self.brush.modulation = "BEADS"
+        ops.save_preset(kind="modulation", name="Pearls")
+        for operator in (ops.rename_preset, ops.delete_preset, ops.open_presets):
+            self.assertTrue(operator.poll())
+
     def test_share(self) -> None:
         self.brush.modulation = "BEADS"
         ops.save_preset(kind="modulation", name="Pearls")

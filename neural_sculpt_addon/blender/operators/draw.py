@@ -135,8 +135,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
         proxy_mesh.refuse_locked(ob)
-        if native_edits.edited(ob):
-            raise SculptError(native_edits.WARNING)
+        native_edits.refuse(ob)
         settings = brush_of(context)
         habits = Habits(
             spacing=settings.spacing * settings.radius,

@@ -13,6 +13,7 @@ from mathutils import Vector
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import MOST_POINTS, Stroke
+from .. import native_edits
 from ..brush import brush_stroke, pressure_factors
 from ..properties import brush_of, world_scale
 from ..sources import Line, annotation_lines, selected_lines
@@ -70,6 +71,7 @@ Their thickness acts as the pen's pressure"""
             )
         spacing = brush_of(context).spacing * brush_of(context).radius * world_scale(ob)
         try:
+            native_edits.refuse(ob)
             strokes = tuple(
                 _stroke(context, ob, part)
                 for line in lines

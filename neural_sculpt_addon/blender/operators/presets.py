@@ -17,7 +17,7 @@ from .. import curve_store, presets
 from ..preset_file import LONGEST_NAME
 from ..properties import brush_of
 from ..shape_choices import CURVE
-from .launch import FINISHED, REGISTER, Outcome, fail
+from .launch import FINISHED, REGISTER, Outcome, fail, refuse
 
 
 def _kind_property() -> Any:
@@ -48,6 +48,17 @@ def _own_items(operator: Any, context: Context | None) -> list[tuple[str, str, s
     return _items
 
 
+class _OwnOperator(Operator):
+    bl_options = REGISTER
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """The artist has presets."""
+        if presets.own(curve_store.PROFILE) or presets.own(curve_store.MODULATION):
+            return True
+        return refuse(cls, "No presets of your own yet")
+
+
 class NEURAL_SCULPT_OT_save_preset(Operator):
     """Save what the curve widget shows as a preset"""
 
@@ -74,12 +85,11 @@ class NEURAL_SCULPT_OT_save_preset(Operator):
         return FINISHED
 
 
-class NEURAL_SCULPT_OT_rename_preset(Operator):
+class NEURAL_SCULPT_OT_rename_preset(_OwnOperator):
     """Give a preset of your own another name"""
 
     bl_idname = "neural_sculpt.rename_preset"
     bl_label = "Rename Preset"
-    bl_options = REGISTER
 
     kind: _kind_property()
     preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
@@ -103,12 +113,11 @@ class NEURAL_SCULPT_OT_rename_preset(Operator):
         return FINISHED
 
 
-class NEURAL_SCULPT_OT_delete_preset(Operator):
+class NEURAL_SCULPT_OT_delete_preset(_OwnOperator):
     """Delete a preset of your own"""
 
     bl_idname = "neural_sculpt.delete_preset"
     bl_label = "Delete Preset"
-    bl_options = REGISTER
 
     kind: _kind_property()
     preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)

@@ -7,7 +7,7 @@ import numpy as np
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
-from .. import estimate
+from .. import estimate, native_edits
 from ..commit import set_proxy
 from ..job import Job, Request, found
 from ..properties import field_of, resolution_property
@@ -36,7 +36,10 @@ class NEURAL_SCULPT_OT_remesh(Operator):
     def draw(self, context: Context) -> None:
         """Draw the resolution and its cost."""
         self.layout.prop(self, "resolution")
-        estimate.draw(self.layout, active_field(context), self.resolution)
+        ob = active_field(context)
+        estimate.draw(self.layout, ob, self.resolution)
+        if native_edits.edited(ob):
+            self.layout.label(text="What other brushes sculpted will be gone", icon="ERROR")
 
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""

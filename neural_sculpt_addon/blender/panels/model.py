@@ -9,7 +9,7 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import preferences
+from .. import native_edits, preferences
 from ..properties import field_of, is_field, world_scale
 from ..worker_session import session
 from .sidebar import Sidebar, draw_job
@@ -63,6 +63,13 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
     assert isinstance(ob.data, Mesh)
     triangles = f"{len(ob.data.polygons):,}"
     column.label(text=f"{iface_('Triangles')}: {triangles}", translate=False)
+    if widths := network_widths(group.weights):
+        units = " + ".join(map(str, widths))
+        column.label(text=iface_("Network: {} units").format(units), translate=False)
+    if native_edits.edited(ob):
+        box = layout.column(align=True)
+        box.label(text="Sculpted by other brushes", icon="ERROR")
+        box.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
     _draw_report(layout, context, ob)
 
 
@@ -89,6 +96,16 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
             column.label(text=f"{iface_('Separate pieces')}: {value}", translate=False)
+
+
+def network_widths(weights: bytes) -> list[int]:
+    """Units of the inner layers, by the head of a safetensors file; none when it is damaged."""
+    try:
+        tensors = json.loads(weights[8 : 8 + int.from_bytes(weights[:8], "little")])
+        biases = (tensors[f"layers.{layer}.bias"] for layer in range(len(tensors) // 2 - 1))
+        return [int(bias["shape"][0]) for bias in biases]
+    except (ValueError, KeyError, TypeError, IndexError, RecursionError):
+        return []
 
 
 def _length(context: Context, value: float) -> str:

@@ -6,7 +6,6 @@
 from bpy.types import Context, Menu, UILayout
 
 from .. import curve_store
-from ..folders import preset_folder
 
 
 def _draw(layout: UILayout, kind: str) -> None:
@@ -14,10 +13,7 @@ def _draw(layout: UILayout, kind: str) -> None:
         layout.operator(f"neural_sculpt.{word}_preset", icon=icon).kind = kind
     layout.separator()
     layout.operator("neural_sculpt.import_preset", icon="IMPORT")
-    row = layout.row()
-    row.enabled = preset_folder().is_dir()
-    button = row.operator("wm.path_open", text="Open Preset Folder", icon="FILE_FOLDER")
-    button.filepath = str(preset_folder())
+    layout.operator("neural_sculpt.open_presets", icon="FILE_FOLDER")
 
 
 class NEURAL_SCULPT_MT_profile_presets(Menu):

@@ -9,7 +9,6 @@ from bpy.types import Context
 
 from ...worker.client import WorkerState
 from .. import preferences
-from ..folders import log_file
 from ..translations import translated
 from ..worker_session import session
 from ..wrapped import draw_text
@@ -36,10 +35,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             return
         row = layout.row(align=True)
         row.label(text=_state(), icon="SYSTEM", translate=False)
-        log = log_file()
-        button = row.row(align=True)
-        button.enabled = log.is_file()
-        button.operator("wm.path_open", text="", icon="TEXT").filepath = str(log)
+        row.operator("neural_sculpt.open_log", text="", icon="TEXT")
         row.operator("neural_sculpt.restart_worker", text="", icon="FILE_REFRESH")
         row.operator("neural_sculpt.stop_worker", text="", icon="QUIT")
         if session.jobs:
