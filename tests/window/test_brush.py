@@ -17,8 +17,6 @@ from drawing import (
 from harness import module
 from simulated_input import Steps
 
-STRONG, WEAK = ((0, 1), (1, 1)), ((0, 0), (1, 0))
-
 
 class Brush(WindowCase):
     def test_keys(self) -> Steps:
@@ -80,13 +78,35 @@ class Brush(WindowCase):
         yield from self.draw(path)
         self.assert_raised(path, by=INTENSITY * values.mean())
 
+    def test_profile_widget(self) -> Steps:
+        """The middle of a tent is dragged down to half its height."""
+        yield from self.add()
+        brush = brush_settings()
+        brush.profile = "CURVE"
+        yield from hand.show_tab("Neural Sculpt")
+        left, bottom, right, top = yield from self.widget_of("profile")
+        store = module("blender.curve_store")
+        store.set_curve(brush.curves, "profile", ((-1, 0), (0, 1), (1, 0)))
+        hand.region("UI").tag_redraw()
+        yield from still_picture("UI")
+        x = (left + right) / 2
+        path = np.linspace((x, top), (x, bottom + 0.75 * (top - bottom)), 6)
+        yield from hand.drag(map(tuple, path), pause=0.05)
+        values = np.array(store.table(brush.curves, "profile"))
+        self.assertAlmostEqual(values.max(), 0.5, delta=0.05)
+        self.assertAlmostEqual(np.abs(values[[0, -1]]).max(), 0.0, delta=0.01)
+        path = self.arc()
+        yield from self.draw(path)
+        self.assert_raised(path, by=INTENSITY * values.max())
+
     def widget_of(self, curve: str) -> Steps:
         """Where the widget's plot is, as left, bottom, right, top in window pixels: what changes
         in the picture when the curve moves from its lower to its upper bound."""
         store, tree = module("blender.curve_store"), brush_settings().curves
+        low, high = store.BOUNDS[curve]
         pictures = []
-        for points in (WEAK, STRONG):
-            store.set_curve(tree, curve, points)
+        for y in (low, high):
+            store.set_curve(tree, curve, ((low, y), (high, y)))
             hand.region("UI").tag_redraw()
             hand.move(middle())
             pictures.append((yield from still_picture("UI")))

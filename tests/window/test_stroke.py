@@ -57,6 +57,25 @@ class Strokes(WindowCase):
         yield from self.idle()
         self.assertEqual(state(field()), before)
 
+    def test_right_mouse_button(self) -> Steps:
+        """Gives the stroke up as Esc does, drawn or clicked."""
+        yield from self.add()
+        before = state(field())
+        points = hand.to_window(self.arc())
+        for held in ((), ("shift",)):
+            hand.move(points[0])
+            hand.press(points[0], held)
+            for point in points[1:]:
+                hand.move(point)
+            yield hand.DRAWN
+            hand.tap("RIGHTMOUSE", points[-1])
+            yield hand.DRAWN
+            hand.release(points[-1])
+            yield hand.DRAWN
+            hand.tap("RET", points[-1])
+            yield from self.idle()
+            self.assertEqual(state(field()), before)
+
     def test_what_cannot_be_sculpted_is_not_moved(self) -> Steps:
         """A locked field, and an object that is none: the drag of the tool is not Blender's."""
         yield from self.add()

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's own sculpt brush on a proxy is noticed, guarded, and absorbed."""
+
+import bpy
+import numpy as np
+import simulated_input as hand
+from drawing import SECONDS, STILL, WindowCase, choose_tool, field, middle, operate
+from harness import module, state, vertices
+from mathutils.bvhtree import BVHTree
+from simulated_input import Steps
+from test_first_use import corners
+from test_notice import reports
+
+
+class NativeBrush(WindowCase):
+    def test_native_brush(self) -> Steps:
+        """A stroke is refused while that would be lost; Absorb takes it into the field."""
+        yield from self.add()
+        yield from self.draw(self.arc(0.6))
+        bpy.ops.object.mode_set(mode="SCULPT")
+        yield hand.DRAWN
+        if bpy.context.tool_settings.sculpt.brush is None:
+            bpy.ops.object.mode_set(mode="OBJECT")
+            self.skipTest("this Blender was packed without brushes")
+        made = vertices(field())
+        edited = module("blender.native_edits").edited
+        self.assertFalse(edited(field()))
+        choose_tool("builtin.brush")
+        yield hand.DRAWN
+        yield from hand.drag(hand.to_window(self.arc(-0.5)), pause=0.03)
+        yield from hand.until(lambda: edited(field()), SECONDS, "a native edit")
+        sculpted = vertices(field())
+        tree = BVHTree.FromPolygons(sculpted.tolist(), corners(field()).tolist())
+        self.assertGreater(worst(made, tree), 1.5 * STILL)
+        before = state(field())
+        choose_tool()
+        yield from hand.show_tab("Neural Sculpt")
+        yield from hand.drag(hand.to_window(self.arc()), pause=0.02)
+        yield 3 * hand.DRAWN
+        self.assertFalse(self.session.jobs)
+        self.assertEqual(state(field()), before)
+        operate(bpy.ops.neural_sculpt.absorb)
+        yield 3 * hand.DRAWN
+        hand.tap("RET", middle())  # its strokes leave the history
+        yield from self.strokes_are(0)
+        self.assertEqual(field().mode, "SCULPT")
+        self.assertFalse(edited(field()))
+        self.assertLess(worst(vertices(field()), tree), STILL)
+        self.assertIn("Absorb takes that into the field", reports())
+
+
+def worst(points: np.ndarray, tree: BVHTree) -> float:
+    """How far points (N, 3) are from a surface, of the worst hundredth the nearest."""
+    return float(np.quantile([tree.find_nearest(point)[3] for point in points.tolist()], 0.99))
