@@ -104,6 +104,17 @@ def encode(message: Message) -> list[bytes]:
 
     Raises ProtocolError for what cannot be sent: other dtypes, NaN in a field, too many bytes.
     """
+    return [bytes(piece) for piece in _pieces(message)]
+
+
+def write(stream: BufferedIOBase, message: Message) -> None:
+    """Write one frame and flush it. Errors as from `encode`; OSError when nobody reads any more."""
+    stream.writelines(_pieces(message))
+    stream.flush()
+
+
+def _pieces(message: Message) -> list[bytes | memoryview]:
+    """The frame as pieces to be written in order, the arrays where they are."""
     arrays = {name: _little_endian(name, array) for name, array in message.arrays.items()}
     header = {
         "kind": message.kind.value,
@@ -120,13 +131,8 @@ def encode(message: Message) -> list[bytes]:
         raise ProtocolError(f"The fields of a {message.kind} cannot be sent: {error}.") from error
     size = sum(array.nbytes for array in arrays.values())
     _check_sizes(len(text), size)
-    return [_PREFIX.pack(_MAGIC, len(text), size), text, *(a.tobytes() for a in arrays.values())]
-
-
-def write(stream: BufferedIOBase, message: Message) -> None:
-    """Write one frame and flush it. OSError when nobody reads any more."""
-    stream.writelines(encode(message))
-    stream.flush()
+    prefix = _PREFIX.pack(_MAGIC, len(text), size)
+    return [prefix, text, *(array.reshape(-1).view(np.uint8).data for array in arrays.values())]
 
 
 def read(stream: BufferedIOBase) -> Message | None:
@@ -211,7 +217,7 @@ def _little_endian(name: str, array: np.ndarray) -> np.ndarray:
     dtype = array.dtype.newbyteorder("<")
     if dtype.str not in DTYPES:
         raise ProtocolError(f"The array {name!r} has a dtype that cannot be sent: {array.dtype}.")
-    return array.astype(dtype, copy=False)
+    return array.astype(dtype, order="C", copy=False)
 
 
 def _check_sizes(header: int, payload: int) -> None:
