@@ -6,7 +6,7 @@
 3. then Neural Field,
 4. then Suzanne.
 5. Click the last tool of the toolbar, Neural Stroke.
-6. Press the numeric keypad's period, Frame Selected: she fills the view.
+6. Press the numeric keypad's period, which is View, Frame Selected: she fills the view.
    Draw over her head with the left mouse button.
 """
 
