@@ -108,10 +108,11 @@ def apply_to_base(ob: Object, label: str) -> None:
     push_undo(label)
 
 
-def set_proxy(ob: Object, resolution: int, result: Message) -> None:
-    """Replace the proxy by one of another resolution. SculptError when the object is locked."""
+def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> None:
+    """Replace the proxy by another one of the same field. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
-    field_of(ob).resolution = resolution
+    group = field_of(ob)
+    group.resolution, group.smooth = resolution, smooth
     _fill(ob, result)
     push_undo("Remesh Proxy")
 
@@ -131,7 +132,8 @@ def _fill(ob: Object, result: Message) -> None:
     if mesh.users > 1:
         mesh = mesh.copy()
         ob.data = mesh
-    proxy_mesh.fill(mesh, *(result.arrays[name] for name in PROXY))
+    arrays = (result.arrays[name] for name in PROXY)
+    proxy_mesh.fill(mesh, *arrays, smooth=field_of(ob).smooth)
 
 
 def _present(ob: Object, replaced: Object | None) -> None:

@@ -67,8 +67,12 @@ TEXTS = {
     "Large and slow": "Groß und langsam",
     "Makes solids of the open parts of the mesh; 0 leaves them as they are": "Macht offene Teile"
     " des Meshs zu Körpern; 0 lässt sie, wie sie sind",
-    "Mesh the proxy of the active neural field again": "Den Proxy des aktiven neuronalen Feldes"
-    " neu vernetzen",
+    "Smooth": "Glatt",
+    "Shading": "Schattierung",
+    "Shade the proxy by the normals of the field; otherwise triangles are seen": "Den Proxy mit den"
+    " Normalen des Feldes schattieren; sonst sieht man Dreiecke",
+    "Mesh the proxy of the active neural field again, finer or coarser, smooth or flat": "Den"
+    " Proxy des aktiven neuronalen Feldes neu vernetzen, feiner oder gröber, glatt oder flach",
     "Model": "Modell",
     "Name": "Name",
     "Network": "Netz",

@@ -46,6 +46,15 @@ def resolution_property(description: str, default: int = DEFAULT_RESOLUTION) -> 
     )
 
 
+def smooth_property() -> Any:
+    """Whether a proxy is shaded as the field itself is."""
+    return BoolProperty(
+        name="Smooth",
+        description="Shade the proxy by the normals of the field; otherwise triangles are seen",
+        default=True,
+    )
+
+
 class NEURAL_SCULPT_PG_listed_stroke(PropertyGroup):
     """A stroke of a field's history; read and written by `stroke_list`."""
 
@@ -83,6 +92,7 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
     resolution: resolution_property(
         "Cells along an edge of the field's box in which the proxy is meshed"
     )
+    smooth: smooth_property()
 
 
 def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:

@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import RESOLUTION, SculptCase, add, arc, in_world, module, stroke, vertices
+from harness import RESOLUTION, SculptCase, add, arc, in_world, module, stroke, undo, vertices
 
 
 class Remesh(SculptCase):
@@ -20,6 +20,36 @@ class Remesh(SculptCase):
         self.assertAlmostEqual(said / len(self.ob.data.polygons), 1.0, delta=0.1)
         self.assertEqual(self.ob.neural_sculpt.resolution, 2 * RESOLUTION)
         self.assertTrue(50 * said < kept < passing)
+
+    def test_shading_stays_as_it_was_chosen(self) -> None:
+        """Through strokes and undo: smooth by the field's normals, or each triangle flat."""
+        ops = bpy.ops.neural_sculpt
+        self.assertGreater(self.bend(), 0.01)
+        ops.remesh(resolution=RESOLUTION, smooth=False)
+        self.assertLess(self.bend(), 1e-5)
+        stroke(arc(self.ob))
+        self.assertLess(self.bend(), 1e-5)
+        ops.remesh(resolution=RESOLUTION, smooth=True)
+        self.assertGreater(self.bend(), 0.01)
+        undo()
+        self.assertLess(self.bend(), 1e-5)
+        self.assertFalse(bpy.context.active_object.neural_sculpt.smooth)
+
+    def bend(self) -> float:
+        """How far the normals at the corners of a triangle are from its own, in the mean."""
+        mesh = bpy.context.active_object.data
+        corners = np.empty(3 * len(mesh.loops), np.float32)
+        mesh.corner_normals.foreach_get("vector", corners)
+        a, b, c = vertices(bpy.context.active_object)[self.triangles(mesh)].swapaxes(0, 1)
+        own = np.cross(b - a, c - a)
+        own /= np.linalg.norm(own, axis=1, keepdims=True)
+        return float(np.linalg.norm(corners.reshape(-1, 3, 3) - own[:, None], axis=2).mean())
+
+    def triangles(self, mesh: bpy.types.Mesh) -> np.ndarray:
+        """Vertices (F, 3) of the triangles."""
+        flat = np.empty(len(mesh.loops), np.int32)
+        mesh.loops.foreach_get("vertex_index", flat)
+        return flat.reshape(-1, 3)
 
     def test_place_materials_and_modifiers_stay_through_every_rebuild(self) -> None:
         self.ob.data.materials.append(bpy.data.materials.new("Clay"))

@@ -135,7 +135,8 @@ def _stand_in(ob: Object, result: Message) -> Iterator[None]:
     for other in selected:
         other.select_set(False)
     mesh = bpy.data.meshes.new(ob.name)
-    proxy_mesh.fill(mesh, *(result.arrays[name] for name in PROXY))
+    arrays = (result.arrays[name] for name in PROXY)
+    proxy_mesh.fill(mesh, *arrays, smooth=field_of(ob).smooth)
     assert isinstance(ob.data, Mesh)
     for material in ob.data.materials:
         mesh.materials.append(material)

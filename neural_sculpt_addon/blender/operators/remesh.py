@@ -10,18 +10,19 @@ from ...worker.client import JobKind, Message
 from .. import estimate, native_edits
 from ..commit import set_proxy
 from ..job import Job, Request, found
-from ..properties import field_of, resolution_property
+from ..properties import field_of, resolution_property, smooth_property
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch
 
 
 class NEURAL_SCULPT_OT_remesh(Operator):
-    """Mesh the proxy of the active neural field again"""
+    """Mesh the proxy of the active neural field again, finer or coarser, smooth or flat"""
 
     bl_idname = "neural_sculpt.remesh"
     bl_label = "Remesh Proxy"
     bl_options = REGISTER
 
     resolution: resolution_property("Cells along an edge of the field's box")
+    smooth: smooth_property()
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -30,12 +31,14 @@ class NEURAL_SCULPT_OT_remesh(Operator):
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for the resolution, and say what it costs."""
-        self.resolution = field_of(active_field(context)).resolution
+        group = field_of(active_field(context))
+        self.resolution, self.smooth = group.resolution, group.smooth
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context: Context) -> None:
         """Draw the resolution and its cost."""
         self.layout.prop(self, "resolution")
+        self.layout.prop(self, "smooth")
         ob = active_field(context)
         estimate.draw(self.layout, ob, self.resolution)
         if native_edits.edited(ob):
@@ -44,6 +47,7 @@ class NEURAL_SCULPT_OT_remesh(Operator):
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""
         target, resolution = active_field(context).session_uid, self.resolution
+        smooth = self.smooth
 
         def request() -> Request:
             group = field_of(found(target))
@@ -51,6 +55,6 @@ class NEURAL_SCULPT_OT_remesh(Operator):
             return fields, {"field": np.frombuffer(group.weights, np.uint8)}
 
         def apply(result: Message) -> None:
-            set_proxy(found(target), resolution, result)
+            set_proxy(found(target), resolution, smooth, result)
 
         return launch(self, Job(JobKind.MESH, "Remesh Proxy", request, apply, target=target))

@@ -22,6 +22,8 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
         layout = self.layout
         resolution = field_of(context.active_object).resolution
         layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
+        shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")
+        layout.label(text=f"{iface_('Shading')}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
         layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
         layout.operator("neural_sculpt.export", icon="EXPORT")
