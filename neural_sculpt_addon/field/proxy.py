@@ -81,23 +81,25 @@ def update(proxy: Proxy, network: Siren, progress: Progress = silent) -> Proxy:
     if np.abs(proxy.vertices).max() >= 1:  # it has caps
         return extract(network, known.cells, progress)
     shown = _raw(proxy)
-    distance = _slide(network, shown, spacing, _part(progress, 0, 0.3))
-    moved = ~(np.abs(distance) < MOVED * spacing)  # what is not finite, too
-    turned = (np.abs(distance) > TURNED) & ~moved
-    _snap(shown, turned, network, spacing, _part(progress, 0.3, 0.5))
+    slid = _slide(network, shown, spacing, _part(progress, 0, 0.4))
+    distance = np.abs(slid)  # (V,)
+    turned, moved = ~(distance < TURNED), ~(distance < MOVED * spacing)  # what is not finite, too
     if not moved.any():
+        _snap(shown, turned, network, spacing, _part(progress, 0.4, 1))
         return _proxy(shown, known)
     changed = _around(proxy.edges[moved] // 3, known)
-    there = proxy.vertices[moved] - distance[moved, None] * proxy.normals[moved]
+    there = proxy.vertices[moved] - slid[moved, None] * proxy.normals[moved]
     guesses = cells_at(there, known.cells)
-    again = find_again(known, changed, guesses, network, _part(progress, 0.5, 0.7))
+    again = find_again(known, changed, guesses, network, _part(progress, 0.4, 0.6))
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
-    mesh, fresh = splice(shown, known, again)
+    mesh, source = splice(shown, known, again)
     if mesh.cap.any():
-        return extract(network, known.cells, _part(progress, 0.7, 1))
+        return extract(network, known.cells, _part(progress, 0.6, 1))
+    fresh = source >= len(turned)
     _relax(mesh, fresh, spacing)
-    _snap(mesh, fresh, network, spacing, _part(progress, 0.8, 1))
+    rough = fresh | turned.take(source, mode="clip")
+    _snap(mesh, rough, network, spacing, _part(progress, 0.7, 1))
     return _proxy(mesh, again.active)
 
 

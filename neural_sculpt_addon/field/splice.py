@@ -18,8 +18,11 @@ from .march import CROSSED, RawMesh, march, triangle_table
 
 def splice(
     shown: RawMesh, known: ActiveCells, again: FoundAgain
-) -> tuple[RawMesh, NDArray[np.bool_]]:
-    """The mesh of the cells found `again`, given that of the `known`; its new vertices (V,)."""
+) -> tuple[RawMesh, NDArray[np.intp]]:
+    """The mesh of the cells found `again`, given that of the `known`.
+
+    Beside it the number (V,) that each of its vertices had before; new ones count on from there.
+    """
     part, chosen = _with_owners(again.active, again.fresh)
     local = march(part, chosen)
     own = CROSSED.sum(axis=1).take(part.codes)  # vertices of each cell
@@ -37,7 +40,7 @@ def splice(
         vertices.apply(shown.held, local.held),
         vertices.apply(shown.cap, local.cap),
     )
-    return mesh, source >= count
+    return mesh, source
 
 
 class _Patch:
