@@ -73,10 +73,11 @@ def dense_active(lattice):
     return inside.any(axis=0) & ~inside.all(axis=0), doubtful
 
 
-def assert_same_cells(network, cells):
+def assert_same_cells(network, cells, active=None):
+    active = active or find_active(network, cells)
     expected, doubtful = dense_active(dense_lattice(network, cells))
     found = np.zeros((cells + 3,) * 3, bool)
-    found.ravel()[find_active(network, cells).index] = True
+    found.ravel()[active.index] = True
     assert not found[-1].any() and not found[:, -1].any() and not found[:, :, -1].any()
     assert not ((found[:-1, :-1, :-1] != expected) & ~doubtful).any()
 
@@ -215,6 +216,12 @@ def test_where_all_changed_the_flood_finds_the_same_cells_again():
     again = find_again(known, np.ones(len(known.index), bool), none, network).active
     assert np.array_equal(again.index, known.index)
     assert np.array_equal(np.sign(again.values), np.sign(known.values))
+
+
+def test_a_surface_that_moved_by_several_cells_is_found_again():
+    after = update(extract(ball(0.5), 64), ball(0.6))  # all of it by 3.2 cells
+    assert_closed(after)
+    assert_same_cells(ball(0.6), 64, after.active)
 
 
 @settings(max_examples=25, deadline=None)
