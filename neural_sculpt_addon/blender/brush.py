@@ -14,7 +14,7 @@ from ..stroke.profile import Profile
 from ..stroke.stroke import AXES, Direction, Ends, Stroke
 from . import curve_store
 from .properties import brush_of
-from .recorder import StrokeRecorder
+from .recorder import Point, StrokeRecorder
 from .shape_choices import CURVE
 
 NARROWEST = 0.05
@@ -85,6 +85,25 @@ def drawn_stroke(context: Context, ob: Object, line: StrokeRecorder, inverted: b
         brush=replace(brush, intensity=-brush.intensity) if inverted else brush,
         radius_factors=pressure_factors(context, "radius", line.pressures),
         intensity_factors=pressure_factors(context, "intensity", line.pressures),
+    )
+
+
+def strengths(stroke: Stroke) -> list[float]:
+    """Of each of its points what both factors make together, as a pressure."""
+    factors = (f for f in (stroke.radius_factors, stroke.intensity_factors) if f is not None)
+    return np.prod([np.ones(len(stroke.points)), *factors], axis=0).tolist()
+
+
+def redrawn_stroke(stroke: Stroke, points: Sequence[Point]) -> Stroke:
+    """A stroke through other points; each is as wide and high as the nearest one was."""
+    now = np.array(points)  # (K, 3)
+    nearest = ((now[:, None] - stroke.points) ** 2).sum(axis=2).argmin(axis=1)  # (K,)
+    radius, intensity = stroke.radius_factors, stroke.intensity_factors
+    return replace(
+        stroke,
+        points=now,
+        radius_factors=None if radius is None else radius[nearest],
+        intensity_factors=None if intensity is None else intensity[nearest],
     )
 
 

@@ -5,13 +5,15 @@
     EDITING   a press adds a control point or takes one to drag it; Backspace removes, Enter -> DONE
     DONE, CANCELLED   the end
 
-A press on the surface begins it: with DRAWING, or with EDITING when the points are clicked.
+A press on the surface begins it: with DRAWING, or with EDITING when the points are clicked. A
+stroke that was sculpted before begins with EDITING.
 
 Points are in model space, the mouse is in pixels of the window.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Protocol
 
@@ -80,6 +82,17 @@ class Drawing:
         """The control point under the mouse, or last touched."""
         self.dragging = habits.clicks
         self._pen = Stabilizer(habits.rope, mouse)
+
+    @classmethod
+    def again(
+        cls, habits: Habits, points: Sequence[Point], pressures: Sequence[float]
+    ) -> "Drawing":
+        """A stroke through points, which can be edited: those that are not needed are left out."""
+        drawing = cls(replace(habits, clicks=True), points[0], (0.0, 0.0))
+        drawing.line.points, drawing.line.pressures = [*points], [*pressures]
+        drawing.line.simplify(CORNER * habits.spacing)
+        drawing.chosen, drawing.dragging = None, False
+        return drawing
 
     def press(self, surface: Surface, mouse: Mouse, pressure: float = 1.0) -> None:
         """The button went down again: on a control point, on the surface, or beside both."""

@@ -264,8 +264,13 @@ TEXTS = {
     "Down": "Abwärts",
     "Draw Neural Stroke": "Neuronalen Strich zeichnen",
     "Draw Stroke": "Strich zeichnen",
-    "Draw a stroke on the active neural field": "Einen Strich auf das aktive neuronale Feld"
-    " zeichnen",
+    "Closed": "Geschlossen",
+    "The end of the stroke joins its start": "Das Ende des Striches trifft seinen Anfang",
+    "Keep what the pen's pressure made of the stroke": "Behalten, was der Druck des Stiftes aus dem"
+    " Strich gemacht hat",
+    "Edit Points": "Punkte bearbeiten",
+    "Draw a stroke on the active neural field, or edit the points of one": "Einen"
+    " Strich auf das aktive neuronale Feld zeichnen oder die Punkte eines Striches bearbeiten",
     "Draw on the field with the left mouse button     Esc: stop": "Mit der linken Maustaste auf das"
     " Feld zeichnen     Esc: beenden",
     "Each point along its own normal": "Jeder Punkt entlang seiner eigenen Normale",

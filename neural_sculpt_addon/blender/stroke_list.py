@@ -42,6 +42,14 @@ def readable(ob: Object) -> list[Entry]:
     return found
 
 
+def stroke_of(ob: Object, uid: str) -> Stroke:
+    """A stroke of the list. SculptError when it is not there, or damaged."""
+    for entry in entries(ob):
+        if entry.uid == uid:
+            return entry.stroke
+    raise SculptError("The stroke is no longer in the list. Choose another one.")
+
+
 def active_strokes(ob: Object) -> tuple[Stroke, ...]:
     """The strokes that made the weights, in order."""
     return unmuted(entries(ob))

@@ -88,6 +88,29 @@ class Freehand(unittest.TestCase):
         self.assertIs(drawing.phase, Phase.DONE)
 
 
+class Again(unittest.TestCase):
+    def test_a_stroke_is_edited_by_the_points_that_make_it(self) -> None:
+        """A right angle, of which the corner is dragged; a pressure between the ends is kept."""
+        across = [(x / 20, 0.0, 0.0) for x in range(11)]
+        upward = [(0.5, y / 20, 0.0) for y in range(1, 11)]
+        pressures = [1.0] * 15 + [0.5] + [1.0] * 5
+        drawing = DRAWING.Drawing.again(DRAWING.Habits(0.1), [*across, *upward], pressures)
+        self.assertIs(drawing.phase, Phase.EDITING)
+        self.assertEqual(mice(drawing)[0], (0, 0))
+        self.assertEqual(mice(drawing)[-1], (50, 50))
+        self.assertIn((50, 0), mice(drawing))
+        self.assertIn(0.5, drawing.line.pressures)
+        self.assertLess(len(drawing.line.points), 8)
+        drawing.move(SURFACE, (90.0, 90.0))
+        drawing.press(SURFACE, (50.0, 1.0))
+        drawing.move(SURFACE, (60.0, -10.0))
+        drawing.release(SURFACE, (60.0, -10.0))
+        self.assertIn((60, -10), mice(drawing))
+        self.assertNotIn((50, 0), mice(drawing))
+        drawing.confirm()
+        self.assertIs(drawing.phase, Phase.DONE)
+
+
 class Clicks(unittest.TestCase):
     def clicked(self, *places):
         drawing = begin(places[0], clicks=True)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a drawn line to a stroke: the brush, the pen's pressure, symmetry, ends, direction."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 from bpy.types import Object
@@ -36,6 +38,16 @@ class DrawnStroke(SculptCase):
         self.assertIsNone(stroke.intensity_factors)
         self.assertAlmostEqual(stroke.brush.radius, 0.2, places=6)
         self.assertAlmostEqual(stroke.brush.intensity, 0.04, places=6)
+
+    def test_redrawn_it_keeps_what_is_near(self) -> None:
+        stroke = replace(self.drawn(), intensity_factors=np.array(PRESSURES), name="Brow")
+        points = [(-0.1, 0.0, 0.5), (0.19, 0.1, 0.5), (0.12, 0.0, 0.4), (0.3, 0.0, 0.5)]
+        again = BRUSH.redrawn_stroke(stroke, points)
+        np.testing.assert_allclose(again.points, points)
+        np.testing.assert_allclose(again.intensity_factors, [0.0, 1.0, 0.5, 1.0])
+        self.assertIsNone(again.radius_factors)
+        self.assertEqual((again.brush, again.name), (stroke.brush, "Brow"))
+        np.testing.assert_allclose(BRUSH.strengths(stroke), PRESSURES)
 
     def test_inverted(self) -> None:
         self.assertAlmostEqual(self.drawn(inverted=True).brush.intensity, -0.04, places=6)

@@ -179,6 +179,20 @@ class History(SculptCase):
         undo()
         self.assertEqual(state(field("Sphere")), self.drawn)
 
+    def test_edit_again_without_pressure(self) -> None:
+        pressed = [
+            {"name": "", "location": p, "radius_factor": 1.0, "intensity_factor": f}
+            for p, f in zip(arc(self.ob, tilt=-1.2).tolist(), np.linspace(0, 1, 9), strict=True)
+        ]
+        ops.stroke(points=pressed, radius=RADIUS, intensity=INTENSITY, name="Pressed")
+        before = strokes_of(self.ob)[-1]
+        ops.edit_stroke(uid=self.uid("Pressed"), pressure=False)
+        after = strokes_of(self.ob)[-1]
+        self.assertEqual(before, {**after, "intensity_factors": before["intensity_factors"]})
+        self.assertNotIn("intensity_factors", after)
+        ops.edit_stroke(uid=self.uid("Pressed"), closed=True)
+        self.assertEqual(strokes_of(self.ob)[-1], {**after, "closed": True})
+
     def test_edit_again_without_a_change(self) -> None:
         ops.edit_stroke(uid=self.uid("Three"))
         self.assertEqual(state(self.ob), self.drawn)

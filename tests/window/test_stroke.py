@@ -108,6 +108,32 @@ class Strokes(WindowCase):
         yield from self.strokes_are(1)
         self.assert_raised(path)
 
+    def test_points_edited_again(self) -> None:
+        """A stroke with a bend is sculpted; then its middle point is dragged away."""
+        yield from self.add()
+        path = self.arc()
+        clicks = hand.to_window(path[::7])
+        aside = hand.to_window(self.arc(0.4)[7:8])[0]
+        for place in (clicks[0], aside, clicks[2]):
+            hand.move(place)
+            hand.tap("LEFTMOUSE", place, ("shift",) if place == clicks[0] else ())
+            yield hand.DRAWN
+        hand.tap("RET", clicks[2])
+        yield from self.strokes_are(1)
+        bent = state(field())
+        uid = field().neural_sculpt.strokes[0].uid
+        operate(bpy.ops.neural_sculpt.draw, uid=uid)
+        yield hand.DRAWN
+        yield from hand.drag([aside, clicks[1]], pause=0.05)
+        self.assertEqual(state(field()), bent)
+        hand.tap("RET", clicks[1])
+        yield from hand.until(lambda: state(field()) != bent, SECONDS, "a replay")
+        yield from self.idle()
+        self.assertEqual([item.uid for item in field().neural_sculpt.strokes], [uid])
+        self.assert_raised(path)
+        yield from undo()
+        self.assertEqual(state(field()), bent)
+
     def test_inverted(self) -> Steps:
         yield from self.add()
         path = self.arc()

@@ -7,20 +7,24 @@ operator would.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+from functools import partial
+
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
-from .. import hints, native_edits, overlay, proxy_mesh
-from ..brush import drawn_stroke
+from ...stroke.stroke import Stroke
+from .. import hints, native_edits, overlay, proxy_mesh, stroke_list
+from ..brush import drawn_stroke, redrawn_stroke, strengths
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
 from ..properties import brush_of
 from ..stroke_jobs import edit_job, prepare_job
 from ..view import over_interface, view_under
 from ..worker_session import session
+from .history import launch_change, uid_property
 from .launch import (
     CANCELLED,
     INTERNAL,
@@ -49,7 +53,7 @@ BRUSH_KEYS = ("F", "LEFT_BRACKET", "RIGHT_BRACKET")
 
 
 class NEURAL_SCULPT_OT_draw(Operator):
-    """Draw a stroke on the active neural field"""
+    """Draw a stroke on the active neural field, or edit the points of one"""
 
     bl_idname = "neural_sculpt.draw"
     bl_label = "Draw Neural Stroke"
@@ -59,6 +63,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         name="Invert", description="Carve where the brush raises", options={"SKIP_SAVE"}
     )
     clicks: BoolProperty(name="Points", description="Click control points", options={"SKIP_SAVE"})
+    uid: uid_property()
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -72,9 +77,12 @@ class NEURAL_SCULPT_OT_draw(Operator):
         """Begin where the tool was pressed; from a button, wait for the press."""
         self._target = active_field(context).session_uid
         self._drawing: Drawing | None = None
+        self._listed: Stroke | None = None
         try:
             ob = active_field(context)
-            if _is_press_of_tool(context, event):
+            if self.uid:
+                self._begin_again(context, ob)
+            elif _is_press_of_tool(context, event):
                 if missed := self._begin(context, event, ob):
                     return missed
             else:
@@ -147,6 +155,15 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._drawing = Drawing(habits, hit, mouse, event.pressure)
         return None
 
+    def _begin_again(self, context: Context, ob: Object) -> None:
+        """Edit the points of a stroke in the history. SculptError when that cannot be."""
+        proxy_mesh.refuse_locked(ob)
+        native_edits.refuse(ob)
+        self._listed = stroke_list.stroke_of(ob, self.uid)
+        spacing = brush_of(context).spacing * self._listed.brush.radius
+        points = [(x, y, z) for x, y, z in self._listed.points.tolist()]
+        self._drawing = Drawing.again(Habits(spacing), points, strengths(self._listed))
+
     def _draw_on(self, drawing: Drawing, context: Context, event: Event, ob: Object) -> Outcome:
         """Let the drawing go on, and see whether it is over."""
         taken = self._pass_on(drawing, context, event, ob)
@@ -179,16 +196,25 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return True
 
     def _sculpt(self, drawing: Drawing, context: Context, ob: Object) -> Outcome:
-        stroke = drawn_stroke(context, ob, drawing.line, self.invert)
+        stroke = self._stroke(drawing, context, ob)
         self.cancel(context)
-        return launch(self, edit_job(ob, (stroke,)))
+        if self._listed is None:
+            return launch(self, edit_job(ob, (stroke,)))
+        change = partial(stroke_list.changed, uid=self.uid, stroke=stroke)
+        return launch_change(self, context, change)
+
+    def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
+        """What would be sculpted."""
+        if self._listed is None:
+            return drawn_stroke(context, ob, drawing.line, self.invert)
+        return redrawn_stroke(self._listed, drawing.line.points)
 
     def _show(self, context: Context) -> None:
         """Say what can be done, and show what would be sculpted."""
         drawing, ob = self._drawing, find(self._target)
         hints.show(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
-            stroke = drawn_stroke(context, ob, drawing.line, self.invert)
+            stroke = self._stroke(drawing, context, ob)
             overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)
             context.area.tag_redraw()
 

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from bpy.props import EnumProperty
+from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Context, Event, Operator
 
 from ...stroke.errors import SculptError
@@ -60,6 +60,12 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     modulation: _choices(Modulation, "Strength along the stroke")
     ends: ends_property()
     direction: direction_property()
+    closed: BoolProperty(name="Closed", description="The end of the stroke joins its start")
+    pressure: BoolProperty(
+        name="Pen Pressure",
+        description="Keep what the pen's pressure made of the stroke",
+        default=True,
+    )
     mirror: EnumProperty(
         name="Mirror",
         description="Axes across whose planes the stroke is repeated",
@@ -83,7 +89,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.profile = stroke.brush.profile.name.upper() or KEEP
         self.modulation = stroke.brush.modulation.name.upper() or KEEP
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
-        self.mirror = set(stroke.mirror)
+        self.mirror, self.closed, self.pressure = set(stroke.mirror), stroke.closed, True
         ensure_curves(brush_of(context))
         return context.window_manager.invoke_props_dialog(self, width=320)
 
@@ -101,6 +107,8 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")
+        layout.prop(self, "closed")
+        layout.prop(self, "pressure")
 
     def execute(self, context: Context) -> Outcome:
         """Replay the strokes with what was given; the rest of the stroke stays as it is."""
@@ -112,11 +120,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         return launch_change(self, context, partial(stroke_list.changed, uid=uid, stroke=stroke))
 
     def _stroke(self, context: Context) -> Stroke:
-        uid = chosen_uid(self, context)
-        for entry in stroke_list.entries(active_field(context)):
-            if entry.uid == uid:
-                return entry.stroke
-        raise SculptError("The stroke is no longer in the list. Choose another one.")
+        return stroke_list.stroke_of(active_field(context), chosen_uid(self, context))
 
     def _changed(self, stroke: Stroke, context: Context) -> Stroke:
         given = self.properties.is_property_set
@@ -135,4 +139,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             ends=Ends[self.ends] if given("ends") else stroke.ends,
             direction=Direction[self.direction] if given("direction") else stroke.direction,
             mirror=frozenset(self.mirror) if given("mirror") else stroke.mirror,
+            closed=self.closed if given("closed") else stroke.closed,
+            radius_factors=stroke.radius_factors if self.pressure else None,
+            intensity_factors=stroke.intensity_factors if self.pressure else None,
         )

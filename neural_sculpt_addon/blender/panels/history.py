@@ -8,6 +8,7 @@ from typing import Any
 from bpy.types import Context, UILayout, UIList
 
 from ...worker.client import JobKind
+from .. import stroke_list
 from ..properties import NEURAL_SCULPT_PG_listed_stroke, field_of
 from .sidebar import FieldSidebar, draw_job, job_of
 
@@ -65,6 +66,9 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
         for direction in ("UP", "DOWN"):
             button = column.operator("neural_sculpt.move_stroke", text="", icon=f"TRIA_{direction}")
             button.direction = direction
+        if uid := stroke_list.active_uid(context.active_object):
+            points = layout.operator("neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA")
+            points.uid = uid
         if (job := job_of(context)) is not None and job.kind is JobKind.REPLAY:
             draw_job(layout, job)
         layout.operator("neural_sculpt.apply_to_base", icon="CHECKMARK")
