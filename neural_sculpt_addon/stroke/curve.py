@@ -100,38 +100,64 @@ def _polynomial_slopes(t: Array, p: Array) -> Array:
     return chords[0] + bend * (2 * t[:, None] - t[0] - t[1])
 
 
-def _interior_rows(t: Array, p: Array) -> tuple[Array, Array]:
-    """The equations of equal curvature at the inner knots: (K - 2, K) and (K - 2, 3)."""
-    h = np.diff(t)  # (K - 1,)
-    chords = np.diff(p, axis=0) / h[:, None]
-    inner = np.arange(1, len(t) - 1)
-    rows = np.zeros((len(inner), len(t)))
-    rows[inner - 1, inner - 1] = h[1:]
-    rows[inner - 1, inner] = 2 * (h[:-1] + h[1:])
-    rows[inner - 1, inner + 1] = h[:-1]
-    return rows, 3 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
-
-
 def _not_a_knot_slopes(t: Array, p: Array) -> Array:
     """Third derivative continuous across the second and the last but one knot."""
-    rows, right = _interior_rows(t, p)
-    ends, values = np.zeros((2, len(t))), np.zeros((2, 3))
-    for row, (a, b, c) in enumerate([(0, 1, 2), (-1, -2, -3)]):
+    bands, right = _equal_curvature(np.diff(t), np.diff(p, axis=0))
+    ends, values = np.zeros((3, 2)), np.zeros((2, 3))
+    for end, (a, b, c) in enumerate([(0, 1, 2), (-1, -2, -3)]):
         h, next_h = abs(t[b] - t[a]), abs(t[c] - t[b])
         chord, next_chord = (p[b] - p[a]) / (t[b] - t[a]), (p[c] - p[b]) / (t[c] - t[b])
-        ends[row, a], ends[row, b] = next_h, h + next_h
-        values[row] = ((h + 2 * (h + next_h)) * next_h * chord + h**2 * next_chord) / (h + next_h)
-    return np.linalg.solve(np.vstack([ends, rows]), np.vstack([values, right]))
+        ends[:, end] = h + next_h, next_h, h + next_h
+        values[end] = ((h + 2 * (h + next_h)) * next_h * chord + h**2 * next_chord) / (h + next_h)
+    bands = np.hstack([ends[:, :1], bands, ends[:, 1:]])  # (3, K)
+    return _solve(bands, np.vstack([values[:1], right, values[1:]]))
 
 
 def _periodic_slopes(t: Array, p: Array) -> Array:
-    """Slope and curvature continuous where the curve closes."""
-    rows, right = _interior_rows(t, p)
-    h = np.diff(t)
-    chords = np.diff(p, axis=0) / h[:, None]
-    ends, values = np.zeros((2, len(t))), np.zeros((2, 3))
-    ends[0, [0, -1]] = 1, -1
-    ends[1, [0, 1]] = 2 * h[-1], h[-1]
-    ends[1, [-2, -1]] = h[0], 2 * h[0]
-    values[1] = 3 * (h[-1] * chords[0] + h[0] * chords[-1])
-    return np.linalg.solve(np.vstack([ends, rows]), np.vstack([values, right]))
+    """Slope and curvature continuous where the curve closes.
+
+    The corners of the matrix are taken out of it as u v^T (Sherman and Morrison 1950).
+    """
+    h, moves = np.diff(t), np.diff(p, axis=0)
+    h, moves = np.append(h[-1], h), np.vstack([moves[-1], moves])
+    (below, diagonal, above), right = _equal_curvature(h, moves)
+    last, first = below[0], above[-1]  # of the matrix, at the ends of its first and last row
+    share = last / diagonal[0]  # u = (-diagonal[0], 0, ..., first), v = (1, 0, ..., -share)
+    u = np.zeros((len(right), 1))
+    u[[0, -1], 0] = -diagonal[0], first
+    diagonal[0] *= 2
+    diagonal[-1] += first * share
+    x = _solve(np.stack([below, diagonal, above]), np.hstack([right, u]))  # (K - 1, 4)
+    x, z = x[:, :3], x[:, 3:]
+    x -= z * (x[0] - share * x[-1]) / (1 + z[0] - share * z[-1])
+    return np.vstack([x, x[0]])
+
+
+def _equal_curvature(h: Array, moves: Array) -> tuple[Array, Array]:
+    """The equations of equal curvature where spans of width h (N,) and chords `moves` (N, 3) meet.
+
+    Three bands (3, N - 1), the factors of the slopes before, at and after; right sides (N - 1, 3).
+    """
+    chords = moves / h[:, None]
+    right = 3 * (h[1:, None] * chords[:-1] + h[:-1, None] * chords[1:])
+    return np.stack([h[1:], 2 * (h[:-1] + h[1:]), h[:-1]]), right
+
+
+def _solve(bands: Array, right: Array) -> Array:
+    """x (K, C) of a tridiagonal matrix, its `bands` (3, K) below, on and above the diagonal.
+
+    By elimination, in time linear in K: NumPy's own solver takes 20 ms for 500 points.
+    """
+    below, diagonal, above = bands.tolist()
+    factor = [0.0] * len(below)
+    for i in range(1, len(below)):
+        factor[i] = below[i] / diagonal[i - 1]
+        diagonal[i] -= factor[i] * above[i - 1]
+    columns = right.T.tolist()
+    for x in columns:
+        for i in range(1, len(x)):
+            x[i] -= factor[i] * x[i - 1]
+        x[-1] /= diagonal[-1]
+        for i in range(len(x) - 2, -1, -1):
+            x[i] = (x[i] - above[i] * x[i + 1]) / diagonal[i]
+    return np.array(columns).T
