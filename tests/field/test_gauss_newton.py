@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-import scipy.linalg
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,8 +15,8 @@ from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
-from neural_sculpt_addon.field.solvers.layers import Layers
-from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Bases, Coordinates, Linear
+from neural_sculpt_addon.field.solvers.layers import Directions, Layers
+from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Linear, scale_of
 from neural_sculpt_addon.field.solvers.rows import Rows
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
@@ -65,7 +64,7 @@ def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
 
 
 def linearised(network: Siren, rows: Rows, rank: float = 2) -> tuple[Layers, Linear]:
-    layers = Layers.of(network, rows, rank)
+    layers = Layers.of(network, Directions.of(network, rows, rank))
     return layers, layers.linearise(rows, layers.view(rows))
 
 
@@ -79,24 +78,17 @@ def change_of(linear: Linear, seed: int) -> torch.Tensor:
     return torch.randn(size, generator=generator, dtype=torch.float64)
 
 
-def matrix_of(coordinates: Coordinates) -> torch.Tensor:
-    """C as a matrix."""
-    units = torch.eye(len(coordinates.scale), dtype=torch.float64)
-    return torch.stack([coordinates.unknowns(unit) for unit in units], 1)
-
-
-def normal_equations(linear: Linear, coordinates: Coordinates, damping: float) -> torch.Tensor:
+def normal_equations(linear: Linear, damping: float) -> torch.Tensor:
     """The matrix that the solution y of the damped problem multiplies."""
-    matrix = dense(linear)[0] @ matrix_of(coordinates)
+    matrix = dense(linear)[0] * scale_of([linear])
     return matrix.T @ matrix + damping * torch.eye(len(matrix.T), dtype=torch.float64)
 
 
-def exact_solution(linear: Linear, bases: Bases, damping: float) -> torch.Tensor:
+def exact_solution(linear: Linear, damping: float) -> torch.Tensor:
     matrix, residual = dense(linear)
-    coordinates = Coordinates.of(bases, linear, 1)
-    turned = matrix_of(coordinates)
-    system = normal_equations(linear, coordinates, damping)
-    return turned @ torch.linalg.solve(system, turned.T @ matrix.T @ residual)
+    scale = scale_of([linear])
+    right = scale * (matrix.T @ residual)
+    return scale * torch.linalg.solve(normal_equations(linear, damping), right)
 
 
 @settings(max_examples=25, deadline=None)
@@ -141,13 +133,20 @@ def test_the_residual_after_a_change_is_that_of_autograd(widths, values, slopes,
 
 def test_features_change_where_they_differ_most():
     network, rows = small([7, 3], 2), rows_of(40, 30, 2)
-    view = Layers.of(network, rows, 2).view(rows)
     weights = rows.weights[:, None]
-    seen = torch.cat([weights * view.features, weights[40:] * view.slopes]).numpy()
-    strongest = np.linalg.svd(seen, compute_uv=False)[:3]
-    view = Layers.of(network, rows, 3 / 7).view(rows)
-    seen = torch.cat([weights * view.features, weights[40:] * view.slopes]).numpy()
-    np.testing.assert_allclose(np.linalg.svd(seen, compute_uv=False), strongest)
+    found = []
+    for rank in (2, 3 / 7):
+        view = linearised(network, rows, rank)[0].view(rows)
+        seen = torch.cat([weights * view.features, weights[40:] * view.slopes]).numpy()
+        found.append(np.linalg.svd(seen, compute_uv=False))
+    np.testing.assert_allclose(found[1], found[0][:3])
+
+
+def test_directions_make_what_rows_see_independent():
+    linear = linear_of([7, 3], 40, 30, 2)
+    for seen in (linear.left, linear.output):
+        products = seen.T @ seen
+        torch.testing.assert_close(products, torch.diag(products.diagonal()))
 
 
 @settings(max_examples=25, deadline=None)
@@ -165,27 +164,21 @@ def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
     )
 
 
-def test_coordinates_normalise_the_diagonal_of_the_system():
+def test_the_scale_normalises_the_diagonal_of_the_system():
     linear = linear_of([4, 3], 9, 7, 5)
-    coordinates = Coordinates.of(Bases.of(linear), linear, 2)  # of two parts like this one
-    turned = matrix_of(coordinates)
-    torch.testing.assert_close(coordinates.gradient(turned[0]), turned.T @ turned[0])
-    left = np.linalg.eigh(linear.left.T @ linear.left)[1]
-    output = np.linalg.eigh(linear.output.T @ linear.output)[1]
-    bases = scipy.linalg.block_diag(np.kron(left, np.eye(linear.right.shape[1])), output)
-    matrix = dense(linear)[0].numpy() @ bases
-    diagonal = 2 * (matrix**2).sum(0)
+    matrix = np.vstack(2 * [dense(linear)[0]])
+    diagonal = (matrix**2).sum(0)
     blocks = diagonal[: linear.inner], diagonal[linear.inner :]
     expected = np.concatenate([d / (d + RIDGE * d.mean()) for d in blocks])
-    found = 2 * ((dense(linear)[0] @ turned) ** 2).sum(0)
+    found = ((matrix * scale_of([linear, linear]).numpy()) ** 2).sum(0)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
 def test_the_solution_is_that_of_the_normal_equations(damping):
     linear = linear_of([4, 3], 9, 7, 5)
-    exact = exact_solution(linear, Bases.of(linear), damping)
-    x, promised, _ = solve(linear, Bases.of(linear), damping, 60)
+    exact = exact_solution(linear, damping)
+    x, promised, _ = solve(linear, damping, 60)
     torch.testing.assert_close(x, exact, rtol=1e-5, atol=1e-8)
     matrix, residual = dense(linear)
     decrease = residual @ residual - (matrix @ exact - residual).square().sum()
@@ -195,16 +188,15 @@ def test_the_solution_is_that_of_the_normal_equations(damping):
 def test_what_one_solution_promises_before_it_is_exact():
     linear = linear_of([5, 4], 30, 7, 6)
     matrix, residual = dense(linear)
-    x, promised, _ = solve(linear, Bases.of(linear), 0.1, 3)
+    x, promised, _ = solve(linear, 0.1, 3)
     decrease = residual @ residual - (matrix @ x - residual).square().sum()
     assert promised == pytest.approx(float(decrease), rel=1e-6)
 
 
 def test_the_memory_of_a_system_inverts_it_in_its_span():
     linear, damping = linear_of([5, 4], 30, 7, 6), 0.1
-    coordinates = Coordinates.of(Bases.of(linear), linear, 1)
-    memory = solve(linear, Bases.of(linear), damping, 8).memory.scaled(coordinates.scale)
-    products = memory.directions @ normal_equations(linear, coordinates, damping)
+    memory = solve(linear, damping, 8).memory.scaled(scale_of([linear]))
+    products = memory.directions @ normal_equations(linear, damping)
     torch.testing.assert_close(memory.products, products)
     for s, y in zip(*memory, strict=True):
         torch.testing.assert_close(memory.precondition(y), s, rtol=1e-6, atol=1e-8)
@@ -213,17 +205,14 @@ def test_the_memory_of_a_system_inverts_it_in_its_span():
 def test_memory_makes_the_next_solution_of_a_like_system_better():
     damping, seed = 0.01, 6
     first, second = (linear_of([8, 8], 60, 20, seed) for _ in range(2))
-    bases = Bases.of(first)
-    exact = exact_solution(second, bases, damping)
-    memory = solve(first, bases, damping, 12).memory
-    errors = [
-        (solve(second, bases, damping, 12, known).x - exact).norm() for known in (None, memory)
-    ]
+    exact = exact_solution(second, damping)
+    memory = solve(first, damping, 12).memory
+    errors = [(solve(second, damping, 12, known).x - exact).norm() for known in (None, memory)]
     assert errors[1] < 0.5 * errors[0]
 
 
-def solve(linear, bases, damping, iterations, memory=None):
-    return least_squares.solve([linear], bases, damping, iterations, memory, lambda _: None)
+def solve(linear, damping, iterations, memory=None):
+    return least_squares.solve([linear], damping, iterations, memory, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -293,9 +282,8 @@ def test_a_cancel_is_heard_between_all_pieces_of_the_work(problem):
     """Samples are drawn in four pieces, a step has at least one for each of its iterations."""
     calls = []
     gauss_newton.quick(problem, lambda fraction, _: calls.append(fraction))
-    course = gauss_newton.FIRST
     assert calls.count(0.0) >= 4
-    assert len(calls) >= 4 + course.steps * (course.iterations + 2)
+    assert len(calls) >= 4 + sum(2 + iterations for _, iterations in gauss_newton.FIRST.steps)
 
 
 def test_a_mirrored_stroke_is_as_symmetric_as_it_is_true(preparation):

@@ -21,8 +21,8 @@ from ..prepare import CELLS
 from ..problem import Problem
 from ..proxy import extract
 from ..threads import threads
-from .layers import Layers, View
-from .least_squares import Bases, Memory, Solution, each, solve
+from .layers import Directions, Layers, View
+from .least_squares import Memory, Solution, each, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
@@ -42,18 +42,17 @@ PART = 3000  # rows at most
 class Course:
     """How long to solve, and on what.
 
-    steps:      of Gauss-Newton
-    averaged:   how many of the last make the result
-    iterations: of conjugate gradients in each step
-    rank:       of the last hidden layer's change, for each of its inputs
-    damping:    lambda of the first step, and the least
-    counts:     rows in each step
-    hold:       what a row that holds the untouched surface weighs
+    steps:    of Gauss-Newton: the share of the rows that each sees, and iterations of conjugate
+              gradients. The first ones need not be exact: they are far from the end
+    averaged: how many of the last make the result
+    rank:     of the last hidden layer's change, for each of its inputs
+    damping:  lambda of the first step, and the least
+    counts:   rows of a whole step
+    hold:     what a row that holds the untouched surface weighs
     """
 
-    steps: int
+    steps: tuple[tuple[float, int], ...]
     averaged: int
-    iterations: int
     rank: float
     damping: float
     counts: Counts
@@ -61,13 +60,22 @@ class Course:
 
 
 FIRST = Course(
-    *(6, 3, 10, 0.75, 0.3),
-    Counts(tube=400, slope=150, preserve=2400, around=150, box=250),
-    hold=1.45,
+    steps=(
+        *((0.2, 6), (0.2, 6), (0.25, 7), (0.3, 8), (0.4, 8)),
+        *((0.6, 8), (0.8, 10), (1.0, 10), (1.0, 12)),
+    ),
+    averaged=2,
+    rank=0.65,
+    damping=0.3,
+    counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=250),
+    hold=1.4,
 )
 REFINE = Course(
-    *(4, 2, 16, 1.0, 0.03),
-    Counts(tube=1600, slope=800, preserve=6500, around=300, box=500),
+    steps=((1.0, 16),) * 4,
+    averaged=2,
+    rank=1.0,
+    damping=0.03,
+    counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=500),
     hold=1.5,
 )
 
@@ -115,27 +123,26 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
-    layers, damping = Layers.of(network, sampler.draw(), course.rank), course.damping
-    bases: Bases | None = None
+    directions = Directions.of(network, _parts(sampler.draw(1.0))[0], course.rank)
+    layers, damping = Layers.of(network, directions), course.damping
     memory: Memory | None = None
     last: deque[Layers] = deque(maxlen=course.averaged)
     step = failures = 0
-    while step < course.steps:
-        share(step / course.steps)
-        parts = _parts(sampler.draw())
+    while step < len(course.steps):
+        part, iterations = course.steps[step]
+        share(step / len(course.steps))
+        parts = _parts(sampler.draw(part))
         views = each(layers.view, parts)
         linear = each(layers.linearise, parts, views)
-        bases = bases or Bases.of(linear[0])
         solution = solve(
             linear,
-            bases,
             damping,
-            course.iterations,
+            iterations,
             memory,
-            lambda part, done=step: share((done + part) / course.steps),
+            lambda done, before=step: share((before + done) / len(course.steps)),
         )
         now = sum(float(part.residual.square().sum()) for part in linear)
-        check = partial(share, (step + 1) / course.steps)
+        check = partial(share, (step + 1) / len(course.steps))
         layers, left = _search_line(layers, solution, parts, views, now, check)
         kept = (now - left) / solution.promised
         if kept < FAILED and failures < MOST_FAILURES:

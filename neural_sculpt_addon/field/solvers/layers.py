@@ -4,8 +4,10 @@
     f(x) = w . sin(omega (W a(x) + b)) + c
 
 Everything below stays as it is, so the features a(x) of a point never change. A bias is one more
-column of its matrix, and one more feature that is 1. Features of neighbouring points are much
-alike: W changes only in the K directions in which they differ most.
+column of its matrix, and one more feature that is 1. Changes are counted in directions in which
+J^T J is nearly diagonal (the eigenbases of EKFAC: George et al., "Fast Approximate Natural Gradient
+Descent in a Kronecker-factored Eigenbasis", 2018). Features of neighbouring points are much alike:
+W changes only in the K directions in which they differ most.
 """
 
 import math
@@ -29,40 +31,53 @@ class View(NamedTuple):
     dz: Tensor  # (m, H), their slopes along the directions
 
 
+class Directions(NamedTuple):
+    """Orthonormal directions in which the unknowns change."""
+
+    left: Tensor  # (H, H), of the outputs of W
+    right: Tensor  # (A + 1, K), of its inputs
+    output: Tensor  # (H + 1, H + 1), of the output layer
+
+    @staticmethod
+    def of(network: Siren, rows: Rows, rank: float) -> "Directions":
+        """Those in which what `rows` see differs most; of W's inputs `rank` for each of A."""
+        units, inputs = network.weights[-2].shape
+        sizes = units, inputs + 1, units + 1
+        layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
+        view = layers.view(rows)
+        linear = layers.linearise(rows, view)
+        weights = rows.weights[:, None]
+        seen = torch.cat([weights * view.features, weights[rows.values :] * view.slopes])
+        right = eigenvectors(seen)[:, -math.ceil(rank * inputs) :].contiguous()
+        return Directions(eigenvectors(linear.left), right, eigenvectors(linear.output))
+
+
 class Layers:
     """The unknowns at some value."""
 
-    def __init__(self, network: Siren, inner: Tensor, output: Tensor, right: Tensor) -> None:
-        """`inner` (H, A + 1) and `output` (H + 1,) take the place of the layers of `network`;
-        `right` (A + 1, K), orthogonal, are the directions of features in which `inner` changes."""
+    def __init__(
+        self, network: Siren, directions: Directions, inner: Tensor, output: Tensor
+    ) -> None:
+        """`inner` (H, A + 1) and `output` (H + 1,) take the place of the layers of `network`."""
         self._network = network
+        self._directions = directions
         self._inner = inner
         self._output = output
-        self._right = right
         self._omega = network.omegas[-1]
 
     @staticmethod
-    def of(network: Siren, rows: Rows, rank: float) -> "Layers":
-        """The unknowns at the values that they have in `network`.
-
-        The K directions, `rank` for each of A, are those in which the features of `rows` differ
-        most.
-        """
+    def of(network: Siren, directions: Directions) -> "Layers":
+        """The unknowns at the values that they have in `network`."""
         inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
         output = torch.cat([network.weights[-1][0], network.biases[-1]])
-        every = torch.eye(inner.shape[1]).to(inner)
-        view = Layers(network, inner, output, every).view(rows)
-        weights = rows.weights[:, None]
-        seen = torch.cat([weights * view.features, weights[rows.values :] * view.slopes])
-        count = math.ceil(rank * (inner.shape[1] - 1))
-        return Layers(network, inner, output, eigenvectors(seen)[:, -count:].contiguous())
+        return Layers(network, directions, inner, output)
 
     @staticmethod
     def mean(several: Sequence["Layers"]) -> "Layers":
         """The mean of unknowns at several values."""
         inner = torch.stack([one._inner for one in several]).mean(0)
         output = torch.stack([one._output for one in several]).mean(0)
-        return Layers(several[0]._network, inner, output, several[0]._right)
+        return Layers(several[0]._network, several[0]._directions, inner, output)
 
     def network(self) -> Siren:
         """The whole network with these unknowns."""
@@ -73,9 +88,9 @@ class Layers:
 
     def moved(self, x: Tensor) -> "Layers":
         """The unknowns after a change x (H K + H + 1,)."""
-        matrix, vector = self._split(x)
-        inner = self._inner + matrix @ self._right.T
-        return Layers(self._network, inner, self._output + vector, self._right)
+        inner, output = self._change(x)
+        inner = self._inner + inner @ self._directions.right.T
+        return Layers(self._network, self._directions, inner, self._output + output)
 
     def view(self, rows: Rows) -> View:
         """What `rows` see."""
@@ -87,12 +102,13 @@ class Layers:
             dh = torch.cos(z[n:]) * (dh @ (omega * weight).T)
             h = z.sin_()
         weight, bias = self._omega * self._inner[:, :-1], self._omega * self._inner[:, -1]
-        features = torch.addmm(self._right[-1], h, self._right[:-1])
-        return View(features, dh @ self._right[:-1], torch.addmm(bias, h, weight.T), dh @ weight.T)
+        right = self._directions.right
+        features = torch.addmm(right[-1], h, right[:-1])
+        return View(features, dh @ right[:-1], torch.addmm(bias, h, weight.T), dh @ weight.T)
 
     def view_after(self, x: Tensor, view: View) -> View:
         """What rows of a `view` see after a change x (H K + H + 1,)."""
-        turn = self._omega * self._split(x)[0].T  # (K, H)
+        turn = self._omega * self._change(x)[0].T  # (K, H)
         z, dz = torch.addmm(view.z, view.features, turn), torch.addmm(view.dz, view.slopes, turn)
         return view._replace(z=z, dz=dz)
 
@@ -116,9 +132,11 @@ class Layers:
         along = cosine[n:] * view.dz
         output = torch.cat([values, torch.cat([along, torch.zeros_like(along[:, :1])], 1)])
         residual = rows.weights * (rows.targets - output @ self._output)
-        return Linear(left, right, output.mul_(weights), residual)
+        output = output.mul_(weights) @ self._directions.output
+        return Linear(left @ self._directions.left, right, output, residual)
 
-    def _split(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """The change of the matrix (H, K), and that of the vector (H + 1,)."""
-        matrix, vector = x.split([len(x) - len(self._output), len(self._output)])
-        return matrix.view(len(self._inner), -1), vector
+    def _change(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """The change of W in directions of its inputs (H, K), and that of the output (H + 1,)."""
+        left, right, output = self._directions
+        matrix, vector = x.split([left.shape[1] * right.shape[1], output.shape[1]])
+        return left @ matrix.view(left.shape[1], -1), output @ vector

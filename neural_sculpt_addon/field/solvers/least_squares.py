@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damped linear least squares with a Jacobian that is never formed.
 
-    minimise |J x - r|^2 + lambda |y|^2,  x = C y
+    minimise |J x - r|^2 + lambda |y|^2,  x = s y
 
 The unknowns x are a matrix (H, K) and then a vector (O,), row after row. A row of J's first block
 is an outer product left (x) right, or the sum of two, so products with J and its transpose are
-products of matrices (N, width). C are coordinates in which J^T J is nearly the identity (EKFAC:
-George et al., "Fast Approximate Natural Gradient Descent in a Kronecker-factored Eigenbasis",
-2018). The directions of the last system that was solved precondition the next one, which differs
-little (Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating",
-2000).
+products of matrices (N, width). The scale s of each unknown makes the diagonal of J^T J nearly 1.
+The directions of the last system that was solved precondition the next one, which differs little
+(Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
 
 On the CPU the rows come in parts, one task each for a pool of threads.
 """
@@ -22,7 +20,7 @@ from torch import Tensor
 
 from ..threads import pool
 
-RIDGE = 0.01  # added to the diagonal of J^T J, in means of each block
+RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
 U = TypeVar("U")
 
 
@@ -78,55 +76,11 @@ class Linear(NamedTuple):
         return torch.cat([inner.clamp_min(0).ravel(), (self.output**2).sum(0)])
 
 
-class Bases(NamedTuple):
-    """Orthogonal coordinates of the unknowns in which J^T J is nearly diagonal."""
-
-    left: Tensor  # (H, H)
-    output: Tensor  # (O, O)
-
-    @staticmethod
-    def of(linear: Linear) -> "Bases":
-        """Those that suit systems like `linear`."""
-        return Bases(eigenvectors(linear.left), eigenvectors(linear.output))
-
-
-class Coordinates(NamedTuple):
-    """Coordinates y of the unknowns x: scaled, then turned."""
-
-    bases: Bases
-    scale: Tensor  # (H K + O,)
-
-    @staticmethod
-    def of(bases: Bases, linear: Linear, parts: int) -> "Coordinates":
-        """Those that suit a system of which `linear` is one of so many like parts."""
-        left, output = linear.left @ bases.left, linear.output @ bases.output
-        diagonal = parts * linear._replace(left=left, output=output).diagonal()
-        blocks = diagonal.split([linear.inner, len(bases.output)])
-        scale = torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
-        return Coordinates(bases, scale)
-
-    def unknowns(self, y: Tensor) -> Tensor:
-        """x = C y (H K + O,)."""
-        matrix, vector = self._split(self.scale * y)
-        left, output = self.bases
-        return torch.cat([(left @ matrix).ravel(), output @ vector])
-
-    def gradient(self, x: Tensor) -> Tensor:
-        """C^T x (H K + O,): what is the gradient with respect to y when x is that to x."""
-        matrix, vector = self._split(x)
-        left, output = self.bases
-        return self.scale * torch.cat([(left.T @ matrix).ravel(), output.T @ vector])
-
-    def _split(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        inner = len(x) - len(self.bases.output)
-        return x[:inner].view(len(self.bases.left), -1), x[inner:]
-
-
 class Memory(NamedTuple):
     """Directions s of a system A that was solved, and A s, each divided by (s . A s)^1/2.
 
     They are conjugate, so that the inverse of A is the sum of all s s^T in their span. Between two
-    systems they are kept turned by the bases, but not scaled.
+    systems they are kept unscaled.
     """
 
     directions: Tensor  # (k, H K + O)
@@ -155,7 +109,6 @@ class Solution(NamedTuple):
 
 def solve(
     parts: Sequence[Linear],
-    bases: Bases,
     damping: float,
     iterations: int,
     memory: Memory | None,
@@ -164,16 +117,15 @@ def solve(
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
     parts:  all rows of the system
-    bases:  in which it is solved
-    memory: of a system like this one in the same bases
+    memory: of a system like this one
     share:  is told the part that is done before each iteration, and may raise
     """
 
-    coordinates = Coordinates.of(bases, parts[0], len(parts))
-    known = None if memory is None else memory.scaled(coordinates.scale)
+    scale = scale_of(parts)
+    known = None if memory is None else memory.scaled(scale)
 
     def total(task: Callable[[Linear], Tensor]) -> Tensor:
-        return coordinates.gradient(torch.stack(each(task, parts)).sum(0))
+        return scale * torch.stack(each(task, parts)).sum(0)
 
     def preconditioned(vector: Tensor) -> Tensor:
         return vector if known is None else known.precondition(vector)
@@ -185,7 +137,7 @@ def solve(
     directions, products = [], []
     for iteration in range(iterations):
         share(iteration / iterations)
-        x = coordinates.unknowns(direction)
+        x = scale * direction
         product = total(lambda part, x=x: part.gram(x)) + damping * direction
         curvature = direction.dot(product)
         directions.append(direction * curvature.rsqrt())
@@ -198,8 +150,15 @@ def solve(
         direction = better + (length / before) * direction
     # |r|^2 - |J x - r|^2 = 2 g . y - y . (A - lambda) y, and A y = g - remaining
     promised = solution.dot(gradient + remaining) + damping * solution.dot(solution)
-    found = Memory(torch.stack(directions), torch.stack(products)).scaled(1 / coordinates.scale)
-    return Solution(coordinates.unknowns(solution), float(promised), found)
+    found = Memory(torch.stack(directions), torch.stack(products)).scaled(1 / scale)
+    return Solution(scale * solution, float(promised), found)
+
+
+def scale_of(parts: Sequence[Linear]) -> Tensor:
+    """s (H K + O,), which makes the diagonal of the system nearly 1."""
+    diagonal = torch.stack(each(Linear.diagonal, parts)).sum(0)
+    blocks = diagonal.split([parts[0].inner, parts[0].output.shape[1]])
+    return torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
 
 
 def each(task: Callable[..., U], *parts: Sequence[Any]) -> list[U]:

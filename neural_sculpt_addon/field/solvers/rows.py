@@ -90,9 +90,9 @@ class Pool(NamedTuple):
         targets = np.broadcast_to(np.asarray(targets, np.float32), len(points))
         return Pool(torch.from_numpy(np.column_stack([points, targets])), share, weight)
 
-    def draw(self, generator: torch.Generator) -> Tensor:
-        """`share` of the rows."""
-        return self.rows[choose(len(self.rows), self.share, generator)]
+    def draw(self, part: float, generator: torch.Generator) -> Tensor:
+        """That part of its share of the rows."""
+        return self.rows[choose(len(self.rows), round(part * self.share), generator)]
 
 
 class Sampler:
@@ -162,15 +162,15 @@ class Sampler:
         points, targets = islands.points[order], np.clip(islands.distance[order], -CLEAR, CLEAR)
         self._pools.append(Pool.of(points, targets, self._counts.around, 1.0))
 
-    def draw(self) -> Rows:
-        """Fresh rows for one step."""
+    def draw(self, part: float) -> Rows:
+        """Fresh rows for one step: that part of the counts."""
         points, normals = self._target
-        values = [pool.draw(self._generator) for pool in self._pools]
+        values = [pool.draw(part, self._generator) for pool in self._pools]
         weights = [
             torch.full((len(drawn),), pool.weight)
             for drawn, pool in zip(values, self._pools, strict=True)
         ]
-        slope = choose(len(points), self._counts.slope, self._generator)
+        slope = choose(len(points), round(part * self._counts.slope), self._generator)
         directions = torch.randn(len(slope), 3, generator=self._generator)
         directions /= directions.norm(dim=1, keepdim=True)
         known = torch.cat(values)  # (n, 4)
