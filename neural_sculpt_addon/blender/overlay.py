@@ -22,13 +22,14 @@ from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
 from ..stroke.brush import Brush
+from ..stroke.curve import fit_curve
 from ..stroke.stroke import Stroke
 from . import preferences
 from .brush import current_brush, mirror_of
 from .job import find
 from .properties import is_field
 from .recorder import Mouse, Point
-from .ribbon import Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
+from .ribbon import ROWS, Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
 from .view import View, lay, view_under
 
 TOOL = "neural_sculpt.tool"
@@ -49,6 +50,7 @@ class _Shown:
     target: int
     brush: Brush
     ribbons: tuple[Ribbon, ...]
+    line: NDArray[np.float64]  # (N, 3)
     knots: NDArray[np.float64]  # (K, 3), control points that can be edited
     chosen: int | None
 
@@ -67,11 +69,15 @@ class _State:
     anchor: Anchor | None = None
 
 
-def show_stroke(ob: Object, stroke: Stroke, editing: bool, chosen: int | None) -> None:
-    """Show a stroke as it is now."""
-    knots = stroke.points if editing else stroke.points[:0]
-    shown = ribbons(stroke, partial(lay, ob))
-    _State.stroke = _Shown(ob.session_uid, stroke.brush, shown, knots, chosen)
+def show_stroke(
+    ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
+) -> None:
+    """Show a stroke as it is now; of one that is in the surface already the line alone."""
+    nothing = stroke.points[:0]
+    knots = stroke.points if editing else nothing
+    line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0] if sculpted else nothing
+    shown = () if sculpted else ribbons(stroke, partial(lay, ob))
+    _State.stroke = _Shown(ob.session_uid, stroke.brush, shown, line, knots, chosen)
 
 
 def hide_stroke() -> None:
@@ -103,6 +109,8 @@ def _draw_stroke() -> None:
         for ribbon in shown.ribbons:
             _draw_ribbon(ribbon)
         gpu.state.depth_test_set("NONE")
+        if len(shown.line):
+            _draw_line(shown.line, 1.5, preferences.overlay_colors().cursor)
         if len(shown.knots):
             _draw_knots(shown)
     gpu.state.blend_set("NONE")

@@ -215,7 +215,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         hints.show(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
             stroke = self._stroke(drawing, context, ob)
-            overlay.show_stroke(ob, stroke, drawing.phase is Phase.EDITING, drawing.chosen)
+            editing, again = drawing.phase is Phase.EDITING, self._listed is not None
+            overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=again)
             context.area.tag_redraw()
 
 
