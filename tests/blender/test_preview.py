@@ -18,6 +18,7 @@ from harness import (
     vertices,
 )
 
+proxy_mesh = module("blender.proxy_mesh")
 Brush = module("stroke.brush").Brush
 Ends = module("stroke.stroke").Ends
 Profile = module("stroke.profile").Profile
@@ -121,6 +122,7 @@ class Preview(SteeredCase):
         points, triangles = square()
         mesh.clear_geometry()
         mesh.from_pydata(points.tolist(), [], triangles.tolist())
+        mesh[proxy_mesh.FILLED] = f"{proxy_mesh.fingerprint(points):08x}"
         push_undo("Square")
         self.before = state(self.ob)
         self.flat = vertices(self.ob)

@@ -10,7 +10,7 @@ and least_squares (the solution).
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from ...stroke.progress import Progress, silent
@@ -26,6 +26,7 @@ from .least_squares import Memory, Solution, each, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
+NEAR = 1.5 * TOLERANCE  # what refining alone mostly brings within it
 WIDEST = 512  # units of the first layer
 GROWTHS = 2  # how often at most the first layer is doubled
 FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones, up to WIDEST
@@ -78,6 +79,7 @@ REFINE = Course(
     counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=500),
     hold=1.5,
 )
+REPAIR = replace(REFINE, steps=REFINE.steps[2:])
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
@@ -96,24 +98,31 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         progress(told, "Refining")
 
     sampler = Sampler(problem, REFINE.counts, REFINE.hold, lambda: share(0.0))
-    for growth in range(GROWTHS + 1):
+    error, near, growths = sampler.error(network), NEAR, 0
+    while True:
+        if error > near and growths < GROWTHS and network.widths[0] < WIDEST:
+            network, growths = _grown(network), growths + 1
         network = _improve(
-            network, sampler, REFINE, lambda part, done=growth: share(0.3 * (done + part))
+            network, sampler, REFINE, lambda part, done=growths: share(0.3 * (done + part))
         )
-        if sampler.error(network) < TOLERANCE or network.widths[0] >= WIDEST:
+        error, near = sampler.error(network), TOLERANCE
+        if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDEST:
             break
-        if growth < GROWTHS:
-            wider = 2 * network.widths[0]
-            frequency = FINEST if wider >= WIDEST else FREQUENCY
-            network = grow(network, (wider, *network.widths[1:]), frequency)
     for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)
         if not len(islands.points):
             break
         sampler.forbid(islands)
-        network = _improve(network, sampler, REFINE, lambda _: share(told))
+        network = _improve(network, sampler, REPAIR, lambda _: share(told))
     return network
+
+
+def _grown(network: Siren) -> Siren:
+    """With twice as many units in its first layer, and as many in the others."""
+    wider = 2 * network.widths[0]
+    frequency = FINEST if wider >= WIDEST else FREQUENCY
+    return grow(network, (wider, *network.widths[1:]), frequency)
 
 
 def _improve(
