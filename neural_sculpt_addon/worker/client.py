@@ -7,7 +7,6 @@ whatever happens to the worker: when it dies the client answers in its place. Ah
 progress and at most one quick result.
 """
 
-import queue
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -24,7 +23,7 @@ from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKin
 
 __all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerState"]
 
-_TICK = 0.02  # seconds between two looks at the clock while waiting
+_TICK = 0.005  # seconds between two looks while waiting
 
 
 class WorkerState(StrEnum):
@@ -71,9 +70,7 @@ class Client:
         """
         if self.alive:
             return
-        if self._process is not None:  # it died since the last poll
-            self._process.stop()
-            self._take_all()
+        self._take_all()  # what one that died since the last poll said before
         self._process = WorkerProcess(self.command, self.log)
         self.state = WorkerState.STARTING
         self.problem = ""
@@ -98,7 +95,8 @@ class Client:
     ) -> int:
         """Queue a job and return its number. The arrays are copied.
 
-        SculptError without a worker; ProtocolError when fields or arrays cannot be sent.
+        SculptError without a worker or room for the job; ProtocolError when fields or arrays cannot
+        be sent.
         """
         if self._process is None or not self.alive:
             raise SculptError("The worker is not running; start it again.")
@@ -151,19 +149,17 @@ class Client:
                 raise ValueError(f"Job {job} is not open.")
             if deadline is not None and time.monotonic() > deadline:
                 raise TimeoutError(f"Job {job} has not ended within {timeout} s.")
-            self._take(timeout=_TICK)
+            if not self._take():
+                time.sleep(_TICK)
 
     def _take_all(self) -> None:
         while self._take():
             pass
 
-    def _take(self, timeout: float = 0.0) -> bool:
+    def _take(self) -> bool:
         """Move one item of news to the inbox; whether there was one."""
-        if self._process is None:
-            return False
-        try:
-            item = self._process.incoming.get(block=timeout > 0, timeout=timeout or None)
-        except queue.Empty:
+        item = None if self._process is None else self._process.take()
+        if item is None:
             return False
         if isinstance(item, Exit):
             self._bury(item.reason, item.log_tail)

@@ -16,7 +16,7 @@ PACKAGE = "neural_sculpt_addon"
 
 
 def main() -> None:
-    """Import the package and serve jobs until the other end of the pipe closes."""
+    """Import the package and serve jobs until stdin ends."""
     # Set before NumPy and torch load: their own threads only stall each other when Blender is busy.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"

@@ -1,32 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One run of the worker: the child process, its pipes and the two threads that serve them.
+"""One run of the worker: the child process, and the folder through which it is spoken to.
 
-NumPy and the standard library only. Whatever blocks (a full pipe, an empty one, the end of the
-process) blocks a thread of this module and never its user, who only puts into one queue and takes
-from another.
+NumPy and the standard library only. Requests and answers are files (see mailbox), so that nothing
+here waits for the worker. Its stdin gets the folder's name and then a byte for each request; the
+end of stdin ends it. What it prints is its log.
 """
 
-import logging
-import queue
+import contextlib
+import os
+import shutil
 import subprocess
-import threading
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BufferedReader
 from pathlib import Path
-from typing import cast
 
 from ..stroke.errors import SculptError
-from . import protocol
 from .ending import exit_in_words
 from .interpreter import clean_environ, no_window
+from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError
+
+REQUESTS, ANSWERS = "requests", "answers"
+"""Folders in that of the worker."""
 
 _GRACE = 2.0  # seconds that a worker has to leave before it is killed
 _LOG_LINES = 12
 _LOG_BYTES = 8192
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -38,37 +38,37 @@ class Exit:
 
 
 class WorkerProcess:
-    """A running worker.
-
-    incoming: what the worker says, in order; the last item is one Exit.
-    """
+    """A running worker."""
 
     def __init__(self, command: Sequence[str], log: Path) -> None:
-        """Start `command` with stderr into a fresh `log`. SculptError when that fails."""
-        self.incoming: queue.SimpleQueue[Message | Exit] = queue.SimpleQueue()
-        self._outgoing: queue.SimpleQueue[list[bytes] | None] = queue.SimpleQueue()
+        """Start `command` with what it prints into a fresh `log`. SculptError when that fails."""
         self._log = log
+        folder = None
         try:
+            folder = Path(tempfile.mkdtemp(prefix="neural_sculpt_"))
+            for name in (REQUESTS, ANSWERS):
+                (folder / name).mkdir()
             log.parent.mkdir(parents=True, exist_ok=True)
-            with log.open("wb") as stderr:
+            with log.open("wb") as output:
                 self._process = subprocess.Popen(
                     command,
+                    bufsize=0,
                     stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=stderr,
+                    stdout=output,
+                    stderr=output,
                     env=clean_environ(),
                     creationflags=no_window(),
                 )
         except OSError as error:
+            if folder is not None:
+                shutil.rmtree(folder, ignore_errors=True)
             raise SculptError(
                 f"The worker cannot be started ({error}); check its Python in the preferences."
             ) from error
-        self._threads = [
-            threading.Thread(target=target, name=f"neural sculpt {target.__name__}", daemon=True)
-            for target in (self._read, self._write)
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._folder = folder
+        self._requests = Outbox(folder / REQUESTS)
+        self._answers = Inbox(folder / ANSWERS)
+        self._ring(os.fsencode(folder) + b"\n")
 
     @property
     def pid(self) -> int:
@@ -81,48 +81,50 @@ class WorkerProcess:
         return self._process.poll() is None
 
     def send(self, message: Message) -> None:
-        """Queue one frame. ProtocolError when it cannot be one; a dead worker is no error here."""
-        self._outgoing.put(protocol.encode(message))
+        """Send one message; a dead worker is no error here.
+
+        ProtocolError when it cannot be one, SculptError when the disk has no room for it.
+        """
+        try:
+            self._requests.put(message)
+        except OSError as error:
+            raise SculptError(
+                f"The worker cannot be reached ({error}); is there room on the disk of"
+                f" {tempfile.gettempdir()}?"
+            ) from error
+        self._ring(b".")
+
+    def take(self) -> Message | Exit | None:
+        """What the worker says next, None when it is silent; its Exit after all it said."""
+        running = self.running  # asked first: what it said last is there then
+        try:
+            message = self._answers.take()
+        except ProtocolError as error:
+            self._process.kill()
+            return self._end(str(error))
+        return message if message is not None or running else self._end()
 
     def stop(self) -> None:
         """End the process, kindly and then not; it is gone afterwards."""
-        self.send(Message(protocol.ControlKind.STOP))
-        self._outgoing.put(None)
-        try:
-            self._process.wait(_GRACE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-        self._process.wait()
-        for thread in self._threads:
-            thread.join(_GRACE)
+        self._end()
 
-    def _write(self) -> None:
+    def _end(self, reason: str = "") -> Exit:
         assert self._process.stdin is not None
-        try:
-            with self._process.stdin as stream:
-                while (pieces := self._outgoing.get()) is not None:
-                    stream.writelines(pieces)
-                    stream.flush()
-        except OSError:  # nobody reads any more; the reader finds out why
-            logger.debug("the pipe to the worker is broken")
-
-    def _read(self) -> None:
-        reason = ""
-        with cast(BufferedReader, self._process.stdout) as stream:
-            try:
-                while (message := protocol.read(stream)) is not None:
-                    self.incoming.put(message)
-            except ProtocolError as error:
-                reason = str(error)
-                self._process.kill()
+        self._process.stdin.close()
         try:
             code = self._process.wait(_GRACE)
-        except subprocess.TimeoutExpired:  # it closed its end and lives on: of no use
+        except subprocess.TimeoutExpired:
             self._process.kill()
             code = self._process.wait()
-        self._outgoing.put(None)
+        shutil.rmtree(self._folder, ignore_errors=True)
         tail = self._log_tail()
-        self.incoming.put(Exit(reason or exit_in_words(code, tail), tail))
+        return Exit(reason or exit_in_words(code, tail), tail)
+
+    def _ring(self, what: bytes) -> None:
+        """So few bytes that they fit a pipe that nobody reads for a while."""
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):  # it is dead, which `take` finds out
+            self._process.stdin.write(what)
 
     def _log_tail(self) -> str:
         try:

@@ -8,8 +8,7 @@ little-endian, a JSON header in UTF-8 and the bytes of the arrays one after anot
      "arrays": [{"name": "field", "dtype": "|u1", "shape": [71680]}, ...]}
 
 Nothing is trusted: every length, name, dtype and shape is checked before memory is asked for, and
-no frame can make its reader run anything. A frame that breaks the rules raises ProtocolError, after
-which the stream has lost its place and must be closed.
+no frame can make its reader run anything. A frame that breaks the rules raises ProtocolError.
 """
 
 import json
@@ -39,7 +38,7 @@ _MAX_DIMENSIONS = 8
 
 
 class ProtocolError(SculptError):
-    """The other side of the pipe does not speak this protocol."""
+    """The other side does not speak this protocol."""
 
 
 class JobKind(StrEnum):
@@ -57,11 +56,10 @@ class JobKind(StrEnum):
 
 
 class ControlKind(StrEnum):
-    """What Blender says about jobs and the worker itself."""
+    """What Blender says about jobs."""
 
     CANCEL = "cancel"
     ENOUGH = "enough"
-    STOP = "stop"
 
 
 class MessageKind(StrEnum):
@@ -99,18 +97,12 @@ class Message:
     arrays: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def encode(message: Message) -> list[bytes]:
-    """The frame as pieces to be written in order, copied: the arrays may change afterwards.
+def write(stream: BufferedIOBase, message: Message) -> None:
+    """Write one frame.
 
     Raises ProtocolError for what cannot be sent: other dtypes, NaN in a field, too many bytes.
     """
-    return [bytes(piece) for piece in _pieces(message)]
-
-
-def write(stream: BufferedIOBase, message: Message) -> None:
-    """Write one frame and flush it. Errors as from `encode`; OSError when nobody reads any more."""
     stream.writelines(_pieces(message))
-    stream.flush()
 
 
 def _pieces(message: Message) -> list[bytes | memoryview]:

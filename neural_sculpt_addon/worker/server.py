@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""torch's side of the worker: take jobs from stdin, run them one by one, answer on stdout.
+"""torch's side of the worker: take jobs, run them one by one, answer.
 
-The main thread runs the jobs in the order of their arrival. A second thread reads, so that a cancel
-is heard in mid-job and the end of the pipe ends the process at once: whoever asked is gone, and all
-that matters lives in the .blend. stdout carries frames and nothing else; whatever the code prints
-goes to stderr, which is the log.
+The main thread runs the jobs in the order of their arrival. A second thread listens at stdin, whose
+first line names the folder of requests and answers (see mailbox) and which then has a byte for each
+request: so a cancel is heard in mid-job, and the end of the pipe ends the process at once. Whoever
+asked is gone then, and all that matters lives in the .blend.
 """
 
+import contextlib
 import ctypes
 import faulthandler
 import logging
 import os
 import platform
+import shutil
 import signal
 import sys
 import threading
@@ -20,20 +22,25 @@ import traceback
 from collections import deque
 from collections.abc import Mapping
 from functools import partial
-from io import BufferedIOBase
+from io import RawIOBase
+from pathlib import Path
 from typing import Any
 
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress
-from . import protocol
 from .device import choose
 from .environment import Device
 from .jobs import Jobs, warm_up
+from .mailbox import Inbox, Outbox
 from .payload import Handler, Payload, Task
+from .process import ANSWERS, REQUESTS
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
 
 PROGRESS_SECONDS = 0.05
 """Between two progress messages of a job; what is reported in between only hears of a cancel."""
+
+RETRY = 0.01
+"""Seconds until a request is looked for again that something else, a virus scanner, looks at."""
 
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
@@ -73,21 +80,23 @@ def take_over() -> "Server":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     faulthandler.enable()  # a crash in native code leaves its trace in the log
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
-    requests, answers = os.dup(0), os.dup(1)
+    bell = os.fdopen(os.dup(0), "rb", buffering=0)
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr
-    return Server(os.fdopen(requests, "rb"), os.fdopen(answers, "wb"))
+    return Server(bell)
 
 
 class Server:
-    """The queue between the thread that reads and the thread that works."""
+    """The queue between the thread that listens and the thread that works."""
 
-    def __init__(self, requests: BufferedIOBase, answers: BufferedIOBase) -> None:
-        """Read frames from `requests` from now on; their end ends the process."""
-        self._requests = requests
-        self._answers = answers
+    def __init__(self, bell: RawIOBase) -> None:
+        """Listen at `bell` from now on; its end ends the process."""
+        self._bell = bell
+        self._folder = Path(os.fsdecode(bell.readline().removesuffix(b"\n")))
+        if not self._folder.is_dir():
+            sys.exit(f"There is no folder {self._folder} to take requests from.")
+        self._requests = Inbox(self._folder / REQUESTS)
+        self._answers = Outbox(self._folder / ANSWERS)
         self._writing = threading.Lock()
         self._changed = threading.Condition()  # guards the next four
         self._waiting: deque[Message] = deque()
@@ -168,21 +177,26 @@ class Server:
     def _send(self, message: Message) -> None:
         try:
             with self._writing:
-                protocol.write(self._answers, message)
-        except OSError:  # nobody reads any more
-            os._exit(0)
+                self._answers.put(message)
+        except OSError:  # the disk is full, or the folder is gone and nobody listens any more
+            logger.exception("the worker cannot answer")
+            os._exit(1)
 
     def _listen(self) -> None:
         code = 1
         try:
-            while (message := protocol.read(self._requests)) is not None:
-                if message.kind is ControlKind.STOP:
-                    break
+            while self._bell.read(1):
+                while (message := self._requests.take()) is None:
+                    time.sleep(RETRY)
                 self._take(message)
             code = 0
-        except Exception:  # the place in the stream is lost, or this code is wrong: no way on
+        except Exception:  # a request is lost, or this code is wrong: no way on
             logger.exception("the worker cannot read its requests")
         finally:
+            for name in (REQUESTS, ANSWERS):
+                shutil.rmtree(self._folder / name, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                self._folder.rmdir()
             os._exit(code)
 
     def _take(self, message: Message) -> None:

@@ -2,6 +2,7 @@
 """Jobs in flight, as in a window: queue, cancel, undo, a killed worker, another file."""
 
 import os
+import threading
 import time
 
 import bpy
@@ -70,6 +71,14 @@ class Jobs(SculptCase):
         self.assertGreater(self.top(), self.top(1.2) + 0.5 * INTENSITY)
         undo()
         self.assertEqual(state(field("Sphere")), self.before)
+
+    def test_no_other_thread_runs_python(self) -> None:
+        """Up to Blender 5.0 one that does in the midst of an operator can crash it."""
+        with self.as_in_a_window():
+            self.stroke()
+            self.wait_for_progress()
+            self.assertEqual([thread.name for thread in threading.enumerate()], ["MainThread"])
+            self.finish()
 
     def test_cancel(self) -> None:
         with self.as_in_a_window():

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Client and server over real pipes between real processes."""
+"""Client and server in real processes."""
 
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import textwrap
+import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +16,8 @@ import pytest
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker import protocol
 from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind, WorkerState
+from neural_sculpt_addon.worker.mailbox import Inbox, Outbox
+from neural_sculpt_addon.worker.process import ANSWERS, REQUESTS
 from neural_sculpt_addon.worker.protocol import FINAL, ProtocolError
 from tests.worker.support import PATIENCE, ROOT, TOY_WORKER, gone, until
 
@@ -305,11 +310,16 @@ def test_what_cannot_be_sent_is_said_at_once_and_opens_no_job(client):
 
 
 def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
-    command = [sys.executable, "-c", "print('Hello!' * 100, flush=True); input()"]
-    client = Client(command, tmp_path / "log")
+    script = textwrap.dedent("""
+        import sys
+        from pathlib import Path
+        (Path(input()) / "answers" / "0").write_text("Hello!")
+        sys.stdin.read()
+    """)
+    client = Client([sys.executable, "-c", script], tmp_path / "log")
     client.start()
     answer = finish(client, client.submit(JobKind.MESH, {}))
-    assert "no frame of Neural Sculpt" in answer.fields["message"]
+    assert "ends after 6 of 16 bytes" in answer.fields["message"]
     assert not client.alive
 
 
@@ -352,25 +362,63 @@ def test_the_worker_does_not_see_the_python_of_its_parent(tmp_path, monkeypatch)
 
 
 def raw_worker() -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        TOY_WORKER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
-    )
+    return subprocess.Popen(TOY_WORKER, bufsize=0, stdin=subprocess.PIPE)
 
 
-def test_the_end_of_stdin_ends_the_worker_in_mid_job():
+def folder_for(tmp_path: Path) -> Path:
+    for name in (REQUESTS, ANSWERS):
+        (tmp_path / "worker" / name).mkdir(parents=True)
+    return tmp_path / "worker"
+
+
+def test_the_end_of_stdin_ends_the_worker_in_mid_job_and_leaves_no_files(tmp_path):
+    folder = folder_for(tmp_path)
+    answers = Inbox(folder / ANSWERS)
     with raw_worker() as worker:
-        protocol.write(worker.stdin, Message(JobKind.EDIT, 1, SLOW))
-        assert protocol.read(worker.stdout).kind is MessageKind.HELLO
-        assert protocol.read(worker.stdout).kind is MessageKind.PROGRESS
+        worker.stdin.write(f"{folder}\n".encode())
+        Outbox(folder / REQUESTS).put(Message(JobKind.EDIT, 1, SLOW))
+        worker.stdin.write(b".")
+        for kind in (MessageKind.HELLO, MessageKind.PROGRESS):
+            said: list[Message] = []
+            until(lambda said=said: said.extend(filter(None, [answers.take()])) or said)
+            assert said[0].kind is kind
         worker.stdin.close()
         assert worker.wait(PATIENCE) == 0
+    assert not folder.exists()
 
 
 def test_garbage_on_stdin_ends_the_worker():
     with raw_worker() as worker:
-        worker.stdin.write(b"garbage garbage garbage")
-        worker.stdin.flush()
+        worker.stdin.write(b"garbage garbage garbage\n")
         assert worker.wait(PATIENCE) == 1
+
+
+def test_nothing_is_left_when_a_worker_is_stopped_or_killed(client, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for end in (Client.stop, lambda client: os.kill(client.pid, signal.SIGTERM)):
+        client.stop()
+        client.start()
+        finish(client, client.submit(JobKind.MESH, {}, {"a": np.ones(1000)}))
+        assert len([*tmp_path.glob("neural_sculpt_*")]) == 1
+        end(client)
+        until(lambda: client.poll_once() or client.state is not WorkerState.READY)
+        assert not [*tmp_path.glob("neural_sculpt_*")]
+
+
+def test_a_full_disk_is_said_at_once_and_opens_no_job(client, tmp_path):
+    finish(client, client.submit(JobKind.MESH, {}))
+    requests = client._process._folder / REQUESTS
+    requests.rename(tmp_path / "elsewhere")  # as good as full
+    with pytest.raises(SculptError, match="room on the disk"):
+        client.submit(JobKind.MESH, {})
+    (tmp_path / "elsewhere").rename(requests)
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+def test_no_thread_is_needed(client):
+    before = threading.active_count()
+    finish(client, client.submit(JobKind.MESH, {}, {"a": np.ones(1 << 20)}))
+    assert threading.active_count() == before
 
 
 @POSIX
@@ -403,18 +451,20 @@ def test_the_worker_goes_when_its_parent_is_killed(tmp_path):
 
 
 @LINUX
-def test_the_worker_goes_with_its_parent_even_if_another_holds_its_pipe():
+def test_the_worker_goes_with_its_parent_even_if_another_holds_its_pipe(tmp_path):
+    folder = folder_for(tmp_path)
     script = textwrap.dedent(f"""
         import subprocess, sys, time
-        worker = subprocess.Popen({TOY_WORKER!r}, stdout=subprocess.PIPE)
-        worker.stdout.read(16)
+        worker = subprocess.Popen({TOY_WORKER!r})
         print(worker.pid, flush=True)
         time.sleep(600)
     """)
     with subprocess.Popen(
-        [sys.executable, "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        [sys.executable, "-c", script], bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as parent:
+        parent.stdin.write(f"{folder}\n".encode())
         pid = int(parent.stdout.readline())
+        until(Inbox(folder / ANSWERS).take)
         assert not gone(pid)
         parent.kill()
         until(lambda: gone(pid))  # while this process still holds the other end of its stdin

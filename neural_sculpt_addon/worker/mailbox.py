@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messages from one process to another as numbered files of a private folder.
+
+Neither side waits for the other, however slow or dead that is, and none needs a thread. Up to
+Blender 5.0 a second thread that runs Python can crash it: in an operator that was called from
+Python, Blender holds no lock of Python, and takes that of the other thread for its own. NumPy and
+the standard library only.
+"""
+
+import contextlib
+import os
+from pathlib import Path
+
+from . import protocol
+from .protocol import Message, ProtocolError
+
+
+class Outbox:
+    """Where one process puts messages."""
+
+    def __init__(self, folder: Path) -> None:
+        """Into an empty folder."""
+        self._folder = folder
+        self._count = 0
+
+    def put(self, message: Message) -> None:
+        """Write one message; it appears at once and as a whole. ProtocolError, OSError."""
+        part = self._folder / "part"
+        with part.open("wb") as file:
+            protocol.write(file, message)
+        os.replace(part, self._folder / str(self._count))
+        self._count += 1
+
+
+class Inbox:
+    """Where the other one takes them, in the same order."""
+
+    def __init__(self, folder: Path) -> None:
+        """From the folder of an Outbox."""
+        self._folder = folder
+        self._count = 0
+
+    def take(self) -> Message | None:
+        """The next message, which is removed; None when there is none yet. ProtocolError."""
+        path = self._folder / str(self._count)
+        try:
+            with path.open("rb") as file:
+                message = protocol.read(file)
+        except (FileNotFoundError, PermissionError):  # on Windows a virus scanner may look first
+            return None
+        if message is None:
+            raise ProtocolError("A frame is empty.")
+        with contextlib.suppress(OSError):
+            path.unlink()
+        self._count += 1
+        return message
