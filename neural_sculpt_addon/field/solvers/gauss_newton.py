@@ -68,7 +68,7 @@ FIRST = Course(
     averaged=2,
     rank=0.625,
     damping=0.3,
-    counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=250),
+    counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
     hold=1.4,
 )
 REFINE = Course(
@@ -76,7 +76,7 @@ REFINE = Course(
     averaged=2,
     rank=1.0,
     damping=0.03,
-    counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=500),
+    counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=1000),
     hold=1.5,
 )
 REPAIR = replace(REFINE, steps=REFINE.steps[2:])
