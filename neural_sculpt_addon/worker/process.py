@@ -88,6 +88,8 @@ class WorkerProcess:
         try:
             self._requests.put(message)
         except OSError as error:
+            if not self.running:
+                return
             raise SculptError(
                 f"The worker cannot be reached ({error}); is there room on the disk of"
                 f" {tempfile.gettempdir()}?"

@@ -189,14 +189,14 @@ class Server:
                 while (message := self._requests.take()) is None:
                     time.sleep(RETRY)
                 self._take(message)
+            for name in (REQUESTS, ANSWERS):  # nobody takes what is left
+                shutil.rmtree(self._folder / name, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                self._folder.rmdir()
             code = 0
         except Exception:  # a request is lost, or this code is wrong: no way on
             logger.exception("the worker cannot read its requests")
         finally:
-            for name in (REQUESTS, ANSWERS):
-                shutil.rmtree(self._folder / name, ignore_errors=True)
-            with contextlib.suppress(OSError):
-                self._folder.rmdir()
             os._exit(code)
 
     def _take(self, message: Message) -> None:

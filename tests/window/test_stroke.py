@@ -108,7 +108,7 @@ class Strokes(WindowCase):
         yield from self.strokes_are(1)
         self.assert_raised(path)
 
-    def test_points_edited_again(self) -> None:
+    def test_points_edited_again(self) -> Steps:
         """A stroke with a bend is sculpted; then its middle point is dragged away."""
         yield from self.add()
         path = self.arc()

@@ -415,6 +415,17 @@ def test_a_full_disk_is_said_at_once_and_opens_no_job(client, tmp_path):
     assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
 
 
+@POSIX
+def test_a_cancel_that_a_dead_worker_cannot_hear_is_no_error(client, tmp_path):
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    os.kill(client.pid, signal.SIGKILL)
+    until(lambda: not client.alive)
+    (client._process._folder / REQUESTS).rename(tmp_path / "elsewhere")
+    client.cancel(job)
+    assert finish(client, job).kind is MessageKind.ERROR
+
+
 def test_no_thread_is_needed(client):
     before = threading.active_count()
     finish(client, client.submit(JobKind.MESH, {}, {"a": np.ones(1 << 20)}))
