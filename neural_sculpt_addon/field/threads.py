@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pool of threads with one torch thread each, for work in parts that fit the cache.
+"""How work is shared by the processor's cores.
 
-Contended OpenMP regions stall for seconds when Blender is busy; single-threaded parts do not.
+A pool of threads with one torch thread each does what comes in parts that fit the cache. A team is
+torch's own threads, which wait for each other after every operation: quick for small operations in
+a row, but when another program keeps a core busy all wait for the one that lost it, so a team that
+notices this grows smaller.
 """
 
 import os
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -22,7 +26,40 @@ NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
 SMALL = 64  # points that are not worth a second thread
 
+WATCHED = 0.02  # seconds of work that tell whether a team had to wait
+KEPT = 0.7  # part of the time of all cores of a team that it has when no other wants them
+REST = 50  # such spells until a team that grew smaller tries again
+
 T = TypeVar("T")
+
+
+class Team:
+    """torch's threads for operations of the thread that enters it."""
+
+    def __enter__(self) -> "Team":
+        self._before = torch.get_num_threads()
+        self._rest = 0
+        self._be(threads())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        torch.set_num_threads(self._before)
+
+    def adapt(self) -> None:
+        """Grow smaller when there was waiting since the last time. Call it every few ms."""
+        wall, spent = time.perf_counter() - self._wall, time.process_time() - self._spent
+        if wall < WATCHED:
+            return
+        self._rest -= 1
+        if spent < KEPT * self._size * wall:
+            self._rest = REST
+            self._be(max(1, self._size // 2))
+        else:
+            self._be(threads() if self._rest <= 0 else self._size)
+
+    def _be(self, size: int) -> None:
+        torch.set_num_threads(size)
+        self._size, self._wall, self._spent = size, time.perf_counter(), time.process_time()
 
 
 def threads() -> int:

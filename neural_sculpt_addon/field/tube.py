@@ -28,6 +28,7 @@ FEWEST_COLUMNS = 7
 MOST_CAP_ROWS = 99
 ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
 ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
+STEP = 1 / 1024  # radii, between two displacements whose difference tells the slope
 BEND = 5e-4  # between two normals whose difference tells the curvature
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 
@@ -117,23 +118,20 @@ def displaced(
     by what factor (N,) it stretches the surface's area.
 
     The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
-    surface. Their derivatives are differences, so this holds for every profile and end alike;
-    `samples` have the normals of `network`, of which dw/dt is a one-sided difference.
+    surface. Their derivatives are one-sided differences, so this holds for every profile and end
+    alike; `samples` have the normals of `network`, and `displacement` is theirs.
     """
     moved = samples.points + displacement.amount[:, None] * displacement.direction
-    step = stroke.brush.radius / 64
+    step = STEP * stroke.brush.radius
     first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(samples.normals, first)
     tangents = []
     for axis in (first, second):
-        ahead, behind = (
-            displace(stroke, path, samples.points + sign * step * axis, samples.normals)
-            for sign in (1, -1)
-        )
-        slope = (ahead.amount - behind.amount) / (2 * step)
+        ahead = displace(stroke, path, samples.points + step * axis, samples.normals)
+        slope = (ahead.amount - displacement.amount) / step
         if stroke.direction is Direction.STROKE:
-            bend = (ahead.direction - behind.direction) / (2 * step)
+            bend = (ahead.direction - displacement.direction) / step
         else:
             _, gradient = values_and_gradients(network, samples.points + BEND * axis)
             normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The Gauss-Newton solver, held against autograd and dense linear algebra, and at work."""
 
+import itertools
+
 import numpy as np
 import pytest
 import torch
@@ -18,6 +20,7 @@ from neural_sculpt_addon.field.solvers import gauss_newton, least_squares
 from neural_sculpt_addon.field.solvers.layers import Directions, Layers
 from neural_sculpt_addon.field.solvers.least_squares import RIDGE, Linear, scale_of
 from neural_sculpt_addon.field.solvers.rows import Rows
+from neural_sculpt_addon.field.threads import Team
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -80,13 +83,13 @@ def change_of(linear: Linear, seed: int) -> torch.Tensor:
 
 def normal_equations(linear: Linear, damping: float) -> torch.Tensor:
     """The matrix that the solution y of the damped problem multiplies."""
-    matrix = dense(linear)[0] * scale_of([linear])
+    matrix = dense(linear)[0] * scale_of(linear)
     return matrix.T @ matrix + damping * torch.eye(len(matrix.T), dtype=torch.float64)
 
 
 def exact_solution(linear: Linear, damping: float) -> torch.Tensor:
     matrix, residual = dense(linear)
-    scale = scale_of([linear])
+    scale = scale_of(linear)
     right = scale * (matrix.T @ residual)
     return scale * torch.linalg.solve(normal_equations(linear, damping), right)
 
@@ -150,27 +153,22 @@ def test_directions_make_what_rows_see_independent():
 
 
 @settings(max_examples=25, deadline=None)
-@given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(1, 3), st.integers(0, 10**6))
-def test_products_agree_with_the_matrix(widths, values, slopes, parts, seed):
-    rows = rows_of(values, slopes, seed)
-    layers, linear = linearised(small(widths, seed), rows)
+@given(WIDTHS, st.integers(1, 6), st.integers(0, 6), st.integers(0, 10**6))
+def test_products_agree_with_the_matrix(widths, values, slopes, seed):
+    linear = linearised(small(widths, seed), rows_of(values, slopes, seed))[1]
     matrix, residual = dense(linear)
     torch.testing.assert_close(linear.transposed(residual), matrix.T @ residual)
     torch.testing.assert_close(linear.gram(matrix[0]), matrix.T @ (matrix @ matrix[0]))
     torch.testing.assert_close(linear.diagonal(), (matrix**2).sum(0))
-    split = [layers.linearise(part, layers.view(part)) for part in rows.split(parts)]
-    torch.testing.assert_close(
-        sum(part.transposed(part.residual) for part in split), matrix.T @ residual
-    )
 
 
 def test_the_scale_normalises_the_diagonal_of_the_system():
     linear = linear_of([4, 3], 9, 7, 5)
-    matrix = np.vstack(2 * [dense(linear)[0]])
+    matrix = dense(linear)[0].numpy()
     diagonal = (matrix**2).sum(0)
     blocks = diagonal[: linear.inner], diagonal[linear.inner :]
     expected = np.concatenate([d / (d + RIDGE * d.mean()) for d in blocks])
-    found = ((matrix * scale_of([linear, linear]).numpy()) ** 2).sum(0)
+    found = ((matrix * scale_of(linear).numpy()) ** 2).sum(0)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
 
 
@@ -195,7 +193,7 @@ def test_what_one_solution_promises_before_it_is_exact():
 
 def test_the_memory_of_a_system_inverts_it_in_its_span():
     linear, damping = linear_of([5, 4], 30, 7, 6), 0.1
-    memory = solve(linear, damping, 8).memory.scaled(scale_of([linear]))
+    memory = solve(linear, damping, 8).memory.scaled(scale_of(linear))
     products = memory.directions @ normal_equations(linear, damping)
     torch.testing.assert_close(memory.products, products)
     for s, y in zip(*memory, strict=True):
@@ -212,7 +210,7 @@ def test_memory_makes_the_next_solution_of_a_like_system_better():
 
 
 def solve(linear, damping, iterations, memory=None):
-    return least_squares.solve([linear], damping, iterations, memory, lambda _: None)
+    return least_squares.solve(linear, damping, iterations, memory, lambda _: None)
 
 
 @pytest.fixture(scope="module")
@@ -253,6 +251,14 @@ def test_quick_comes_close(problem):
 def test_the_same_seed_gives_the_same_weights(problem):
     first, second = (gauss_newton.quick(problem).parameters for _ in range(2))
     assert all(torch.equal(a, b) for a, b in zip(first, second, strict=True))
+
+
+def test_a_team_that_grows_smaller_changes_no_bit(problem, monkeypatch):
+    edited = gauss_newton.quick(problem).parameters
+    sizes = itertools.cycle([1, torch.get_num_threads() + 1])
+    monkeypatch.setattr(Team, "adapt", lambda _: torch.set_num_threads(next(sizes)))
+    again = gauss_newton.quick(problem).parameters
+    assert all(torch.equal(a, b) for a, b in zip(edited, again, strict=True))
 
 
 def test_what_lies_below_the_last_hidden_layer_is_kept(problem):

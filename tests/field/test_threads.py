@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pool of threads."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
 
@@ -8,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.threads import PIECE, in_pieces, pool
+from neural_sculpt_addon.field.threads import PIECE, Team, in_pieces, pool, threads
 from neural_sculpt_addon.stroke.errors import Cancelled
 
 
@@ -53,3 +56,33 @@ def test_a_cancel_is_heard_before_each_piece(last):
         in_pieces(task, 100 * PIECE, check)
     assert len(calls) == last + 1
     assert len(done) < 100
+
+
+def test_a_team_works_on_all_cores_while_it_is_entered():
+    before = torch.get_num_threads()
+    with pytest.raises(Cancelled), Team():
+        assert torch.get_num_threads() == threads()
+        raise Cancelled
+    assert torch.get_num_threads() == before
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core has no team")
+def test_a_team_grows_smaller_while_other_programs_keep_the_cores_busy():
+    others = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"])
+        for _ in range(2 * (os.cpu_count() or 1))
+    ]
+    try:
+        with Team() as team:
+            sizes = set()
+            rows = torch.ones(2000, 128)
+            end = time.monotonic() + 60
+            while 1 not in sizes and time.monotonic() < end:
+                rows @ rows[:128]
+                team.adapt()
+                sizes.add(torch.get_num_threads())
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+    assert 1 in sizes

@@ -20,9 +20,9 @@ from ..pieces import find_islands
 from ..prepare import CELLS
 from ..problem import Problem
 from ..proxy import extract
-from ..threads import threads
+from ..threads import Team
 from .layers import Directions, Layers, View
-from .least_squares import Memory, Solution, each, solve
+from .least_squares import Memory, Solution, dot, solve
 from .rows import Counts, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
@@ -36,7 +36,7 @@ POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step 
 FAILED = 0.15  # a step that kept less is done again with lambda times RAISE, so often at most:
 MOST_FAILURES, RAISE = 4, 8.0
 HALVINGS = 5  # of a step
-PART = 3000  # rows at most
+SEEN = 0.4  # part of the rows that tell the directions of the unknowns
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ FIRST = Course(
     rank=0.625,
     damping=0.3,
     counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
-    hold=1.4,
+    hold=1.5,
 )
 REFINE = Course(
     steps=((1.0, 16),) * 4,
@@ -132,27 +132,34 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
-    directions = Directions.of(network, _parts(sampler.draw(1.0))[0], course.rank)
+    with Team() as team:
+
+        def tell(part: float) -> None:
+            team.adapt()
+            share(part / len(course.steps))
+
+        return _take_steps(network, sampler, course, tell)
+
+
+def _take_steps(
+    network: Siren, sampler: Sampler, course: Course, tell: Callable[[float], None]
+) -> Siren:
+    directions = Directions.of(network, sampler.draw(SEEN), course.rank)
     layers, damping = Layers.of(network, directions), course.damping
     memory: Memory | None = None
     last: deque[Layers] = deque(maxlen=course.averaged)
     step = failures = 0
     while step < len(course.steps):
         part, iterations = course.steps[step]
-        share(step / len(course.steps))
-        parts = _parts(sampler.draw(part))
-        views = each(layers.view, parts)
-        linear = each(layers.linearise, parts, views)
+        tell(step)
+        rows = sampler.draw(part)
+        view = layers.view(rows)
+        linear = layers.linearise(rows, view)
         solution = solve(
-            linear,
-            damping,
-            iterations,
-            memory,
-            lambda done, before=step: share((before + done) / len(course.steps)),
+            linear, damping, iterations, memory, lambda done, before=step: tell(before + done)
         )
-        now = sum(float(part.residual.square().sum()) for part in linear)
-        check = partial(share, (step + 1) / len(course.steps))
-        layers, left = _search_line(layers, solution, parts, views, now, check)
+        now = float(dot(linear.residual, linear.residual))
+        layers, left = _search_line(layers, solution, rows, view, now, partial(tell, step + 1))
         kept = (now - left) / solution.promised
         if kept < FAILED and failures < MOST_FAILURES:
             damping, failures = damping * RAISE, failures + 1
@@ -164,19 +171,11 @@ def _improve(
     return Layers.mean(last).network()
 
 
-def _parts(rows: Rows) -> list[Rows]:
-    """Rows that fit the cache, as many for each thread; on a GPU all of them."""
-    if rows.points.device.type != "cpu":
-        return [rows]
-    rounds = -(-len(rows.points) // (PART * threads()))
-    return rows.split(rounds * threads())
-
-
 def _search_line(
     layers: Layers,
     solution: Solution,
-    parts: list[Rows],
-    views: list[View],
+    rows: Rows,
+    view: View,
     now: float,
     check: Callable[[], None],
 ) -> tuple[Layers, float]:
@@ -190,8 +189,8 @@ def _search_line(
         check()
         change = 0.5**halving * solution.x
         tried = layers.moved(change)
-        after = each(partial(layers.view_after, change), views)
-        left = sum(float(r.square().sum()) for r in each(tried.residual, parts, after))
+        residual = tried.residual(rows, layers.view_after(change, view))
+        left = float(dot(residual, residual))
         if left > least and best is not layers:
             break
         if left < least:

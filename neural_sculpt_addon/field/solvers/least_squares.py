@@ -8,20 +8,15 @@ is an outer product left (x) right, or the sum of two, so products with J and it
 products of matrices (N, width). The scale s of each unknown makes the diagonal of J^T J nearly 1.
 The directions of the last system that was solved precondition the next one, which differs little
 (Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
-
-On the CPU the rows come in parts, one task each for a pool of threads.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from ..threads import pool
-
 RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
-U = TypeVar("U")
 
 
 class Linear(NamedTuple):
@@ -108,7 +103,7 @@ class Solution(NamedTuple):
 
 
 def solve(
-    parts: Sequence[Linear],
+    linear: Linear,
     damping: float,
     iterations: int,
     memory: Memory | None,
@@ -116,56 +111,48 @@ def solve(
 ) -> Solution:
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
-    parts:  all rows of the system
     memory: of a system like this one
     share:  is told the part that is done before each iteration, and may raise
     """
 
-    scale = scale_of(parts)
+    scale = scale_of(linear)
     known = None if memory is None else memory.scaled(scale)
-
-    def total(task: Callable[[Linear], Tensor]) -> Tensor:
-        return scale * torch.stack(each(task, parts)).sum(0)
 
     def preconditioned(vector: Tensor) -> Tensor:
         return vector if known is None else known.precondition(vector)
 
-    gradient = total(lambda part: part.transposed(part.residual))
+    gradient = scale * linear.transposed(linear.residual)
     solution, remaining = torch.zeros_like(gradient), gradient
     direction = better = preconditioned(remaining)
-    length = remaining.dot(better)
+    length = dot(remaining, better)
     directions, products = [], []
     for iteration in range(iterations):
         share(iteration / iterations)
-        x = scale * direction
-        product = total(lambda part, x=x: part.gram(x)) + damping * direction
-        curvature = direction.dot(product)
+        product = scale * linear.gram(scale * direction) + damping * direction
+        curvature = dot(direction, product)
         directions.append(direction * curvature.rsqrt())
         products.append(product * curvature.rsqrt())
         alpha = length / curvature
         solution = solution + alpha * direction
         remaining = remaining - alpha * product
         better = preconditioned(remaining)
-        before, length = length, remaining.dot(better)
+        before, length = length, dot(remaining, better)
         direction = better + (length / before) * direction
     # |r|^2 - |J x - r|^2 = 2 g . y - y . (A - lambda) y, and A y = g - remaining
-    promised = solution.dot(gradient + remaining) + damping * solution.dot(solution)
+    promised = dot(solution, gradient + remaining + damping * solution)
     found = Memory(torch.stack(directions), torch.stack(products)).scaled(1 / scale)
     return Solution(scale * solution, float(promised), found)
 
 
-def scale_of(parts: Sequence[Linear]) -> Tensor:
+def scale_of(linear: Linear) -> Tensor:
     """s (H K + O,), which makes the diagonal of the system nearly 1."""
-    diagonal = torch.stack(each(Linear.diagonal, parts)).sum(0)
-    blocks = diagonal.split([parts[0].inner, parts[0].output.shape[1]])
+    blocks = linear.diagonal().split([linear.inner, linear.output.shape[1]])
     return torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
 
 
-def each(task: Callable[..., U], *parts: Sequence[Any]) -> list[U]:
-    """What `task` makes of each part; on the pool of threads when there are several."""
-    if len(parts[0]) == 1:
-        return [task(*next(zip(*parts, strict=True)))]
-    return list(pool().map(task, *parts))
+def dot(a: Tensor, b: Tensor) -> Tensor:
+    """a . b of vectors (N,), the same to the bit however many threads take part."""
+    return (a[None] @ b)[0]
 
 
 def eigenvectors(rows: Tensor) -> Tensor:

@@ -64,18 +64,6 @@ class Rows(NamedTuple):
         """n."""
         return len(self.points) - len(self.directions)
 
-    def split(self, parts: int) -> "list[Rows]":
-        """The same rows in `parts` systems, each of which covers all of space."""
-        n = self.values
-        systems = []
-        for part in range(parts):
-            points, targets, weights = (
-                torch.cat([rows[:n][part::parts], rows[n:][part::parts]])
-                for rows in (self.points, self.targets, self.weights)
-            )
-            systems.append(Rows(points, self.directions[part::parts], targets, weights))
-        return systems
-
 
 class Pool(NamedTuple):
     """Value rows of one kind, how many of them a step draws, and what each weighs."""
