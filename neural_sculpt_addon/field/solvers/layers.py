@@ -23,12 +23,11 @@ from .rows import Rows
 
 
 class View(NamedTuple):
-    """What n value rows and m derivative rows see of the network."""
+    """What n value rows and m derivative rows see of the network, and below that, in m places more,
+    its slopes along the directions of the derivative rows."""
 
-    features: Tensor  # (n + m, K), in the directions in which W changes
-    slopes: Tensor  # (m, K), of the features along the rows' directions
-    z: Tensor  # (n + m, H), the arguments of the sine
-    dz: Tensor  # (m, H), their slopes along the directions
+    features: Tensor  # (n + 2 m, K), in the directions in which W changes
+    z: Tensor  # (n + 2 m, H), the arguments of the sine
 
 
 class Directions(NamedTuple):
@@ -46,8 +45,7 @@ class Directions(NamedTuple):
         layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
         view = layers.view(rows)
         linear = layers.linearise(rows, view)
-        weights = rows.weights[:, None]
-        seen = torch.cat([weights * view.features, weights[rows.values :] * view.slopes])
+        seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         right = eigenvectors(seen)[:, -math.ceil(rank * inputs) :].contiguous()
         return Directions(eigenvectors(linear.left), right, eigenvectors(linear.output))
 
@@ -94,46 +92,55 @@ class Layers:
 
     def view(self, rows: Rows) -> View:
         """What `rows` see."""
-        network, n = self._network, rows.values
+        network, n, count = self._network, rows.values, len(rows.points)
         h, dh = rows.points, rows.directions
         below = network.weights[:-2], network.biases[:-2], network.omegas[:-1]
         for weight, bias, omega in zip(*below, strict=True):
             z = torch.addmm(omega * bias, h, (omega * weight).T)
             dh = torch.cos(z[n:]) * (dh @ (omega * weight).T)
             h = z.sin_()
-        weight, bias = self._omega * self._inner[:, :-1], self._omega * self._inner[:, -1]
-        right = self._directions.right
-        features = torch.addmm(right[-1], h, right[:-1])
-        return View(features, dh @ right[:-1], torch.addmm(bias, h, weight.T), dh @ weight.T)
+
+        def linear(bias: Tensor, matrix: Tensor) -> Tensor:
+            seen = h.new_empty(count + len(dh), matrix.shape[1])
+            torch.addmm(bias, h, matrix, out=seen[:count])
+            torch.mm(dh, matrix, out=seen[count:])
+            return seen
+
+        right, inner = self._directions.right, self._omega * self._inner
+        return View(linear(right[-1], right[:-1]), linear(inner[:, -1], inner[:, :-1].T))
 
     def view_after(self, x: Tensor, view: View) -> View:
         """What rows of a `view` see after a change x (H K + H + 1,)."""
         turn = self._omega * self._change(x)[0].T  # (K, H)
-        z, dz = torch.addmm(view.z, view.features, turn), torch.addmm(view.dz, view.slopes, turn)
-        return view._replace(z=z, dz=dz)
+        return view._replace(z=torch.addmm(view.z, view.features, turn))
 
     def residual(self, rows: Rows, view: View) -> Tensor:
         """r for `rows` (n + m,)."""
-        n, weight = rows.values, self._output[:-1]
+        n, count, weight = rows.values, len(rows.points), self._output[:-1]
         value = torch.addmv(self._output[-1:], torch.sin(view.z[:n]), weight)
-        slope = (torch.cos(view.z[n:]) * view.dz) @ weight
+        slope = (torch.cos(view.z[n:count]) * view.z[count:]) @ weight
         return rows.weights * (rows.targets - torch.cat([value, slope]))
 
     def linearise(self, rows: Rows, view: View) -> Linear:
         """J and r for `rows`."""
-        n, weights = rows.values, rows.weights[:, None]
-        sine, cosine = torch.sin(view.z), torch.cos(view.z)
-        weight = self._omega * self._output[:-1]
-        turned = -sine[n:] * view.dz  # (m, H)
-        left = torch.cat([cosine * weights, turned * weights[n:]]).mul_(weight)  # (n + 2 m, H)
-        features = view.features
-        right = torch.cat([features[:n], view.slopes, features[n:]])  # (n + 2 m, K)
-        values = torch.cat([sine[:n], torch.ones_like(sine[:n, :1])], 1)
-        along = cosine[n:] * view.dz
-        output = torch.cat([values, torch.cat([along, torch.zeros_like(along[:, :1])], 1)])
+        n, count, weights = rows.values, len(rows.points), rows.weights[:, None]
+        sine, cosine, dz = torch.sin(view.z[:count]), torch.cos(view.z[:count]), view.z[count:]
+        left = torch.empty_like(view.z)
+        torch.mul(cosine[:n], weights[:n], out=left[:n])
+        torch.mul(sine[n:] * dz, -weights[n:], out=left[n:count])
+        torch.mul(cosine[n:], weights[n:], out=left[count:])
+        output = sine.new_ones(count, len(self._output))
+        output[:n, :-1] = sine[:n]
+        output[n:, :-1] = cosine[n:] * dz
+        output[n:, -1] = 0
         residual = rows.weights * (rows.targets - output @ self._output)
-        output = output.mul_(weights) @ self._directions.output
-        return Linear(left @ self._directions.left, right, output, residual)
+        turned = (self._omega * self._output[:-1, None]) * self._directions.left
+        return Linear(
+            left @ turned,
+            view.features,
+            output.mul_(weights) @ self._directions.output,
+            residual,
+        )
 
     def _change(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """The change of W in directions of its inputs (H, K), and that of the output (H + 1,)."""
