@@ -66,7 +66,7 @@ FIRST = Course(
         *((0.6, 8), (0.8, 10), (1.0, 10), (1.0, 12)),
     ),
     averaged=2,
-    rank=0.625,
+    rank=0.5625,
     damping=0.3,
     counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
     hold=1.5,
