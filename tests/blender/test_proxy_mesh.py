@@ -21,7 +21,13 @@ class ProxyMesh(SculptCase):
         self.ob = bpy.data.objects.new("Proxy", self.mesh)
         bpy.context.collection.objects.link(self.ob)
 
-    def fill(self, points: np.ndarray, normals: np.ndarray, triangles: np.ndarray) -> None:
+    def fill(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        triangles: np.ndarray,
+        smooth: bool = True,
+    ) -> None:
         """Fill the mesh, with edges that are found one by one."""
         places: dict[tuple[int, int], int] = {}
         corner_edges = [
@@ -32,7 +38,9 @@ class ProxyMesh(SculptCase):
             for a, b, c in triangles.tolist()
         ]
         edges = np.array([*places], triangles.dtype)
-        self.proxy.fill(self.mesh, points, normals, triangles, edges, np.array(corner_edges))
+        self.proxy.fill(
+            self.mesh, points, normals, triangles, edges, np.array(corner_edges), smooth
+        )
 
     def test_geometry(self) -> None:
         points, normals, triangles = octahedron(2.0)
@@ -45,6 +53,21 @@ class ProxyMesh(SculptCase):
         self.assertTrue(all(face.use_smooth for face in self.mesh.polygons))
         for face in self.mesh.polygons:
             self.assertGreater(face.normal.dot(face.center), 0)
+
+    def test_flat_and_smooth_again(self) -> None:
+        for smooth in (False, True, False):
+            self.fill(*octahedron(), smooth=smooth)
+            self.assertEqual({face.use_smooth for face in self.mesh.polygons}, {smooth})
+
+    def test_triangles_begin_where_the_last_ended(self) -> None:
+        known = self.proxy.MOST_STARTS
+        self.addCleanup(setattr, self.proxy, "MOST_STARTS", known)
+        for self.proxy.MOST_STARTS in (known, 5):
+            for count in (2, 8, 3, 8):
+                points, normals, triangles = octahedron()
+                self.fill(points, normals, triangles[:count])
+                starts = [face.loop_start for face in self.mesh.polygons]
+                self.assertEqual(starts, list(range(0, 3 * count, 3)))
 
     def test_normals_are_those_of_the_field(self) -> None:
         points, normals, triangles = octahedron()
