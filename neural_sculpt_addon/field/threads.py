@@ -34,7 +34,11 @@ T = TypeVar("T")
 
 
 class Team:
-    """torch's threads for operations of the thread that enters it."""
+    """torch's threads for operations of the thread that enters it.
+
+    Not for eigenvectors: LAPACK makes its threads wait for each other thousands of times, which can
+    take seconds.
+    """
 
     def __enter__(self) -> "Team":
         self._before = torch.get_num_threads()

@@ -132,19 +132,23 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
+    directions = Directions.of(network, sampler.draw(SEEN), course.rank)
     with Team() as team:
 
         def tell(part: float) -> None:
             team.adapt()
             share(part / len(course.steps))
 
-        return _take_steps(network, sampler, course, tell)
+        return _take_steps(network, directions, sampler, course, tell)
 
 
 def _take_steps(
-    network: Siren, sampler: Sampler, course: Course, tell: Callable[[float], None]
+    network: Siren,
+    directions: Directions,
+    sampler: Sampler,
+    course: Course,
+    tell: Callable[[float], None],
 ) -> Siren:
-    directions = Directions.of(network, sampler.draw(SEEN), course.rank)
     layers, damping = Layers.of(network, directions), course.damping
     memory: Memory | None = None
     last: deque[Layers] = deque(maxlen=course.averaged)
