@@ -176,7 +176,7 @@ class Problem:
         for one in self.laid:
             close = np.flatnonzero(_close(one, surface.points))
             measure = partial(_nearness, one, surface.where(close), beyond_flat_ends)
-            near = in_pieces(measure, len(close), self.check)
+            near = in_pieces(measure, len(close), self.check, light=True)
             nearness[close] = np.minimum(nearness[close], near)
         return nearness
 
@@ -188,7 +188,8 @@ class Problem:
         distance = np.full(len(points), np.inf)
         for one in self.laid:
             close = np.flatnonzero(_close(one, points))
-            near = in_pieces(partial(_distance, one, points[close]), len(close), self.check)
+            measure = partial(_distance, one, points[close])
+            near = in_pieces(measure, len(close), self.check, light=True)
             distance[close] = np.minimum(distance[close], near)
         return distance
 

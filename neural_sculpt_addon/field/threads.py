@@ -82,11 +82,14 @@ def in_pool() -> bool:
     return threading.current_thread().name.startswith(NAME)
 
 
-def in_pieces(task: Callable[[slice], T], count: int, check: Check = go_on) -> T:
+def in_pieces(
+    task: Callable[[slice], T], count: int, check: Check = go_on, light: bool = False
+) -> T:
     """What `task` makes of `count` points that do not depend on each other, a piece at a time.
 
     It returns arrays with a row for each point, or tuples of such, which are joined. `check` is
-    called before each piece and may raise.
+    called before each piece and may raise. A `light` task is NumPy's alone: two threads do no more
+    of its small steps than one.
     """
     check()
     if count <= SMALL:
@@ -94,7 +97,8 @@ def in_pieces(task: Callable[[slice], T], count: int, check: Check = go_on) -> T
     pieces = -(-count // (PIECE * threads())) * threads()  # the threads finish together
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
-    with closing(pool().map(task, parts)) as results:  # pyright: ignore[reportArgumentType]
+    results = (task(part) for part in parts) if light else pool().map(task, parts)
+    with closing(results):  # pyright: ignore[reportArgumentType]
         for result in results:
             check()
             done.append(result)

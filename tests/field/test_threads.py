@@ -38,8 +38,9 @@ def test_pieces_are_joined_in_order():
     assert in_pieces(lambda part: numbers[:0][part], 0).shape == (0,)
 
 
+@pytest.mark.parametrize("light", [False, True])
 @pytest.mark.parametrize("last", [0, 1, 4])
-def test_a_cancel_is_heard_before_each_piece(last):
+def test_a_cancel_is_heard_before_each_piece(last, light):
     calls, done = [], []
 
     def check():
@@ -53,7 +54,7 @@ def test_a_cancel_is_heard_before_each_piece(last):
         return np.arange(3)
 
     with pytest.raises(Cancelled):
-        in_pieces(task, 100 * PIECE, check)
+        in_pieces(task, 100 * PIECE, check, light)
     assert len(calls) == last + 1
     assert len(done) < 100
 
