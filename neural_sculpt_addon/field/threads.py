@@ -28,13 +28,14 @@ SMALL = 64  # points that are not worth a second thread
 
 WATCHED = 0.02  # seconds of work that tell whether a team had to wait
 KEPT = 0.7  # part of the time of all cores of a team that it has when no other wants them
-REST = 50  # such spells until a team that grew smaller tries again
+REST = 50  # such spells until a team that grew smaller is whole again
 
 T = TypeVar("T")
 
 
 class Team:
-    """torch's threads for operations of the thread that enters it.
+    """torch's threads for operations of the thread that enters it: half of the processor's, which
+    leaves room for Blender, but two where there are as many.
 
     Not for eigenvectors: LAPACK makes its threads wait for each other thousands of times, which can
     take seconds.
@@ -43,7 +44,9 @@ class Team:
     def __enter__(self) -> "Team":
         self._before = torch.get_num_threads()
         self._rest = 0
-        self._be(threads())
+        cores = os.cpu_count() or 1
+        self._whole = min(cores, max(2, min(MOST, cores // 2)))
+        self._be(self._whole)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -59,7 +62,7 @@ class Team:
             self._rest = REST
             self._be(max(1, self._size // 2))
         else:
-            self._be(threads() if self._rest <= 0 else self._size)
+            self._be(self._whole if self._rest <= 0 else self._size)
 
     def _be(self, size: int) -> None:
         torch.set_num_threads(size)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.threads import PIECE, Team, in_pieces, pool, threads
+from neural_sculpt_addon.field.threads import PIECE, Team, in_pieces, pool
 from neural_sculpt_addon.stroke.errors import Cancelled
 
 
@@ -59,10 +59,12 @@ def test_a_cancel_is_heard_before_each_piece(last, light):
     assert len(done) < 100
 
 
-def test_a_team_works_on_all_cores_while_it_is_entered():
+@pytest.mark.parametrize(("cores", "size"), [(1, 1), (2, 2), (4, 2), (8, 4), (64, 8)])
+def test_a_team_is_half_of_the_cores_while_it_is_entered(monkeypatch, cores, size):
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
     before = torch.get_num_threads()
     with pytest.raises(Cancelled), Team():
-        assert torch.get_num_threads() == threads()
+        assert torch.get_num_threads() == size
         raise Cancelled
     assert torch.get_num_threads() == before
 
