@@ -42,6 +42,9 @@ PROGRESS_SECONDS = 0.05
 RETRY = 0.01
 """Seconds until a request is looked for again that something else, a virus scanner, looks at."""
 
+PATIENCE = 5.0
+"""Seconds after which a request that was announced is lost: something has emptied the folder."""
+
 _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 
 logger = logging.getLogger(__name__)
@@ -186,9 +189,7 @@ class Server:
         code = 1
         try:
             while self._bell.read(1):
-                while (message := self._requests.take()) is None:
-                    time.sleep(RETRY)
-                self._take(message)
+                self._take(self._next())
             for name in (REQUESTS, ANSWERS):  # nobody takes what is left
                 shutil.rmtree(self._folder / name, ignore_errors=True)
             with contextlib.suppress(OSError):
@@ -198,6 +199,15 @@ class Server:
             logger.exception("the worker cannot read its requests")
         finally:
             os._exit(code)
+
+    def _next(self) -> Message:
+        """The request that was announced. ProtocolError when it is lost."""
+        end = time.monotonic() + PATIENCE
+        while (message := self._requests.take()) is None:
+            if time.monotonic() > end:
+                raise ProtocolError(f"A request in {self._folder} is lost.")
+            time.sleep(RETRY)
+        return message
 
     def _take(self, message: Message) -> None:
         """Queue a job, or end one: without a result, or with the one that it has."""

@@ -387,6 +387,15 @@ def test_the_end_of_stdin_ends_the_worker_in_mid_job_and_leaves_no_files(tmp_pat
     assert not folder.exists()
 
 
+def test_a_worker_whose_request_is_lost_says_so_and_ends(tmp_path):
+    folder = folder_for(tmp_path)
+    with subprocess.Popen(TOY_WORKER, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as worker:
+        worker.stdin.write(f"{folder}\n.".encode())
+        worker.stdin.flush()
+        assert worker.wait(PATIENCE) != 0
+        assert b"is lost" in worker.stderr.read()
+
+
 def test_garbage_on_stdin_ends_the_worker():
     with raw_worker() as worker:
         worker.stdin.write(b"garbage garbage garbage\n")
