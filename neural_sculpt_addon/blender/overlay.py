@@ -9,7 +9,7 @@ handlers stay from registration to its end and draw only when there is something
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -30,6 +30,7 @@ from .job import find
 from .properties import is_field
 from .recorder import Mouse, Point
 from .ribbon import ROWS, Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
+from .seen_surface import grid_of
 from .view import View, lay, view_under
 
 TOOL = "neural_sculpt.tool"
@@ -47,6 +48,7 @@ Color = tuple[float, float, float, float]
 class _Shown:
     """A stroke that is being drawn, in model space."""
 
+    source: tuple[Any, ...]  # what ribbons and line were made of
     target: int
     brush: Brush
     ribbons: tuple[Ribbon, ...]
@@ -72,12 +74,19 @@ class _State:
 def show_stroke(
     ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
 ) -> None:
-    """Show a stroke as it is now; of one that is in the surface already the line alone."""
+    """Show a stroke as it is now; of one that is in the surface already the line alone.
+
+    Most moves of the mouse add no point to it, and nothing new is made for these.
+    """
+    source, before = (ob.session_uid, grid_of(ob), stroke.to_json(), sculpted), _State.stroke
     nothing = stroke.points[:0]
     knots = stroke.points if editing else nothing
+    if before is not None and before.source == source:
+        _State.stroke = replace(before, knots=knots, chosen=chosen)
+        return
     line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0] if sculpted else nothing
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
-    _State.stroke = _Shown(ob.session_uid, stroke.brush, shown, line, knots, chosen)
+    _State.stroke = _Shown(source, ob.session_uid, stroke.brush, shown, line, knots, chosen)
 
 
 def hide_stroke() -> None:
