@@ -55,8 +55,7 @@ def main() -> None:
         send(*given)
 
     server_class._send_part = note_and_send
-    sys.argv[1:] = [Device.AUTO]
-    server.main()
+    server.main(Device.AUTO)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 """What the artist sees: properties, operators, panels, proxy mesh, history, preferences.
 
 The object in the .blend owns the truth; the worker is a cache that may be killed at any time.
-Everything here runs on Blender's main thread unless its docstring says otherwise.
+Everything here runs on Blender's main thread.
 """
 
 # pyright: reportOptionalMemberAccess=false

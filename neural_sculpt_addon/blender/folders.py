@@ -27,6 +27,11 @@ def log_file() -> Path:
     return user_folder() / "worker.log"
 
 
+def installation_log() -> Path:
+    """Where the installation of the worker says how far it is; there is none before the first."""
+    return user_folder() / "installation.log"
+
+
 def preset_folder() -> Path:
     """The artist's own presets, one file each; there is none before the first."""
     return user_folder() / "presets"

@@ -136,6 +136,8 @@ MESSAGES = {
     "The disk of {} has {} GB left, the worker needs {} GB while it is installed. Free some, or"
     " choose another folder.": "Auf der Platte von {} sind noch {} GB frei, der Arbeitsprozess"
     " braucht {} GB, während er installiert wird. Platz schaffen oder einen anderen Ordner wählen.",
+    "The installation stopped unexpectedly ({}). Try again, or see {}.": "Die Installation endete"
+    " unerwartet ({}). Es noch einmal versuchen oder {} ansehen.",
     "The installation was cancelled.": "Die Installation wurde abgebrochen.",
     "The package index could not be reached safely. Check the clock, proxy and certificates of this"
     " computer, and try again.": "Der Paketindex war nicht sicher zu erreichen. Uhr, Proxy und"

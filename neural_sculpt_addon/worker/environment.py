@@ -28,19 +28,24 @@ from .interpreter import (
     find_python,
     identify,
     lack,
+    present_pythons,
 )
 
 __all__ = [
     "ENVIRONMENT_VARIABLE",
+    "NO_PYTHON",
     "Device",
     "Environment",
     "candidate_pythons",
+    "cannot_install",
     "check_python",
     "configured_python",
     "create",
     "environment_python",
     "find_python",
+    "installation_command",
     "installed",
+    "present_pythons",
     "worker_command",
 ]
 
@@ -49,6 +54,11 @@ REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 LAUNCH = Path(__file__).with_name("launch.py")
 SPACE = 3_000_000_000
 """Bytes an installation needs while it runs; about half of them stay."""
+
+NO_PYTHON = (
+    f"There is no Python {'.'.join(map(str, OLDEST))} or newer here for the worker; install one"
+    " from python.org and try again."
+)
 
 _MARKER = "neural_sculpt_environment.txt"
 _LOG = "install.log"
@@ -67,7 +77,12 @@ class Device(StrEnum):
 
 def worker_command(python: Path | str, device: Device = Device.AUTO) -> list[str]:
     """The command that runs the worker of this very package on `python`, isolated, unbuffered."""
-    return [str(python), "-I", "-u", str(LAUNCH), device]
+    return _launch(python, "server", device)
+
+
+def installation_command(python: Path | str, folder: Path | str) -> list[str]:
+    """The command that installs the worker into `folder`, see `installation`, on any `python`."""
+    return _launch(python, "installation", str(folder))
 
 
 def configured_python(preference: str | Path | None, folder: Path | str) -> Path:
@@ -111,8 +126,8 @@ def create(
     """Install the worker into `folder` and test it; an installation that is whole is only tested.
 
     `python` is the interpreter to install for; None tries `candidate_pythons` in turn. Blocks for
-    minutes, so call it from a thread or a script; `progress` may cancel it. What pip says is in
-    `install.log` in the folder. Raises SculptError with what to do, and Cancelled.
+    minutes, so Blender has a process for it, see `installation`. What pip says is in `install.log`
+    in the folder. Raises SculptError with what to do, and Cancelled when `progress` did.
     """
     folder = Path(folder).expanduser().absolute()
     if installed(folder):
@@ -127,17 +142,22 @@ def create(
         environment = _install(folder, packages, progress)
         (folder / _MARKER).write_bytes(REQUIREMENTS.read_bytes())
     except OSError as error:
-        remedy = (
-            "free some gigabytes"
-            if error.errno == errno.ENOSPC
-            else "stop the worker and check that you may write there"
-        )
-        raise SculptError(
-            f"The worker cannot be installed in {folder} ({error.strerror}): {remedy}, or choose"
-            " another folder."
-        ) from error
+        raise cannot_install(folder, error) from error
     progress(1.0, "The worker is installed")
     return environment
+
+
+def cannot_install(folder: Path, error: OSError) -> SculptError:
+    """What keeps the worker from being installed into `folder`, and what to do."""
+    remedy = (
+        "free some gigabytes"
+        if error.errno == errno.ENOSPC
+        else "stop the worker and check that you may write there"
+    )
+    return SculptError(
+        f"The worker cannot be installed in {folder} ({error.strerror}): {remedy}, or choose"
+        " another folder."
+    )
 
 
 def _claim(folder: Path) -> None:
@@ -173,10 +193,7 @@ def _first_resolved(
         except UnsuitableError as reason:
             reasons[version] = str(reason)
     if not reasons:
-        raise SculptError(
-            f"There is no Python {'.'.join(map(str, OLDEST))} or newer here for the worker; install"
-            " one from python.org and try again."
-        )
+        raise SculptError(NO_PYTHON)
     told = "; ".join(f"Python {version} {reason}" for version, reason in reasons.items())
     raise SculptError(
         f"No Python here can hold the worker: {told}. Name a Python that has PyTorch (in the"
@@ -193,12 +210,10 @@ def _resolve(folder: Path, python: Path, progress: Progress) -> list[str]:
     report = folder / "resolved.json"
     log = folder / _LOG
 
-    def on_line(line: str) -> None:
-        progress(_RESOLVED / 2, "Looking which packages fit")
-
-    run([str(python), "-I", "-m", "venv", str(folder)], log, on_line)
+    run([str(python), "-I", "-m", "venv", str(folder)], log)
+    progress(_RESOLVED / 2, "Looking which packages fit")
     dry_run = ["--dry-run", "--report", str(report), "-r", str(REQUIREMENTS)]
-    run([*_pip(folder), *dry_run], log, on_line)
+    run([*_pip(folder), *dry_run], log)
     resolved = [entry["metadata"] for entry in json.loads(report.read_bytes())["install"]]
     if any(package["name"].lower().startswith(_CUDA) for package in resolved):
         raise UnsuitableError("would bring gigabytes of CUDA with PyTorch")
@@ -227,6 +242,10 @@ def _install(folder: Path, packages: list[str], progress: Progress) -> Environme
             " another Python."
         )
     return environment
+
+
+def _launch(python: Path | str, module: str, argument: str) -> list[str]:
+    return [str(python), "-I", "-u", str(LAUNCH), module, argument]
 
 
 def _pip(folder: Path) -> list[str]:

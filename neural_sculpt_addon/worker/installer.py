@@ -5,10 +5,8 @@ Standard library only. pip has no interface but its command line and speaks to p
 table below holds the failures that artists meet and what helps against each.
 """
 
-import queue
 import re
 import subprocess
-import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -16,7 +14,6 @@ from pathlib import Path
 from ..stroke.errors import SculptError
 from .interpreter import clean_environ, no_window
 
-_TICK = 0.05  # seconds between two chances to cancel
 _KEPT = 400  # lines of output that are looked at when a command fails
 
 
@@ -66,12 +63,11 @@ _HERE = (  # this interpreter only
 def run(
     command: Sequence[str], log: Path, on_line: Callable[[str], None] = lambda line: None
 ) -> None:
-    """Run `command`, appending its output to `log`; `on_line` gets each line, and "" in pauses.
+    """Run `command`, appending its output to `log`; `on_line` gets each line.
 
     What `on_line` raises (Cancelled) ends the process. A failure raises SculptError, or
     UnsuitableError where another interpreter may fare better.
     """
-    lines: queue.Queue[str | None] = queue.Queue()
     kept: deque[str] = deque(maxlen=_KEPT)
     process = subprocess.Popen(
         command,
@@ -84,11 +80,11 @@ def run(
         env=clean_environ(),
         creationflags=no_window(),
     )
-    threading.Thread(target=_pump, args=(process, lines), daemon=True).start()
+    assert process.stdout is not None
     try:
-        with log.open("a", encoding="utf-8") as file:
+        with process.stdout as output, log.open("a", encoding="utf-8") as file:
             file.write(f"$ {' '.join(command)}\n")
-            while (line := _next(lines)) is not None:
+            for line in map(str.strip, output):
                 on_line(line)
                 if line:
                     kept.append(line)
@@ -113,19 +109,3 @@ def explain(output: str, log: Path) -> SculptError:
             return UnsuitableError(sentence)
     last = next((line for line in reversed(output.splitlines()) if line.strip()), "no output")
     return UnsuitableError(f"failed with “{last.strip()}” (see {log})")
-
-
-def _pump(process: subprocess.Popen[str], lines: queue.Queue[str | None]) -> None:
-    assert process.stdout is not None
-    with process.stdout as stream:
-        for line in stream:
-            lines.put(line.strip())
-    lines.put(None)
-
-
-def _next(lines: queue.Queue[str | None]) -> str | None:
-    """The next line, "" when none came within a tick, None at the end."""
-    try:
-        return lines.get(timeout=_TICK)
-    except queue.Empty:
-        return ""

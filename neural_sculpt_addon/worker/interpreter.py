@@ -116,25 +116,33 @@ def lack(environment: Environment) -> str:
 
 
 def candidate_pythons() -> Iterator[Environment]:
-    """Interpreters that could hold the worker: this one, then its own version, then newest first.
+    """Interpreters that could hold the worker, in the order of `present_pythons`.
 
-    One for each place it is found in; what does not run or is too old or too new is left out.
-    Lazy, for every step runs a process. Each is identified only, not checked.
+    What does not run or is too old or too new is left out. Lazy, for every step runs a process.
+    Each is identified only, not checked.
     """
-    here = sys.version_info[:2]
-    minors = range(NEWEST[1], OLDEST[1] - 1, -1)
-    versions = sorted(((3, minor) for minor in minors), key=lambda version: version != here)
-    seen: set[Path] = set()
-    for python in _named_pythons(versions):
-        if not python.is_file() or python.resolve() in seen:
-            continue
-        seen.add(python.resolve())
+    for python in present_pythons():
         try:
             environment = identify(python)
         except SculptError:
             continue
         if OLDEST <= environment.version[:2] <= NEWEST:
             yield environment
+
+
+def present_pythons() -> Iterator[Path]:
+    """Interpreters by their names: this one, then its own version, then newest first.
+
+    One for each place it is found in. Only looks at files, so one may turn out not to run.
+    """
+    here = sys.version_info[:2]
+    minors = range(NEWEST[1], OLDEST[1] - 1, -1)
+    versions = sorted(((3, minor) for minor in minors), key=lambda version: version != here)
+    seen: set[Path] = set()
+    for python in _named_pythons(versions):
+        if python.is_file() and python.resolve() not in seen:
+            seen.add(python.resolve())
+            yield python
 
 
 def _named_pythons(versions: Iterable[tuple[int, int]]) -> Iterator[Path]:

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The file that the worker's Python is started with: `python -I -u launch.py DEVICE`.
+"""The file that another Python is started with: `python -I -u launch.py MODULE ARGUMENT`.
+
+MODULE is `server`, the worker, with its device, or `installation`, with the folder to install into.
 
 It imports the package it lies in under its own name whatever the folder is called (an installed
 extension's is called after its id), and by its path, so that nothing that lies beside the package,
@@ -16,7 +18,7 @@ PACKAGE = "neural_sculpt_addon"
 
 
 def main() -> None:
-    """Import the package and serve jobs until stdin ends."""
+    """Import the package and run the `main` of the module."""
     # Set before NumPy and torch load: their own threads only stall each other when Blender is busy.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"
@@ -28,7 +30,8 @@ def main() -> None:
     package = importlib.util.module_from_spec(spec)
     sys.modules[PACKAGE] = package
     spec.loader.exec_module(package)
-    importlib.import_module(f"{PACKAGE}.worker.server").main()
+    name, argument = sys.argv[1:]
+    importlib.import_module(f"{PACKAGE}.worker.{name}").main(argument)
 
 
 if __name__ == "__main__":

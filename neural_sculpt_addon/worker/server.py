@@ -50,8 +50,8 @@ _PR_SET_PDEATHSIG = 1  # <linux/prctl.h>
 logger = logging.getLogger(__name__)
 
 
-def main() -> None:
-    """Serve the jobs of Neural Sculpt; never returns."""
+def main(device_name: str) -> None:
+    """Serve the jobs of Neural Sculpt on a Device; never returns."""
     server = take_over()
     import torch
 
@@ -60,7 +60,7 @@ def main() -> None:
     warm_up()
     hello = {"torch": str(torch.__version__), "python": platform.python_version()}
     try:
-        device = choose(Device(sys.argv[1]))
+        device = choose(Device(device_name))
     except SculptError as error:
         server.serve(_refusing(str(error)), {**hello, "device": ""})
     else:

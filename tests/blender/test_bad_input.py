@@ -6,7 +6,6 @@ import os
 import pickle
 import subprocess
 import sys
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -138,15 +137,3 @@ class Workers(SculptCase):
         self.assertFalse(bpy.app.online_access)
         with self.assertRaisesRegex(RuntimeError, "Online Access"):
             bpy.ops.neural_sculpt.install_worker()
-
-    def test_installing_can_be_cancelled(self) -> None:
-        installer = module("blender.installer").Installer()
-        installer.start(self.folder / "environment")
-        self.assertTrue(installer.running)
-        installer.stop()
-        end = time.monotonic() + 60
-        while installer.running and time.monotonic() < end:
-            time.sleep(0.05)
-        self.assertFalse(installer.running)
-        self.assertIn("cancelled", installer.error)
-        self.assertFalse(module("worker.environment").installed(self.folder / "environment"))

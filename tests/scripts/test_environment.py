@@ -46,6 +46,7 @@ def test_the_package_imports_without_anything_installed():
     modules = [
         "neural_sculpt_addon",
         "neural_sculpt_addon.worker.environment",
+        "neural_sculpt_addon.worker.installation",
         "neural_sculpt_addon.worker.installer",
         "neural_sculpt_addon.worker.interpreter",
     ]

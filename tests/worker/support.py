@@ -26,3 +26,16 @@ def gone(pid: int) -> bool:
     except (FileNotFoundError, ProcessLookupError):
         return True
     return stat.rpartition(")")[2].split()[0] in "ZX"
+
+
+def processes_of(folder: Path) -> dict[int, list[str]]:
+    """The processes with `folder` in their command lines, by number."""
+    found = {}
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = entry.read_bytes().decode(errors="replace").split("\0")
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if any(str(folder) in word for word in words):
+            found[int(entry.parent.name)] = words
+    return found

@@ -8,11 +8,11 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
 from .. import redraw
-from ..folders import environment_folder
+from ..folders import environment_folder, installation_log
 from ..installer import installer
 from .launch import FINISHED, INTERNAL, Outcome, fail, refuse
 
-REDRAW = 0.25  # seconds between two pictures of the progress
+TICK = 0.25  # seconds between two looks at the progress
 EXPLANATION = (
     n_("Neural Sculpt computes in a separate process with PyTorch."),
     n_("Its packages are downloaded from the Python Package Index: about 300 MB,"),
@@ -51,7 +51,7 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
         """Begin."""
         if not bpy.app.online_access:
             return fail(self, "Turn on Allow Online Access in Preferences, System first.")
-        installer.start(environment_folder())
+        installer.start(environment_folder(), installation_log())
         bpy.app.timers.register(_show_progress, persistent=True)
         return FINISHED
 
@@ -64,7 +64,7 @@ class NEURAL_SCULPT_OT_cancel_installation(Operator):
     bl_options = INTERNAL
 
     def execute(self, context: Context) -> Outcome:
-        """Ask it to stop."""
+        """End it."""
         installer.stop()
         return FINISHED
 
@@ -77,5 +77,6 @@ def stop() -> None:
 
 
 def _show_progress() -> float | None:
+    going_on = installer.poll()
     redraw.tag_panels()
-    return REDRAW if installer.running else None
+    return TICK if going_on else None
