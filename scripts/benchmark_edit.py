@@ -175,8 +175,8 @@ def _solver(method: str) -> "Solve":
         "paper50": partial(paper.solve, epochs=50),
         "paper100": partial(paper.solve, epochs=100),
         "quick": gauss_newton.quick,
-        "final": lambda problem, progress: gauss_newton.refine(
-            problem, gauss_newton.quick(problem, progress), progress
+        "final": lambda problem, progress: (
+            gauss_newton.refine(problem, gauss_newton.quick(problem, progress), progress).network
         ),
     }
     return solvers[method]

@@ -123,9 +123,10 @@ def edit(
                 deaf = replace(problem, check=go_on)
                 quick(Quick(network, proxy, shown, partial(follow, deaf, network, proxy)))
             started = time.perf_counter()
-            network = chosen.refine(problem, network, _part(share, 0.3, 0.9))
+            network, proxy = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started
-        proxy = extract(network, CELLS, lambda _, __: share(0.9, "Measuring"))
+        else:
+            proxy = extract(network, CELLS, lambda _, __: share(0.9, "Measuring"))
         report |= _measure(problem, network, proxy, chamfer, _part(share, 0.95, 1.0))
         result = result.then(report, follow(problem, network, proxy))
     return result

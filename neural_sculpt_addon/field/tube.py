@@ -187,9 +187,9 @@ def _grid(
     along, across = np.meshgrid(along, across, indexing="ij")
     if jitter is not None:
         row = len(along) // 2
-        spacing = np.array([along[row, 0] - along[row - 1, 0], 2 * reach / (columns - 1)])
-        shift = jitter.uniform(-0.5, 0.5, (2, *along.shape)) * spacing[:, None, None]
-        along, across = along + shift[0], np.clip(across + shift[1], -reach, reach)
+        shift = jitter.uniform(-0.5, 0.5, (2, *along.shape))
+        along = along + (along[row, 0] - along[row - 1, 0]) * shift[0]
+        across = (across * (columns - 1) + 2 * reach * shift[1]) / columns  # even up to the rim
     return along, across
 
 

@@ -21,6 +21,7 @@ from ..prepare import CELLS
 from ..problem import Problem
 from ..proxy import extract
 from ..threads import Team
+from . import Refined
 from .layers import Directions, Layers, View
 from .least_squares import Memory, Solution, dot, solve
 from .rows import Counts, Rows, Sampler
@@ -47,17 +48,22 @@ class Course:
               gradients. The first ones need not be exact: they are far from the end
     averaged: how many of the last make the result
     rank:     of the last hidden layer's change, for each of its inputs
+    split:    whether the directions of the unknowns tell rows near the stroke from others, see
+              `Directions.of`
     damping:  lambda of the first step, and the least
     counts:   rows of a whole step
     hold:     what a row that holds the untouched surface weighs
+    slope:    what one unit of slope weighs, in units of length
     """
 
     steps: tuple[tuple[float, int], ...]
     averaged: int
     rank: float
+    split: bool
     damping: float
     counts: Counts
     hold: float
+    slope: float
 
 
 FIRST = Course(
@@ -67,28 +73,34 @@ FIRST = Course(
     ),
     averaged=2,
     rank=0.5625,
+    split=False,
     damping=0.3,
     counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
     hold=1.5,
+    slope=0.04,
 )
 REFINE = Course(
-    steps=((1.0, 16),) * 4,
-    averaged=2,
-    rank=1.0,
+    steps=((0.5, 16),) * 8,
+    averaged=4,
+    rank=0.75,
+    split=True,
     damping=0.03,
     counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=1000),
-    hold=1.5,
+    hold=2.2,
+    slope=0.05,
 )
-REPAIR = replace(REFINE, steps=REFINE.steps[2:])
+REPAIR = replace(REFINE, steps=REFINE.steps[4:])
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
     """What the artist sees first: a few steps, the network as wide as it is."""
-    sampler = Sampler(problem, FIRST.counts, FIRST.hold, lambda: progress(0.0, "Sculpting"))
+    sampler = Sampler(
+        problem, FIRST.counts, FIRST.hold, FIRST.slope, lambda: progress(0.0, "Sculpting")
+    )
     return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
-def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Siren:
+def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Refined:
     """Bring the result of `quick` within TOLERANCE, grown if need be, or as close as it comes."""
     told = 0.0
 
@@ -97,7 +109,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         told = max(told, fraction)
         progress(told, "Refining")
 
-    sampler = Sampler(problem, REFINE.counts, REFINE.hold, lambda: share(0.0))
+    sampler = Sampler(problem, REFINE.counts, REFINE.hold, REFINE.slope, lambda: share(0.0))
     error, near, growths = sampler.error(network), NEAR, 0
     while True:
         if error > near and growths < GROWTHS and network.widths[0] < WIDEST:
@@ -112,10 +124,10 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Sir
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)
         if not len(islands.points):
-            break
+            return Refined(network, proxy)
         sampler.forbid(islands)
         network = _improve(network, sampler, REPAIR, lambda _: share(told))
-    return network
+    return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
 
 
 def _grown(network: Siren) -> Siren:
@@ -132,7 +144,7 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
-    directions = Directions.of(network, sampler.draw(SEEN), course.rank)
+    directions = Directions.of(network, sampler.draw(SEEN), course.rank, course.split)
     with Team() as team:
 
         def tell(part: float) -> None:

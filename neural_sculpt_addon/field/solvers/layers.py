@@ -18,8 +18,10 @@ import torch
 from torch import Tensor
 
 from ..network import Siren
-from .least_squares import Linear, eigenvectors
+from .least_squares import Linear, common_directions, eigenvectors
 from .rows import Rows
+
+MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
 
 
 class View(NamedTuple):
@@ -31,23 +33,34 @@ class View(NamedTuple):
 
 
 class Directions(NamedTuple):
-    """Orthonormal directions in which the unknowns change."""
+    """Unit directions in which the unknowns change."""
 
     left: Tensor  # (H, H), of the outputs of W
     right: Tensor  # (A + 1, K), of its inputs
     output: Tensor  # (H + 1, H + 1), of the output layer
 
     @staticmethod
-    def of(network: Siren, rows: Rows, rank: float) -> "Directions":
-        """Those in which what `rows` see differs most; of W's inputs `rank` for each of A."""
+    def of(network: Siren, rows: Rows, rank: float, split: bool) -> "Directions":
+        """Those in which what `rows` see differs most; of W's inputs `rank` for each of A.
+
+        split: in the span of those of W, the ones in which J^T J is nearly diagonal when rows near
+               the stroke and others see different things. They are not orthogonal
+        """
         units, inputs = network.weights[-2].shape
         sizes = units, inputs + 1, units + 1
         layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
         view = layers.view(rows)
         linear = layers.linearise(rows, view)
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
-        right = eigenvectors(seen)[:, -math.ceil(rank * inputs) :].contiguous()
-        return Directions(eigenvectors(linear.left), right, eigenvectors(linear.output))
+        most = min(math.ceil(rank * inputs), MOST)
+        left, right = eigenvectors(linear.left), eigenvectors(seen)[:, -most:]
+        if split:
+            near = torch.arange(len(seen), device=seen.device)
+            near = (near < rows.near) | (near >= rows.values)
+            left = common_directions(linear.left[near], linear.left[~near])
+            seen = seen @ right
+            right = right @ common_directions(seen[near], seen[~near])
+        return Directions(left, right.contiguous(), eigenvectors(linear.output))
 
 
 class Layers:

@@ -13,10 +13,13 @@ The directions of the last system that was solved precondition the next one, whi
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+import scipy.linalg
 import torch
 from torch import Tensor
 
 RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
+FLOOR = 1e-3  # added to the diagonal of a second moment, in means of it
 
 
 class Linear(NamedTuple):
@@ -158,3 +161,16 @@ def dot(a: Tensor, b: Tensor) -> Tensor:
 def eigenvectors(rows: Tensor) -> Tensor:
     """Eigenvectors (K, K) of the second moment of rows (N, K), the weakest first."""
     return torch.linalg.eigh(rows.T @ rows / len(rows))[1]
+
+
+def common_directions(rows: Tensor, others: Tensor) -> Tensor:
+    """Unit vectors (K, K) along which neither of two sets of rows (N, K) is correlated.
+
+    The generalised eigenvectors of their second moments; they need not be orthogonal. A sum of two
+    Kronecker products is diagonal in those of its factors (Martens and Grosse, "Optimizing Neural
+    Networks with Kronecker-factored Approximate Curvature", 2015, appendix B).
+    """
+    first, second = ((part.T @ part).double().cpu().numpy() for part in (rows, others))
+    second += FLOOR * second.trace() / len(second) * np.eye(len(second))
+    vectors = scipy.linalg.eigh(first, second)[1]
+    return torch.from_numpy(vectors / np.linalg.norm(vectors, axis=0)).to(rows)

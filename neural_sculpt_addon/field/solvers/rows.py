@@ -12,6 +12,7 @@ Pools are in spatial order and draws are stratified along it: they leave no gaps
 could give way unseen, as independent draws do.
 """
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -34,8 +35,8 @@ RIM_SHARE = 0.25  # of the preserve rows
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
 BOX_POOL = 1000  # points
-SLOPE_LENGTH = 0.04  # what one unit of slope weighs, in units of length
-HELD_OUT = 40  # rows and columns of the tube that is never trained on
+SPARE = 3  # times as many points as a step draws are in the tube's pool
+HELD_OUT = 16, 80  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 AROUND_WEIGHT, BOX_WEIGHT = 0.3, 0.5  # of residuals; squared in the sum
@@ -58,6 +59,8 @@ class Rows(NamedTuple):
     directions: Tensor  # (m, 3), unit
     targets: Tensor  # (n + m,)
     weights: Tensor  # (n + m,), of the residuals, before they are squared
+    near: int
+    """So many of the first value rows lie in the tube or beside it, as all derivative rows do."""
 
     @property
     def values(self) -> int:
@@ -91,13 +94,14 @@ class Sampler:
         problem: Problem,
         counts: Counts,
         hold: float,
+        slope: float,
         check: Check = go_on,
     ) -> None:
-        """`hold` is what a preserve row weighs where one of the tube weighs 1; `check` is called
-        between the parts of the work and may raise."""
+        """`hold` is what a preserve row weighs where one of the tube weighs 1, `slope` what a slope
+        row does; `check` is called between the parts of the work and may raise."""
         check()
         random = np.random.default_rng(problem.seed)
-        side = int(np.sqrt(3 * max(counts.tube, counts.slope)))
+        side = int(np.sqrt(SPARE * max(counts.tube, counts.slope)))
         tubes = problem.tubes(side, side, random)
         target = join([tube.target for tube in tubes])
         order = spatial_order(target.points)
@@ -128,6 +132,7 @@ class Sampler:
         self._target = [torch.from_numpy(array) for array in target]
         self._problem = problem
         self._counts = counts
+        self._slope = slope
         self._generator = torch.Generator().manual_seed(problem.seed)
         self.asked = Asked(target.points[:: len(tubes)], on, known.proxy)
         """The whole surface that is asked for."""
@@ -137,12 +142,15 @@ class Sampler:
 
         Caps are left out, as in the tube's measures; a dab is all cap.
         """
-        random = np.random.default_rng((self._problem.seed, HELD_OUT))
-        tubes = self._problem.tubes(HELD_OUT, HELD_OUT, random)
+        return float(np.percentile(find_surface(network, self._held_out).distance, 95))
+
+    @cached_property
+    def _held_out(self) -> NDArray[np.float32]:
+        random = np.random.default_rng((self._problem.seed, *HELD_OUT))
+        tubes = self._problem.tubes(*HELD_OUT, random)
         beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
         core = ~beyond if not beyond.all() else beyond
-        targets = np.concatenate([tube.target.points for tube in tubes])[core]
-        return float(np.percentile(find_surface(network, targets).distance, 95))
+        return np.concatenate([tube.target.points for tube in tubes])[core]
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
@@ -162,13 +170,14 @@ class Sampler:
         directions = torch.randn(len(slope), 3, generator=self._generator)
         directions /= directions.norm(dim=1, keepdim=True)
         known = torch.cat(values)  # (n, 4)
-        rows = Rows(
-            torch.cat([known[:, :3], points[slope]]),
-            directions,
-            torch.cat([known[:, 3], (normals[slope] * directions).sum(1)]),
-            torch.cat([*weights, torch.full((len(slope),), SLOPE_LENGTH)]),
+        device = self._problem.network.device
+        return Rows(
+            torch.cat([known[:, :3], points[slope]]).to(device),
+            directions.to(device),
+            torch.cat([known[:, 3], (normals[slope] * directions).sum(1)]).to(device),
+            torch.cat([*weights, torch.full((len(slope),), self._slope)]).to(device),
+            near=len(values[0]) + len(values[1]),
         )
-        return Rows(*(tensor.to(self._problem.network.device) for tensor in rows))
 
 
 def choose(size: int, count: int, generator: torch.Generator) -> Tensor:
