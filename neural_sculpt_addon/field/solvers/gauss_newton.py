@@ -74,10 +74,10 @@ FIRST = Course(
     averaged=2,
     rank=0.5625,
     split=False,
-    damping=0.3,
+    damping=0.25,
     counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
-    hold=1.5,
-    slope=0.04,
+    hold=1.45,
+    slope=0.03,
 )
 REFINE = Course(
     steps=((0.5, 16),) * 8,
