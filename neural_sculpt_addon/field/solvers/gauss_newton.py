@@ -87,7 +87,7 @@ REFINE = Course(
     damping=0.03,
     counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=1000),
     hold=2.2,
-    slope=0.05,
+    slope=0.055,
 )
 REPAIR = replace(REFINE, steps=REFINE.steps[4:])
 
