@@ -15,7 +15,7 @@ from typing import Any
 
 from ..worker import environment
 from ..worker.ending import exit_in_words
-from ..worker.interpreter import clean_environ, no_window
+from ..worker.interpreter import start_logged
 
 logger = logging.getLogger(__name__)
 
@@ -87,15 +87,7 @@ class Installer:
                 self._fail(str(environment.cannot_install(self._folder, error)))
                 return
             with log, contextlib.suppress(OSError):  # it cannot be run
-                self._process = subprocess.Popen(
-                    command,
-                    bufsize=0,
-                    stdin=subprocess.PIPE,
-                    stdout=log,
-                    stderr=log,
-                    env=clean_environ(),
-                    creationflags=no_window(),
-                )
+                self._process = start_logged(command, log)
                 return
         self._fail(environment.NO_PYTHON)
 

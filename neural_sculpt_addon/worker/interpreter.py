@@ -10,9 +10,10 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from ..stroke.errors import SculptError
 
@@ -73,6 +74,19 @@ def clean_environ() -> dict[str, str]:
 def no_window() -> int:
     """Popen's creationflags that keep a console from flashing up on Windows; 0 elsewhere."""
     return getattr(subprocess, "CREATE_NO_WINDOW", 0)
+
+
+def start_logged(command: Sequence[str], log: BinaryIO) -> subprocess.Popen[bytes]:
+    """Start `command` with a pipe to its stdin; what it prints goes into `log`. OSError."""
+    return subprocess.Popen(
+        command,
+        bufsize=0,
+        stdin=subprocess.PIPE,
+        stdout=log,
+        stderr=log,
+        env=clean_environ(),
+        creationflags=no_window(),
+    )
 
 
 def check_python(python: Path | str) -> Environment:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ..stroke.errors import SculptError
 from .ending import exit_in_words
-from .interpreter import clean_environ, no_window
+from .interpreter import start_logged
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError
 
@@ -50,15 +50,7 @@ class WorkerProcess:
                 (folder / name).mkdir()
             log.parent.mkdir(parents=True, exist_ok=True)
             with log.open("wb") as output:
-                self._process = subprocess.Popen(
-                    command,
-                    bufsize=0,
-                    stdin=subprocess.PIPE,
-                    stdout=output,
-                    stderr=output,
-                    env=clean_environ(),
-                    creationflags=no_window(),
-                )
+                self._process = start_logged(command, output)
         except OSError as error:
             if folder is not None:
                 shutil.rmtree(folder, ignore_errors=True)
