@@ -18,7 +18,8 @@ Vectors = NDArray[np.float32]
 Triangles = NDArray[np.int32]
 
 LEAST, MOST = 48, 512  # points of a path
-SMALLEST_CELL = 0.02  # model space
+CELLS = 3  # of the grid, in the reach of a stroke
+MOST_CELLS = 96  # along an axis
 
 
 class Displaced:
@@ -107,16 +108,26 @@ def _lay(points: Array, positions: Array, normals: Array, closed: bool) -> Path:
 
 
 def _within(positions: Vectors, points: Array, reach: float) -> NDArray[np.bool_]:
-    """Which positions (V, 3) may lie within `reach` of points (N, 3): by the cells of a grid."""
-    size = max(reach, SMALLEST_CELL)
-    low = points.min(axis=0) - 2 * size
-    cells = ((points - low) / size).astype(np.intp)  # (N, 3), from 2 on
-    grid = np.zeros(cells.max(axis=0) + 3, bool)
-    for step in np.ndindex(3, 3, 3):
-        grid[tuple((cells + step - 1).T)] = True
-    high = low + size * np.array(grid.shape)
-    x, y, z = ((a > b) & (a < c) for a, b, c in zip(positions.T, low, high, strict=True))
-    inside = x & y & z
-    place = ((positions[inside] - low) / size).astype(np.intp)  # (I, 3)
-    inside[inside] = grid[tuple(np.minimum(place, np.array(grid.shape) - 1).T)]
-    return inside
+    """Which positions (V, 3) may lie within `reach` of points (N, 3): by the cells of a grid.
+
+    None that does is missed; most of those that do not are left out.
+    """
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    size = max(reach / CELLS, float((high - low).max()) / MOST_CELLS)
+    around = np.arange(-CELLS, CELLS + 1)
+    gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
+    ball = np.argwhere(gaps[:, None, None] + gaps[:, None] + gaps <= CELLS**2) - CELLS  # (B, 3)
+    shape = ((high - low) / size).astype(np.intp) + 1
+    passed = np.zeros(shape, bool)
+    passed[tuple(((points - low) / size).astype(np.intp).T)] = True
+    reached = np.zeros(shape + 2 * CELLS, bool)
+    cells = np.argwhere(passed)[:, None] + ball + CELLS
+    reached[tuple(cells.reshape(-1, 3).T)] = True
+    found = np.arange(len(positions))
+    for axis in range(3):
+        x = positions[found, axis]
+        found = found[(x > low[axis]) & (x < high[axis])]
+    place = ((positions[found] - low) / size).astype(np.intp) + CELLS  # (I, 3)
+    within = np.zeros(len(positions), bool)
+    within[found[reached[tuple(place.T)]]] = True
+    return within
