@@ -29,9 +29,11 @@ from .rows import Counts, Rows, Sampler
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
 NEAR = 1.5 * TOLERANCE  # what refining alone mostly brings within it
 WIDEST = 512  # units of the first layer
+USUAL = 128  # units of it, in a network that has not grown
 GROWTHS = 2  # how often at most the first layer is doubled
 FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones, up to WIDEST
 REPAIRS = 3  # how often at most islands are looked for and removed
+REPAIR = 4  # the step of refining that this begins with
 MOST = 300.0  # lambda
 POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step kept
 FAILED = 0.15  # a step that kept less is done again with lambda times RAISE, so often at most:
@@ -89,7 +91,9 @@ REFINE = Course(
     hold=2.2,
     slope=0.055,
 )
-REPAIR = replace(REFINE, steps=REFINE.steps[4:])
+WIDE = replace(REFINE, steps=((1.0, 16),) * 8)
+"""Of a network that has grown: with rows as few as REFINE's its finer waves would run between them,
+and be seen as ripples of the untouched surface."""
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
@@ -115,7 +119,10 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         if error > near and growths < GROWTHS and network.widths[0] < WIDEST:
             network, growths = _grown(network), growths + 1
         network = _improve(
-            network, sampler, REFINE, lambda part, done=growths: share(0.3 * (done + part))
+            network,
+            sampler,
+            _course(network),
+            lambda part, done=growths: share(0.3 * (done + part)),
         )
         error, near = sampler.error(network), TOLERANCE
         if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDEST:
@@ -126,8 +133,15 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         if not len(islands.points):
             return Refined(network, proxy)
         sampler.forbid(islands)
-        network = _improve(network, sampler, REPAIR, lambda _: share(told))
+        course = _course(network)
+        repair = replace(course, steps=course.steps[REPAIR:])
+        network = _improve(network, sampler, repair, lambda _: share(told))
     return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
+
+
+def _course(network: Siren) -> Course:
+    """Of refining."""
+    return WIDE if network.widths[0] > USUAL else REFINE
 
 
 def _grown(network: Siren) -> Siren:
