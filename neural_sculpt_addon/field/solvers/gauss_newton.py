@@ -46,7 +46,7 @@ SEEN = 0.4  # part of the rows that tell the directions of the unknowns
 class Course:
     """How long to solve, and on what.
 
-    steps:    of Gauss-Newton: the share of the rows that each sees, and iterations of conjugate
+    steps:    of Gauss-Newton: what each sees, as a share of `counts`, and iterations of conjugate
               gradients. The first ones need not be exact: they are far from the end
     averaged: how many of the last make the result
     rank:     of the last hidden layer's change, for each of its inputs
@@ -91,7 +91,7 @@ REFINE = Course(
     hold=2.2,
     slope=0.055,
 )
-WIDE = replace(REFINE, steps=((1.0, 16),) * 8)
+WIDE = replace(REFINE, steps=((1.5, 14),) * 8)
 """Of a network that has grown: with rows as few as REFINE's its finer waves would run between them,
 and be seen as ripples of the untouched surface."""
 
