@@ -92,8 +92,8 @@ REFINE = Course(
     slope=0.055,
 )
 WIDE = replace(REFINE, steps=((1.5, 14),) * 8)
-"""Of a network that has grown: with rows as few as REFINE's its finer waves would run between them,
-and be seen as ripples of the untouched surface."""
+"""Of a wider network, as one that has grown: with rows as few as REFINE's its finer waves would run
+between them, and be seen as ripples of the untouched surface."""
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
@@ -140,7 +140,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
 
 
 def _course(network: Siren) -> Course:
-    """Of refining."""
+    """Of refining a network of its width."""
     return WIDE if network.widths[0] > USUAL else REFINE
 
 
