@@ -4,5 +4,7 @@
 import sys
 
 from .cli import main
+from .worker.settings import settle
 
+settle()
 sys.exit(main())

@@ -15,6 +15,8 @@ import benchmark_proxy
 import benchmark_stroke
 import environment
 
+from neural_sculpt_addon.worker.settings import settle
+
 BENCHMARKS = {
     "edit": benchmark_edit,
     "fit": benchmark_fit,
@@ -36,6 +38,7 @@ def main() -> None:
         command.set_defaults(run=benchmark.run)
     options = parser.parse_args()
     environment.enter("worker")
+    settle()  # as the worker
     options.run(options)
 
 

@@ -52,9 +52,6 @@ def run(options: argparse.Namespace) -> None:
         sys.exit(
             f"There is no method {', '.join(sorted(unknown))}; choose of {', '.join(METHODS)}."
         )
-    import torch
-
-    torch.set_num_threads(1)  # as in the worker
     rows = _print_sequences(options.sequence) if options.sequence else _print_methods(options)
     if options.json:
         options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")

@@ -41,9 +41,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Print the table, and write the rows where `--json` says."""
-    import torch
-
-    torch.set_num_threads(1)
     if options.damaged:
         paths = options.meshes or [MESHES / DAMAGED]
         columns = ("seconds", *MEASURES, "true_mean", "peak_mb")

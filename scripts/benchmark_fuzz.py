@@ -43,9 +43,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Draw the strokes, write the rows, print a summary; fail when one of them broke something."""
-    import torch
-
-    torch.set_num_threads(1)  # as in the worker
     rows = []
     for row in _rows(options):
         rows.append(row)

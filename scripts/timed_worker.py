@@ -7,7 +7,6 @@ processes of one computer share.
 """
 
 import json
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -15,12 +14,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 sys.path.insert(0, sys.argv[1])
 
-from neural_sculpt_addon.field import edit, proxy
-from neural_sculpt_addon.worker import jobs, server
-from neural_sculpt_addon.worker.environment import Device
+from neural_sculpt_addon.worker.settings import settle
+
+settle()  # before NumPy and torch load
+
+from neural_sculpt_addon.field import edit, proxy  # noqa: E402
+from neural_sculpt_addon.worker import jobs, server  # noqa: E402
+from neural_sculpt_addon.worker.environment import Device  # noqa: E402
 
 NOTES = Path(sys.argv[2])
 

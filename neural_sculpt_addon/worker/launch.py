@@ -10,7 +10,6 @@ other extensions above all, can be imported by mistake.
 
 import importlib
 import importlib.util
-import os
 import sys
 from pathlib import Path
 
@@ -19,9 +18,6 @@ PACKAGE = "neural_sculpt_addon"
 
 def main() -> None:
     """Import the package and run the `main` of the module."""
-    # Set before NumPy and torch load: their own threads only stall each other when Blender is busy.
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[variable] = "1"
     folder = Path(__file__).resolve().parent.parent
     spec = importlib.util.spec_from_file_location(
         PACKAGE, folder / "__init__.py", submodule_search_locations=[str(folder)]
@@ -30,6 +26,7 @@ def main() -> None:
     package = importlib.util.module_from_spec(spec)
     sys.modules[PACKAGE] = package
     spec.loader.exec_module(package)
+    importlib.import_module(f"{PACKAGE}.worker.settings").settle()
     name, argument = sys.argv[1:]
     importlib.import_module(f"{PACKAGE}.worker.{name}").main(argument)
 

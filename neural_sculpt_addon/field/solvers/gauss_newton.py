@@ -24,14 +24,15 @@ from ..threads import Team
 from . import Refined
 from .layers import Directions, Layers, View
 from .least_squares import Memory, Solution, dot, solve
-from .rows import Counts, Rows, Sampler
+from .rows import Mix, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
-NEAR = 1.5 * TOLERANCE  # what refining alone mostly brings within it
-WIDEST = 512  # units of the first layer
-USUAL = 128  # units of it, in a network that has not grown
-GROWTHS = 2  # how often at most the first layer is doubled
-FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones, up to WIDEST
+NEAR = 1.25 * TOLERANCE  # what refining alone mostly brings within it
+FAR = 2 * TOLERANCE  # from here on a network grows to twice its width at once
+USUAL = 128  # units of the first layer, in a network that has not grown
+WIDTHS = 192, 256, 512  # what it grows to
+GROWTHS = 2  # how often at most
+FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones
 REPAIRS = 3  # how often at most islands are looked for and removed
 REPAIR = 4  # the step of refining that this begins with
 MOST = 300.0  # lambda
@@ -46,16 +47,13 @@ SEEN = 0.4  # part of the rows that tell the directions of the unknowns
 class Course:
     """How long to solve, and on what.
 
-    steps:    of Gauss-Newton: what each sees, as a share of `counts`, and iterations of conjugate
+    steps:    of Gauss-Newton: what each sees, as a share of `mix`, and iterations of conjugate
               gradients. The first ones need not be exact: they are far from the end
     averaged: how many of the last make the result
     rank:     of the last hidden layer's change, for each of its inputs
     split:    whether the directions of the unknowns tell rows near the stroke from others, see
               `Directions.of`
     damping:  lambda of the first step, and the least
-    counts:   rows of a whole step
-    hold:     what a row that holds the untouched surface weighs
-    slope:    what one unit of slope weighs, in units of length
     """
 
     steps: tuple[tuple[float, int], ...]
@@ -63,9 +61,7 @@ class Course:
     rank: float
     split: bool
     damping: float
-    counts: Counts
-    hold: float
-    slope: float
+    mix: Mix
 
 
 FIRST = Course(
@@ -77,30 +73,31 @@ FIRST = Course(
     rank=0.5625,
     split=False,
     damping=0.25,
-    counts=Counts(tube=400, slope=150, preserve=2700, around=150, box=350),
-    hold=1.45,
-    slope=0.03,
+    mix=Mix(400, 150, preserve=2700, around=150, box=350, hold=1.45, steep=0.03, upright=0.0),
 )
 REFINE = Course(
-    steps=((0.5, 16),) * 8,
+    steps=((0.5, 15),) * 9,
     averaged=4,
-    rank=0.75,
+    rank=1.0,
     split=True,
     damping=0.03,
-    counts=Counts(tube=1600, slope=800, preserve=6500, around=300, box=1000),
-    hold=2.2,
-    slope=0.055,
+    mix=Mix(1200, 800, preserve=9000, around=300, box=800, hold=3.0, steep=0.05, upright=0.65),
 )
-WIDE = replace(REFINE, steps=((1.5, 14),) * 8)
-"""Of a wider network, as one that has grown: with rows as few as REFINE's its finer waves would run
+WIDER = replace(REFINE, steps=((0.75, 15),) * 9, rank=0.667)
+"""Of a network that has grown by a half."""
+WIDEST = replace(
+    REFINE,
+    steps=((1.5, 14),) * 8,
+    rank=0.75,
+    mix=Mix(1600, 800, preserve=6500, around=300, box=1000, hold=2.2, steep=0.055, upright=0.0),
+)
+"""Of those that have grown more. With as few rows as others see, their finer waves would run
 between them, and be seen as ripples of the untouched surface."""
 
 
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
     """What the artist sees first: a few steps, the network as wide as it is."""
-    sampler = Sampler(
-        problem, FIRST.counts, FIRST.hold, FIRST.slope, lambda: progress(0.0, "Sculpting")
-    )
+    sampler = Sampler(problem, FIRST.mix, lambda: progress(0.0, "Sculpting"))
     return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
@@ -113,41 +110,43 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         told = max(told, fraction)
         progress(told, "Refining")
 
-    sampler = Sampler(problem, REFINE.counts, REFINE.hold, REFINE.slope, lambda: share(0.0))
+    course = _course(network)
+    sampler = Sampler(problem, course.mix, lambda: share(0.0))
     error, near, growths = sampler.error(network), NEAR, 0
     while True:
-        if error > near and growths < GROWTHS and network.widths[0] < WIDEST:
-            network, growths = _grown(network), growths + 1
+        if error > near and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
+            network, growths = _grown(network, error), growths + 1
+            before, course = course, _course(network)
+            if course.mix != before.mix:
+                sampler = Sampler(problem, course.mix, lambda: share(told))
         network = _improve(
-            network,
-            sampler,
-            _course(network),
-            lambda part, done=growths: share(0.3 * (done + part)),
+            network, sampler, course, lambda part, done=growths: share(0.3 * (done + part))
         )
         error, near = sampler.error(network), TOLERANCE
-        if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDEST:
+        if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDTHS[-1]:
             break
+    repair = replace(course, steps=course.steps[REPAIR:])
     for _ in range(REPAIRS):
         proxy = extract(network, CELLS, lambda _, __: share(told))
         islands = find_islands(proxy, sampler.asked)
         if not len(islands.points):
             return Refined(network, proxy)
         sampler.forbid(islands)
-        course = _course(network)
-        repair = replace(course, steps=course.steps[REPAIR:])
         network = _improve(network, sampler, repair, lambda _: share(told))
     return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
 
 
 def _course(network: Siren) -> Course:
     """Of refining a network of its width."""
-    return WIDE if network.widths[0] > USUAL else REFINE
+    width = network.widths[0]
+    return REFINE if width <= USUAL else WIDER if width <= WIDTHS[0] else WIDEST
 
 
-def _grown(network: Siren) -> Siren:
-    """With twice as many units in its first layer, and as many in the others."""
-    wider = 2 * network.widths[0]
-    frequency = FINEST if wider >= WIDEST else FREQUENCY
+def _grown(network: Siren, error: float) -> Siren:
+    """With more units in its first layer, and as many in the others."""
+    least = network.widths[0] * (2 if error > FAR else 1.25)
+    wider = next((width for width in WIDTHS if width >= least), WIDTHS[-1])
+    frequency = FINEST if wider == WIDTHS[-1] else FREQUENCY
     return grow(network, (wider, *network.widths[1:]), frequency)
 
 

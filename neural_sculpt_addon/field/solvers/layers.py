@@ -21,6 +21,7 @@ from torch import Tensor
 
 from ..network import Siren
 from .least_squares import Linear, common_directions, eigenvectors
+from .precision import product_type
 from .rows import Rows
 
 MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
@@ -30,7 +31,7 @@ class View(NamedTuple):
     """What n value rows and m derivative rows see of the network, and below that, in m places more,
     its slopes along the directions of the derivative rows."""
 
-    features: Tensor  # (n + 2 m, K), in the directions in which W changes
+    features: Tensor  # (n + 2 m, K), in the directions in which W changes; of the type of J
     z: Tensor  # (n + 2 m, H), the arguments of the sine
 
 
@@ -53,13 +54,14 @@ class Directions(NamedTuple):
         layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
         view = layers.view(rows)
         linear = layers.linearise(rows, view)
+        changes = linear.left.to(network.weights[0])
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         most = min(math.ceil(rank * inputs), MOST)
-        left, right = eigenvectors(linear.left), eigenvectors(seen)[:, -most:]
+        left, right = eigenvectors(changes), eigenvectors(seen)[:, -most:]
         if split:
             near = torch.arange(len(seen), device=seen.device)
             near = (near < rows.near) | (near >= rows.values)
-            left = common_directions(linear.left[near], linear.left[~near])
+            left = common_directions(changes[near], changes[~near])
             seen = seen @ right
             right = right @ common_directions(seen[near], seen[~near])
         return Directions(left, right.contiguous(), eigenvectors(linear.output))
@@ -77,6 +79,7 @@ class Layers:
         self._inner = inner
         self._output = output
         self._omega = network.omegas[-1]
+        self._coarse = product_type(inner)
 
     @staticmethod
     def of(network: Siren, directions: Directions) -> "Layers":
@@ -115,19 +118,20 @@ class Layers:
             dh = torch.cos(z[n:]) * (dh @ (omega * weight).T)
             h = z.sin_()
 
-        def linear(bias: Tensor, matrix: Tensor) -> Tensor:
-            seen = h.new_empty(count + len(dh), matrix.shape[1])
-            torch.addmm(bias, h, matrix, out=seen[:count])
-            torch.mm(dh, matrix, out=seen[count:])
+        def linear(matrix: Tensor, kind: torch.dtype) -> Tensor:
+            matrix = matrix.to(kind)  # (A + 1, .)
+            seen = matrix.new_empty(count + len(dh), matrix.shape[1])
+            torch.addmm(matrix[-1], h.to(kind), matrix[:-1], out=seen[:count])
+            torch.mm(dh.to(kind), matrix[:-1], out=seen[count:])
             return seen
 
-        right, inner = self._directions.right, self._omega * self._inner
-        return View(linear(right[-1], right[:-1]), linear(inner[:, -1], inner[:, :-1].T))
+        inner = self._omega * self._inner
+        return View(linear(self._directions.right, self._coarse), linear(inner.T, h.dtype))
 
     def view_after(self, x: Tensor, view: View) -> View:
         """What rows of a `view` see after a change x (H K + H + 1,)."""
         turn = self._omega * self._change(x)[0].T  # (K, H)
-        return view._replace(z=torch.addmm(view.z, view.features, turn))
+        return view._replace(z=view.z + view.features @ turn.to(self._coarse))
 
     def residual(self, rows: Rows, view: View) -> Tensor:
         """r for `rows` (n + m,)."""
@@ -150,12 +154,9 @@ class Layers:
         output[n:, -1] = 0
         residual = rows.weights * (rows.targets - output @ self._output)
         turned = (self._omega * self._output[:-1, None]) * self._directions.left
-        return Linear(
-            left @ turned,
-            view.features,
-            output.mul_(weights) @ self._directions.output,
-            residual,
-        )
+        changes = left.to(self._coarse) @ turned.to(self._coarse)
+        output = output.mul_(weights).to(self._coarse) @ self._directions.output.to(self._coarse)
+        return Linear(changes, view.features, output.to(residual.dtype), residual)
 
     def _change(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """The change of W in directions of its inputs (H, K), and that of the output (H + 1,)."""

@@ -11,6 +11,8 @@ The directions of the last system that was solved precondition the next one, whi
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,11 +24,12 @@ RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
 FLOOR = 1e-3  # added to the diagonal of a second moment, in means of it
 
 
-class Linear(NamedTuple):
+@dataclass(frozen=True)
+class Linear:
     """J and r, rows weighted: n value rows, then m derivative rows.
 
     A derivative row is a sum of two outer products: the second one stands in the last m places of
-    `left` and `right`.
+    `left` and `right`, which may be of fewer bits than the others.
     """
 
     left: Tensor  # (n + 2 m, H)
@@ -47,17 +50,19 @@ class Linear(NamedTuple):
     def apply(self, x: Tensor) -> Tensor:
         """J x (n + m,), for x (H K + O,)."""
         n, count = self.values, len(self.residual)
-        matrix = x[: self.inner].view(self.left.shape[1], -1)
-        terms = ((self.left @ matrix).mul_(self.right)).sum(1)  # (n + 2 m,)
+        matrix = x[: self.inner].view(self.left.shape[1], -1).to(self.left.dtype)
+        turned = torch.mm(self.left, matrix, out=self._space)
+        terms = torch.linalg.vecdot(turned, self.right).to(x.dtype)  # (n + 2 m,)
         rows = torch.addmv(terms[:count], self.output, x[self.inner :])
         rows[n:] += terms[count:]
         return rows
 
     def transposed(self, rows: Tensor) -> Tensor:
         """J^T rows (H K + O,), for rows (n + m,)."""
-        terms = torch.cat([rows, rows[self.values :]])  # (n + 2 m,)
-        inner = (self.right * terms[:, None]).T @ self.left  # (K, H): faster than (H, K)
-        return torch.cat([inner.T.ravel(), self.output.T @ rows])
+        terms = torch.cat([rows, rows[self.values :]]).to(self.right.dtype)  # (n + 2 m,)
+        weighted = torch.mul(self.right, terms[:, None], out=self._space)
+        inner = weighted.T @ self.left  # (K, H): faster than (H, K)
+        return torch.cat([inner.T.to(rows.dtype).ravel(), self.output.T @ rows])
 
     def gram(self, x: Tensor) -> Tensor:
         """J^T J x."""
@@ -71,7 +76,13 @@ class Linear(NamedTuple):
         inner += (
             2 * (self.left[first] * self.left[second]).T @ (self.right[first] * self.right[second])
         )
-        return torch.cat([inner.clamp_min(0).ravel(), (self.output**2).sum(0)])
+        outer = (self.output**2).sum(0)
+        return torch.cat([inner.clamp_min(0).ravel().to(outer.dtype), outer])
+
+    @cached_property
+    def _space(self) -> Tensor:
+        """Kept, because the system hands out fresh memory slowly (n + 2 m, K)."""
+        return torch.empty_like(self.right)
 
 
 class Memory(NamedTuple):

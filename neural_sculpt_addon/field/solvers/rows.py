@@ -2,7 +2,7 @@
 """The equations that a Gauss-Newton step solves, drawn anew for each step.
 
 tube      f(p') = 0               on the displaced surface
-slope     grad f(p') . e = n' . e along a random direction e there
+slope     grad f(p') . e = n' . e along a random direction e there, which may lean towards n'
 preserve  f(p) = 0                on the untouched surface, a quarter of them beside the stroke
           f(p) = f0(p)            in a shell around it: the field stays as it was
 around    f(p) = signed distance  above and below the displaced surface: nothing else may appear
@@ -42,14 +42,23 @@ COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 AROUND_WEIGHT, BOX_WEIGHT = 0.3, 0.5  # of residuals; squared in the sum
 
 
-class Counts(NamedTuple):
-    """Rows of each kind in one step."""
+class Mix(NamedTuple):
+    """How many rows of each kind a whole step draws, and what they weigh.
+
+    hold:    of a preserve row, where one of the tube weighs 1
+    steep:   of a slope row: what one unit of slope weighs, in units of length
+    upright: how much the directions of slope rows lean towards the normal, along which the length
+             of the gradient shows; 0 is not at all
+    """
 
     tube: int
     slope: int
     preserve: int
     around: int
     box: int
+    hold: float
+    steep: float
+    upright: float
 
 
 class Rows(NamedTuple):
@@ -83,7 +92,8 @@ class Pool(NamedTuple):
 
     def draw(self, part: float, generator: torch.Generator) -> Tensor:
         """That part of its share of the rows."""
-        return self.rows[choose(len(self.rows), round(part * self.share), generator)]
+        chosen = choose(len(self.rows), round(part * self.share), generator)
+        return self.rows.index_select(0, chosen)
 
 
 class Sampler:
@@ -92,47 +102,43 @@ class Sampler:
     def __init__(
         self,
         problem: Problem,
-        counts: Counts,
-        hold: float,
-        slope: float,
+        mix: Mix,
         check: Check = go_on,
     ) -> None:
-        """`hold` is what a preserve row weighs where one of the tube weighs 1, `slope` what a slope
-        row does; `check` is called between the parts of the work and may raise."""
+        """`check` is called between the parts of the work and may raise."""
         check()
         random = np.random.default_rng(problem.seed)
-        side = int(np.sqrt(SPARE * max(counts.tube, counts.slope)))
+        side = int(np.sqrt(SPARE * max(mix.tube, mix.slope)))
         tubes = problem.tubes(side, side, random)
         target = join([tube.target for tube in tubes])
         order = spatial_order(target.points)
         amount = np.concatenate([tube.displacement.amount for tube in tubes])[order]
         target = target.where(order)
         check()
-        beside = int(RIM_SHARE * counts.preserve)
+        beside = int(RIM_SHARE * mix.preserve)
         rim = _rim(problem, beside, random)
         known = problem.preparation
         on = known.surface.points[problem.known_untouched]
         shell = known.shell.where(problem.known_nearness > SHELL_FROM)
         check()
-        around = _around(problem, target, amount, rim, 3 * counts.around, random)
+        around = _around(problem, target, amount, rim, 3 * mix.around, random)
         check()
         far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
         doubt = known.doubt[far] ** 2
         far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=doubt / doubt.sum())
         box = known.box.where(np.sort(far))
-        held = (counts.preserve - min(beside, len(rim.points))) // 2
+        held = (mix.preserve - min(beside, len(rim.points))) // 2
         self._pools = [
-            Pool.of(target.points, 0.0, counts.tube, 1.0),
-            Pool.of(rim.points, 0.0, beside, hold),
-            Pool.of(on, 0.0, held, hold),
-            Pool.of(*shell, held, hold),
-            Pool.of(*around, counts.around, AROUND_WEIGHT),
-            Pool.of(*box, counts.box, BOX_WEIGHT),
+            Pool.of(target.points, 0.0, mix.tube, 1.0),
+            Pool.of(rim.points, 0.0, beside, mix.hold),
+            Pool.of(on, 0.0, held, mix.hold),
+            Pool.of(*shell, held, mix.hold),
+            Pool.of(*around, mix.around, AROUND_WEIGHT),
+            Pool.of(*box, mix.box, BOX_WEIGHT),
         ]
         self._target = [torch.from_numpy(array) for array in target]
         self._problem = problem
-        self._counts = counts
-        self._slope = slope
+        self._mix = mix
         self._generator = torch.Generator().manual_seed(problem.seed)
         self.asked = Asked(target.points[:: len(tubes)], on, known.proxy)
         """The whole surface that is asked for."""
@@ -156,18 +162,19 @@ class Sampler:
         """Ask from now on that there be no surface where `islands` are."""
         order = spatial_order(islands.points)
         points, targets = islands.points[order], np.clip(islands.distance[order], -CLEAR, CLEAR)
-        self._pools.append(Pool.of(points, targets, self._counts.around, 1.0))
+        self._pools.append(Pool.of(points, targets, self._mix.around, 1.0))
 
     def draw(self, part: float) -> Rows:
-        """Fresh rows for one step: that part of the counts."""
+        """Fresh rows for one step: that part of the mix."""
         points, normals = self._target
         values = [pool.draw(part, self._generator) for pool in self._pools]
         weights = [
             torch.full((len(drawn),), pool.weight)
             for drawn, pool in zip(values, self._pools, strict=True)
         ]
-        slope = choose(len(points), round(part * self._counts.slope), self._generator)
+        slope = choose(len(points), round(part * self._mix.slope), self._generator)
         directions = torch.randn(len(slope), 3, generator=self._generator)
+        directions += self._mix.upright * normals[slope]
         directions /= directions.norm(dim=1, keepdim=True)
         known = torch.cat(values)  # (n, 4)
         device = self._problem.network.device
@@ -175,7 +182,7 @@ class Sampler:
             torch.cat([known[:, :3], points[slope]]).to(device),
             directions.to(device),
             torch.cat([known[:, 3], (normals[slope] * directions).sum(1)]).to(device),
-            torch.cat([*weights, torch.full((len(slope),), self._slope)]).to(device),
+            torch.cat([*weights, torch.full((len(slope),), self._mix.steep)]).to(device),
             near=len(values[0]) + len(values[1]),
         )
 

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a computing process is like after `settle`, seen in a process of its own."""
+
+import json
+import platform
+import subprocess
+import sys
+
+import pytest
+
+from tests.worker.support import ROOT
+
+LOOK = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from neural_sculpt_addon.worker.settings import settle
+if sys.argv[2] == "settled":
+    settle()
+import numpy, torch
+try:
+    import resource
+    def faults():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+except ImportError:
+    def faults():
+        return 0
+def work():
+    held = [numpy.ones(1 << 18) for _ in range(8)]  # 2 MB each, 512 pages
+
+
+work()
+before = faults()
+for _ in range(10):
+    work()
+print(json.dumps({"threads": torch.get_num_threads(), "faults": faults() - before}))
+"""
+
+
+def look(how: str) -> dict[str, int]:
+    command = [sys.executable, "-c", LOOK, str(ROOT), how]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    return json.loads(done.stdout)
+
+
+def test_libraries_start_no_threads_of_their_own():
+    assert look("settled")["threads"] == 1
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc is asked to keep memory")
+def test_freed_memory_is_not_asked_for_anew():
+    assert look("settled")["faults"] < 1000
+    assert look("as it comes")["faults"] > 10_000  # of some 40,000
