@@ -29,6 +29,7 @@ from neural_sculpt_addon.field.solvers.rows import Rows
 from neural_sculpt_addon.field.threads import Team
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled
+from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
 
 WIDTHS = st.lists(st.integers(2, 7), min_size=1, max_size=3)
@@ -293,6 +294,16 @@ def test_the_tolerance_is_met_by_growing_if_need_be(preparation, intensity):
     assert report["gradient"] < 0.06
     assert report["components_after"] == 1
     assert edited.widths[0] in (128, 192, 256, 512)
+
+
+def test_ridges_too_fine_for_any_network_tear_nothing_off(preparation):
+    """Seven of them 0.02 apart: refining leaves crumbs, so an earlier stage is the result."""
+    peaks = Profile(points=tuple((-1 + k / 7, k % 2) for k in range(15)))
+    problem = pose(preparation, equator(Brush(0.08, 0.06, peaks)))
+    edited, proxy = gauss_newton.refine(problem, gauss_newton.quick(problem))
+    report = metrics.measure(problem, edited, proxy)
+    assert report["tube_p95"] > gauss_newton.TOLERANCE  # as is told
+    assert report["components_after"] == 1
 
 
 @pytest.mark.parametrize("coarse", [False, True])

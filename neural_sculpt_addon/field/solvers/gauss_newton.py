@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 from ...stroke.progress import Progress, silent
 from ..grow import grow
@@ -102,7 +103,11 @@ def quick(problem: Problem, progress: Progress = silent) -> Siren:
 
 
 def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Refined:
-    """Bring the result of `quick` within TOLERANCE, grown if need be, or as close as it comes."""
+    """Bring the result of `quick` within TOLERANCE, grown if need be, or as close as it comes.
+
+    Islands that will not go are worse than a stroke that is blurred: an earlier stage without them
+    is the result then, that of `quick` if need be.
+    """
     told = 0.0
 
     def share(fraction: float) -> None:  # repairs are not known beforehand; it never goes back
@@ -113,6 +118,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
     error, near, growths = sampler.error(network), NEAR, 0
+    stages = [network]
     while True:
         if error > near and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
             network, growths = _grown(network, error), growths + 1
@@ -122,18 +128,25 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         network = _improve(
             network, sampler, course, lambda part, done=growths: share(0.3 * (done + part))
         )
+        stages.append(network)
         error, near = sampler.error(network), TOLERANCE
         if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDTHS[-1]:
             break
+    def seen(network: Siren) -> Refined:
+        return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
+
     repair = replace(course, steps=course.steps[REPAIR:])
+    refined = seen(network)
     for _ in range(REPAIRS):
-        proxy = extract(network, CELLS, lambda _, __: share(told))
-        islands = find_islands(proxy, sampler.asked)
+        islands = find_islands(refined.proxy, sampler.asked)
         if not len(islands.points):
-            return Refined(network, proxy)
+            return refined
         sampler.forbid(islands)
-        network = _improve(network, sampler, repair, lambda _: share(told))
-    return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
+        refined = seen(_improve(refined.network, sampler, repair, lambda _: share(told)))
+    for one in chain([refined], map(seen, reversed(stages))):
+        if not len(find_islands(one.proxy, sampler.asked).points):
+            return one
+    return refined
 
 
 def _course(network: Siren) -> Course:
