@@ -119,17 +119,18 @@ class Session:
     def poll_once(self) -> bool:
         """Take what the worker sent: whether there was news.
 
-        Never blocks, but for the time that one result takes.
+        Never blocks, but for the time that it takes to read a result, or to show it.
         """
         heard = False
-        if self.client is not None:
-            self._news.extend(self.client.poll_once())
-        while self._news and not self._foresee(self._news[0]):
+        fresh = [] if self.client is None else self.client.poll_once()
+        self._news.extend(fresh)
+        read = any(message.arrays for message in fresh)  # the window has waited long enough
+        while self._news and not read and not self._foresee(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
             heard = True
             if message.arrays:
-                break  # the window has waited long enough
+                break  # likewise
         self._advance()
         return heard
 

@@ -132,6 +132,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         error, near = sampler.error(network), TOLERANCE
         if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDTHS[-1]:
             break
+
     def seen(network: Siren) -> Refined:
         return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
 
