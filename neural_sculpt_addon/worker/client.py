@@ -7,6 +7,7 @@ whatever happens to the worker: when it dies the client answers in its place. Ah
 progress and at most one quick result.
 """
 
+import math
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,7 @@ from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKin
 __all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerState"]
 
 _TICK = 0.005  # seconds between two looks while waiting
+_READING = 0.004  # seconds that one poll reads a message for, and the array that it is at
 
 
 class WorkerState(StrEnum):
@@ -117,8 +119,11 @@ class Client:
             self._process.send(Message(ControlKind.ENOUGH, job))
 
     def poll_once(self) -> list[Message]:
-        """All news of jobs since the last call, oldest first; never blocks."""
-        self._take_all()
+        """All news of jobs since the last call, oldest first; never blocks.
+
+        A large result is read by several calls.
+        """
+        self._take_all(_READING)
         news = list(self._inbox)
         self._inbox.clear()
         return news
@@ -152,13 +157,13 @@ class Client:
             if not self._take():
                 time.sleep(_TICK)
 
-    def _take_all(self) -> None:
-        while self._take():
+    def _take_all(self, seconds: float = math.inf) -> None:
+        while self._take(seconds):
             pass
 
-    def _take(self) -> bool:
-        """Move one item of news to the inbox; whether there was one."""
-        item = None if self._process is None else self._process.take()
+    def _take(self, seconds: float = math.inf) -> bool:
+        """Move one item of news to the inbox; whether there was one, read in so many seconds."""
+        item = None if self._process is None else self._process.take(seconds)
         if item is None:
             return False
         if isinstance(item, Exit):

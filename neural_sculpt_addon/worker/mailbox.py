@@ -8,8 +8,12 @@ the standard library only.
 """
 
 import contextlib
+import math
 import os
+import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from . import protocol
 from .protocol import Message, ProtocolError
@@ -39,18 +43,43 @@ class Inbox:
         """From the folder of an Outbox."""
         self._folder = folder
         self._count = 0
+        self._file: BinaryIO | None = None
+        self._reading: Iterator[Message | None] = iter(())
 
-    def take(self) -> Message | None:
-        """The next message, which is removed; None when there is none yet. ProtocolError."""
-        path = self._folder / str(self._count)
+    @property
+    def amid(self) -> bool:
+        """Whether a message has been read in part."""
+        return self._file is not None
+
+    def take(self, seconds: float = math.inf) -> Message | None:
+        """The next message, which is removed; None when there is none yet. ProtocolError.
+
+        None, too, when it is not read within so many seconds: the next call goes on with it.
+        """
+        path, start = self._folder / str(self._count), time.monotonic()
+        if self._file is None:
+            try:
+                self._file = path.open("rb")
+            except (FileNotFoundError, PermissionError):  # a virus scanner may look first
+                return None
+            self._reading = protocol.reading(self._file)
+        message = None
         try:
-            with path.open("rb") as file:
-                message = protocol.read(file)
-        except (FileNotFoundError, PermissionError):  # on Windows a virus scanner may look first
-            return None
+            for message in self._reading:
+                if message is None and time.monotonic() - start > seconds:
+                    return None
+        except ProtocolError:
+            self._close()
+            raise
+        self._close()
         if message is None:
             raise ProtocolError("A frame is empty.")
         with contextlib.suppress(OSError):
             path.unlink()
         self._count += 1
         return message
+
+    def _close(self) -> None:
+        assert self._file is not None
+        self._file.close()
+        self._file = None

@@ -7,6 +7,7 @@ end of stdin ends it. What it prints is its log.
 """
 
 import contextlib
+import math
 import os
 import shutil
 import subprocess
@@ -88,15 +89,19 @@ class WorkerProcess:
             ) from error
         self._ring(b".")
 
-    def take(self) -> Message | Exit | None:
-        """What the worker says next, None when it is silent; its Exit after all it said."""
+    def take(self, seconds: float = math.inf) -> Message | Exit | None:
+        """What the worker says next, None when it is silent; its Exit after all it said.
+
+        None, too, when that takes longer than so many seconds: the next call goes on with it.
+        """
         running = self.running  # asked first: what it said last is there then
         try:
-            message = self._answers.take()
+            message = self._answers.take(seconds)
         except ProtocolError as error:
             self._process.kill()
             return self._end(str(error))
-        return message if message is not None or running else self._end()
+        silent = message is None and not self._answers.amid
+        return self._end() if silent and not running else message
 
     def stop(self) -> None:
         """End the process, kindly and then not; it is gone afterwards."""

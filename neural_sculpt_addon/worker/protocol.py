@@ -14,7 +14,7 @@ no frame can make its reader run anything. A frame that breaks the rules raises 
 import json
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from io import BufferedIOBase
@@ -129,10 +129,18 @@ def _pieces(message: Message) -> list[bytes | memoryview]:
 
 def read(stream: BufferedIOBase) -> Message | None:
     """The next frame; None where the stream ends between two frames. ProtocolError otherwise."""
+    return next(filter(None, reading(stream)), None)
+
+
+def reading(stream: BufferedIOBase) -> Iterator[Message | None]:
+    """Read the next frame bit by bit: None after each of its arrays, then the message.
+
+    Nothing comes where the stream ends between two frames. ProtocolError otherwise.
+    """
     prefix = bytearray(_PREFIX.size)
     got = _fill(stream, memoryview(prefix))
     if got == 0:
-        return None
+        return
     _require_whole(got, len(prefix))
     magic, header_size, payload_size = _PREFIX.unpack(prefix)
     if magic != _MAGIC:
@@ -151,7 +159,8 @@ def read(stream: BufferedIOBase) -> Message | None:
             content = array.reshape(-1).view(np.uint8).data
             _require_whole(_fill(stream, content), array.nbytes)
         arrays[name] = array
-    return Message(kind, job, fields, arrays)
+        yield None
+    yield Message(kind, job, fields, arrays)
 
 
 _Layout = list[tuple[str, str, tuple[int, ...]]]

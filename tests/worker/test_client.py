@@ -442,6 +442,20 @@ def test_no_thread_is_needed(client):
 
 
 @POSIX
+@POSIX
+def test_a_result_half_read_survives_the_death_of_the_worker(client, monkeypatch):
+    monkeypatch.setattr("neural_sculpt_addon.worker.client._READING", 0.0)
+    arrays = {str(number): np.arange(number) for number in range(8)}
+    job = client.submit(JobKind.MESH, {}, arrays)
+    until(lambda: client.poll_once() or client._process._answers.amid)
+    os.kill(client.pid, signal.SIGKILL)
+    until(lambda: not client.alive)
+    (result,) = all_finals(client, 1)
+    assert (result.kind, result.job) == (MessageKind.RESULT, job)
+    np.testing.assert_array_equal(result.arrays["7"], arrays["7"])
+    until(lambda: client.poll_once() or client.state is WorkerState.DEAD)
+
+
 def test_interrupting_the_terminal_does_not_interrupt_the_worker(client):
     finish(client, client.submit(JobKind.MESH, {}))
     os.kill(client.pid, signal.SIGINT)
