@@ -76,7 +76,7 @@ def fill(
     _write(mesh, ".corner_edge", "value", corner_edges)
     starts = np.arange(0, triangles.size, 3, np.int32)
     # Blender takes these one at a time, which of a view of the numbers it does twice as fast
-    mesh.polygons.foreach_set("loop_start", memoryview(starts))
+    mesh.polygons.foreach_set("loop_start", starts.data)
     if not smooth:
         flat = mesh.attributes.new("sharp_face", "BOOLEAN", "FACE")
         flat.data.foreach_set("value", np.ones(len(triangles), bool))  # pyright: ignore
@@ -98,7 +98,7 @@ def positions(ob: Object) -> NDArray[np.float32]:
 
 def fingerprint(vertices: NDArray[np.float32]) -> int:
     """A number that tells vertices (V, 3) from others."""
-    return zlib.crc32(np.ascontiguousarray(vertices, np.float32))
+    return zlib.crc32(np.ascontiguousarray(vertices, np.float32).data)
 
 
 def read(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

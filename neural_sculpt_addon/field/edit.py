@@ -19,7 +19,7 @@ from .memory import follow
 from .network import Siren
 from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
-from .proxy import Proxy, extract, update
+from .proxy import Proxy, extract, finish, update
 from .solvers import Refine, Solve, gauss_newton, paper
 from .solvers.gauss_newton import TOLERANCE
 
@@ -123,8 +123,9 @@ def edit(
                 deaf = replace(problem, check=go_on)
                 quick(Quick(network, proxy, shown, partial(follow, deaf, network, proxy)))
             started = time.perf_counter()
-            network, proxy = chosen.refine(problem, network, _part(share, 0.3, 0.9))
+            network, surface = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started
+            proxy = finish(surface, network, lambda _, __: share(0.9, "Measuring"))
         else:
             proxy = extract(network, CELLS, lambda _, __: share(0.9, "Measuring"))
         report |= _measure(problem, network, proxy, chamfer, _part(share, 0.95, 1.0))

@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from .march import RawMesh
 from .proxy import Proxy
 
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
@@ -28,7 +29,7 @@ class Pieces(NamedTuple):
     labels: NDArray[np.int32]  # (V,), the piece of each vertex
 
 
-def find_pieces(proxy: Proxy) -> Pieces:
+def find_pieces(proxy: Proxy | RawMesh) -> Pieces:
     """The connected pieces of `proxy`."""
     a, b, c = proxy.triangles.T
     edges = np.concatenate([a, b]), np.concatenate([b, c])
@@ -62,7 +63,7 @@ class Asked(NamedTuple):
         return np.concatenate([self.displaced, self.held])
 
 
-def find_islands(proxy: Proxy, asked: Asked) -> Islands:
+def find_islands(proxy: Proxy | RawMesh, asked: Asked) -> Islands:
     """The islands and bubbles of `proxy`.
 
     A piece that was asked for is the nearest to its share of the samples, and to some of those that
@@ -92,7 +93,7 @@ def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     return Islands(points, distance)
 
 
-def _volumes(proxy: Proxy, labels: NDArray[np.int32], count: int) -> NDArray[np.float64]:
+def _volumes(proxy: Proxy | RawMesh, labels: NDArray[np.int32], count: int) -> NDArray[np.float64]:
     """Signed volume of each piece (count,): negative for a bubble, whose normals point inward."""
     a, b, c = proxy.vertices[proxy.triangles].astype(float).swapaxes(0, 1)  # (F, 3) each
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6

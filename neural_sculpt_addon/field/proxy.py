@@ -16,6 +16,7 @@ is always watertight and wound counter-clockwise seen from outside. All lengths 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,20 +55,37 @@ class Proxy:
     active: ActiveCells
 
 
+class Rough(NamedTuple):
+    """What marching cubes make of a field: slivers, and vertices a little beside the surface."""
+
+    mesh: RawMesh
+    active: ActiveCells
+
+
 def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Proxy:
     """The surface f = 0 within [-1, 1]^3, on a lattice of `cells` cells per axis.
 
     SculptError when there is no surface, the field's values are not finite, or nobody could hold
     so many cells.
     """
+    return finish(find(network, cells, _part(progress, 0, 0.7)), network, _part(progress, 0.7, 1))
+
+
+def find(network: Siren, cells: int, progress: Progress = silent) -> Rough:
+    """The first half of `extract`, which tells all pieces of the surface. Errors as there."""
     check_cells(cells)
-    active = find_active(network, cells, _part(progress, 0, 0.6))
-    progress(0.6, "Meshing")
-    mesh = _mesh(active)
-    progress(0.7, "Meshing")
+    active = find_active(network, cells, _part(progress, 0, 0.9))
+    progress(0.9, "Meshing")
+    return Rough(_mesh(active), active)
+
+
+def finish(rough: Rough, network: Siren, progress: Progress = silent) -> Proxy:
+    """The second half, for the same network; it takes the mesh for itself."""
+    mesh, active = rough
+    progress(0.0, "Meshing")
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, network, active.spacing, _part(progress, 0.75, 1))
+    _snap(mesh, fresh, network, active.spacing, _part(progress, 0.2, 1))
     return _proxy(mesh, active)
 
 

@@ -15,7 +15,7 @@ from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.field.projection import find_surface, project
-from neural_sculpt_addon.field.proxy import extract
+from neural_sculpt_addon.field.proxy import extract, finish
 from neural_sculpt_addon.field.solvers import gauss_newton, least_squares, precision
 from neural_sculpt_addon.field.solvers.layers import Directions, Layers
 from neural_sculpt_addon.field.solvers.least_squares import (
@@ -50,7 +50,8 @@ def rows_of(values: int, slopes: int, seed: int) -> Rows:
     count = values + slopes
     directions = draw(slopes, 3)
     weights = 0.1 + draw(count).abs()
-    return Rows(draw(count, 3), directions, draw(count), weights, near=values // 2)
+    outlying = torch.full_like(weights, torch.inf)
+    return Rows(draw(count, 3), directions, draw(count), weights, outlying, near=values // 2)
 
 
 def residual_by_autograd(network: Siren, rows: Rows, inner: torch.Tensor, output: torch.Tensor):
@@ -193,12 +194,36 @@ def test_products_agree_with_the_matrix(widths, values, slopes, seed):
     torch.testing.assert_close(linear.diagonal(), (matrix**2).sum(0))
 
 
+def test_rows_that_are_far_off_pull_as_a_pseudo_huber_loss_does():
+    """s^2 ((1 + (r / s)^2)^1/2 - 1), and r^2 / 2 where no residual is large, by autograd."""
+    network, rows = small([8, 8], 5), rows_of(30, 10, 5)
+    s = torch.linspace(0.1, 2.0, len(rows.points), dtype=torch.float64)
+    s[::4] = torch.inf
+    rows = rows._replace(outlying=s)
+    layers = Layers.of(network, Directions.of(network, rows, 2, split=False))
+    view = layers.view(rows)
+    linear = layers.linearise(rows.tempered(layers.residual(rows, view)), view)
+    change = change_of(linear, 6)
+
+    def unknowns(some: Layers) -> tuple[torch.Tensor, torch.Tensor]:
+        *_, weight, bias, last, constant = some.network().parameters
+        return torch.cat([weight, bias[:, None]], 1), torch.cat([last[0], constant])
+
+    before = [part.clone().requires_grad_() for part in unknowns(layers)]
+    ways = [b - a for a, b in zip(before, unknowns(layers.moved(change)), strict=True)]
+    r = residual_by_autograd(network, rows, *before)
+    huber = s.clamp_max(9) ** 2 * (torch.sqrt(1 + (r / s.clamp_max(9)) ** 2) - 1)
+    slopes = torch.autograd.grad(torch.where(s.isinf(), r**2 / 2, huber).sum(), before)
+    expected = sum((a * b).sum() for a, b in zip(slopes, ways, strict=True))
+    torch.testing.assert_close(-linear.transposed(linear.residual) @ change, expected)
+
+
 def test_products_of_few_bits_are_near_those_of_many(monkeypatch):
     """A bfloat16 has 8 bits: each factor is off by at most 1/256, and 1/512 in the mean."""
     monkeypatch.setattr(precision, "_multiplies_bfloat16", lambda: True)
     exact, rows = small([16, 16], 3), rows_of(200, 100, 3)
     network = exact.with_parameters([p.float() for p in exact.parameters])
-    changing = Rows(*(part.float() for part in rows[:4]), near=rows.near)
+    changing = Rows(*(part.float() for part in rows[:5]), near=rows.near)
     directions = Directions.of(exact, rows, 0.75, split=True)
     layers = Layers.of(network, Directions(*(part.float() for part in directions)))
     linear = layers.linearise(changing, layers.view(changing))
@@ -287,8 +312,8 @@ def problem(preparation):
 @pytest.mark.parametrize("intensity", [0.05, -0.05])
 def test_the_tolerance_is_met_by_growing_if_need_be(preparation, intensity):
     problem = pose(preparation, equator(Brush(0.1, intensity)))
-    edited, proxy = gauss_newton.refine(problem, gauss_newton.quick(problem))
-    report = metrics.measure(problem, edited, proxy)
+    edited, surface = gauss_newton.refine(problem, gauss_newton.quick(problem))
+    report = metrics.measure(problem, edited, finish(surface, edited))
     assert report["tube_p95"] < gauss_newton.TOLERANCE
     assert report["drift_mean"] < 5e-4
     assert report["gradient"] < 0.06
@@ -300,8 +325,8 @@ def test_ridges_too_fine_for_any_network_tear_nothing_off(preparation):
     """Seven of them 0.02 apart: refining leaves crumbs, so an earlier stage is the result."""
     peaks = Profile(points=tuple((-1 + k / 7, k % 2) for k in range(15)))
     problem = pose(preparation, equator(Brush(0.08, 0.06, peaks)))
-    edited, proxy = gauss_newton.refine(problem, gauss_newton.quick(problem))
-    report = metrics.measure(problem, edited, proxy)
+    edited, surface = gauss_newton.refine(problem, gauss_newton.quick(problem))
+    report = metrics.measure(problem, edited, finish(surface, edited))
     assert report["tube_p95"] > gauss_newton.TOLERANCE  # as is told
     assert report["components_after"] == 1
 

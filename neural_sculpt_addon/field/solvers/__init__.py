@@ -12,14 +12,14 @@ from typing import NamedTuple
 from ...stroke.progress import Progress
 from ..network import Siren
 from ..problem import Problem
-from ..proxy import Proxy
+from ..proxy import Rough
 
 
 class Refined(NamedTuple):
-    """A network and its proxy at CELLS cells per axis, which was searched for islands."""
+    """A network and its surface on CELLS cells per axis, which was searched for islands."""
 
     network: Siren
-    proxy: Proxy
+    surface: Rough
 
 
 Solve = Callable[[Problem, Progress], Siren]

@@ -20,7 +20,7 @@ from ..network import Siren
 from ..pieces import find_islands
 from ..prepare import CELLS
 from ..problem import Problem
-from ..proxy import extract
+from ..proxy import find
 from ..threads import Team
 from . import Refined
 from .layers import Directions, Layers, View
@@ -28,14 +28,13 @@ from .least_squares import Memory, Solution, dot, solve
 from .rows import Mix, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
-NEAR = 1.25 * TOLERANCE  # what refining alone mostly brings within it
 FAR = 2 * TOLERANCE  # from here on a network grows to twice its width at once
 USUAL = 128  # units of the first layer, in a network that has not grown
 WIDTHS = 192, 256, 512  # what it grows to
 GROWTHS = 2  # how often at most
 FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones
 REPAIRS = 3  # how often at most islands are looked for and removed
-REPAIR = 4  # the step of refining that this begins with
+REPAIR = 5  # the step of refining that this begins with
 MOST = 300.0  # lambda
 POOR, GOOD, FINE = 0.25, 0.75, 0.9  # part of the promised decrease that a step kept
 FAILED = 0.15  # a step that kept less is done again with lambda times RAISE, so often at most:
@@ -55,6 +54,7 @@ class Course:
     split:    whether the directions of the unknowns tell rows near the stroke from others, see
               `Directions.of`
     damping:  lambda of the first step, and the least
+    robust:   whether rows that are far off weigh less, see `Rows.tempered`. Not where they all are
     """
 
     steps: tuple[tuple[float, int], ...]
@@ -62,6 +62,7 @@ class Course:
     rank: float
     split: bool
     damping: float
+    robust: bool
     mix: Mix
 
 
@@ -74,17 +75,19 @@ FIRST = Course(
     rank=0.5625,
     split=False,
     damping=0.25,
+    robust=False,
     mix=Mix(400, 150, preserve=2700, around=150, box=350, hold=1.45, steep=0.03, upright=0.0),
 )
 REFINE = Course(
-    steps=((0.5, 15),) * 9,
+    steps=((0.25, 12),) * 3 + ((0.45, 14),) * 5,
     averaged=4,
     rank=1.0,
     split=True,
     damping=0.03,
-    mix=Mix(1200, 800, preserve=9000, around=300, box=800, hold=3.0, steep=0.05, upright=0.65),
+    robust=True,
+    mix=Mix(1200, 800, preserve=9000, around=300, box=800, hold=2.4, steep=0.05, upright=0.65),
 )
-WIDER = replace(REFINE, steps=((0.75, 15),) * 9, rank=0.667)
+WIDER = replace(REFINE, steps=((0.3, 12),) * 3 + ((0.55, 14),) * 5, rank=0.667)
 """Of a network that has grown by a half."""
 WIDEST = replace(
     REFINE,
@@ -117,10 +120,10 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
 
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
-    error, near, growths = sampler.error(network), NEAR, 0
+    error, growths = sampler.error(network), 0
     stages = [network]
     while True:
-        if error > near and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
+        if error > TOLERANCE and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
             network, growths = _grown(network, error), growths + 1
             before, course = course, _course(network)
             if course.mix != before.mix:
@@ -129,23 +132,23 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
             network, sampler, course, lambda part, done=growths: share(0.3 * (done + part))
         )
         stages.append(network)
-        error, near = sampler.error(network), TOLERANCE
+        error = sampler.error(network)
         if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDTHS[-1]:
             break
 
     def seen(network: Siren) -> Refined:
-        return Refined(network, extract(network, CELLS, lambda _, __: share(told)))
+        return Refined(network, find(network, CELLS, lambda _, __: share(told)))
 
     repair = replace(course, steps=course.steps[REPAIR:])
     refined = seen(network)
     for _ in range(REPAIRS):
-        islands = find_islands(refined.proxy, sampler.asked)
+        islands = find_islands(refined.surface.mesh, sampler.asked)
         if not len(islands.points):
             return refined
         sampler.forbid(islands)
         refined = seen(_improve(refined.network, sampler, repair, lambda _: share(told)))
     for one in chain([refined], map(seen, reversed(stages))):
-        if not len(find_islands(one.proxy, sampler.asked).points):
+        if not len(find_islands(one.surface.mesh, sampler.asked).points):
             return one
     return refined
 
@@ -197,6 +200,8 @@ def _take_steps(
         tell(step)
         rows = sampler.draw(part)
         view = layers.view(rows)
+        if course.robust:
+            rows = rows.tempered(layers.residual(rows, view))
         linear = layers.linearise(rows, view)
         solution = solve(
             linear, damping, iterations, memory, lambda done, before=step: tell(before + done)

@@ -12,6 +12,7 @@ Pools are in spatial order and draws are stratified along it: they leave no gaps
 could give way unseen, as independent draws do.
 """
 
+import math
 from functools import cached_property
 from typing import NamedTuple
 
@@ -34,12 +35,13 @@ RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
-BOX_POOL = 1000  # points
-SPARE = 3  # times as many points as a step draws are in the tube's pool
-HELD_OUT = 16, 80  # rows and columns of the tube that is never trained on
+BOX_POOL = 4000  # points
+SPARE = 2  # times as many points as a step draws are in the tube's pool
+HELD_OUT = 16, 64  # rows and columns of the tube that is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
-AROUND_WEIGHT, BOX_WEIGHT = 0.3, 0.5  # of residuals; squared in the sum
+OUTLYING, STEEP_OUTLYING = 1e-3, 3e-3  # weighted residuals that count as large; of slopes
+AROUND_WEIGHT, BOX_WEIGHT = 0.3, 0.3  # of residuals; squared in the sum
 
 
 class Mix(NamedTuple):
@@ -68,6 +70,7 @@ class Rows(NamedTuple):
     directions: Tensor  # (m, 3), unit
     targets: Tensor  # (n + m,)
     weights: Tensor  # (n + m,), of the residuals, before they are squared
+    outlying: Tensor  # (n + m,), weighted residuals that count as large
     near: int
     """So many of the first value rows lie in the tube or beside it, as all derivative rows do."""
 
@@ -76,19 +79,38 @@ class Rows(NamedTuple):
         """n."""
         return len(self.points) - len(self.directions)
 
+    def tempered(self, residual: Tensor) -> "Rows":
+        """Rows that weigh less the farther off they are: `residual` (n + m,), weighted, is what is
+        left of each.
+
+        What a network is too coarse for, the creases of a profile, shall not bend all around it.
+        In steps of Gauss-Newton this is a pseudo-Huber loss (by iteratively reweighted least
+        squares: Charbonnier, Blanc-Feraud, Aubert and Barlaud, "Deterministic Edge-Preserving
+        Regularization in Computed Imaging", 1997).
+        """
+        return self._replace(weights=self.weights * (1 + (residual / self.outlying) ** 2) ** -0.25)
+
 
 class Pool(NamedTuple):
-    """Value rows of one kind, how many of them a step draws, and what each weighs."""
+    """Value rows of one kind, how many of them a step draws, what each weighs, and the weighted
+    residual that counts as large."""
 
     rows: Tensor  # (N, 4), points and targets, in spatial order
     share: int
     weight: float
+    outlying: float
 
     @staticmethod
-    def of(points: NDArray[np.float32], targets: ArrayLike, share: int, weight: float) -> "Pool":
+    def of(
+        points: NDArray[np.float32],
+        targets: ArrayLike,
+        share: int,
+        weight: float,
+        outlying: float = math.inf,
+    ) -> "Pool":
         """A pool of `points` (N, 3) and their `targets` (N,) or one for all."""
         targets = np.broadcast_to(np.asarray(targets, np.float32), len(points))
-        return Pool(torch.from_numpy(np.column_stack([points, targets])), share, weight)
+        return Pool(torch.from_numpy(np.column_stack([points, targets])), share, weight, outlying)
 
     def draw(self, part: float, generator: torch.Generator) -> Tensor:
         """That part of its share of the rows."""
@@ -129,10 +151,10 @@ class Sampler:
         box = known.box.where(np.sort(far))
         held = (mix.preserve - min(beside, len(rim.points))) // 2
         self._pools = [
-            Pool.of(target.points, 0.0, mix.tube, 1.0),
-            Pool.of(rim.points, 0.0, beside, mix.hold),
-            Pool.of(on, 0.0, held, mix.hold),
-            Pool.of(*shell, held, mix.hold),
+            Pool.of(target.points, 0.0, mix.tube, 1.0, OUTLYING),
+            Pool.of(rim.points, 0.0, beside, mix.hold, OUTLYING),
+            Pool.of(on, 0.0, held, mix.hold, OUTLYING),
+            Pool.of(*shell, held, mix.hold, OUTLYING),
             Pool.of(*around, mix.around, AROUND_WEIGHT),
             Pool.of(*box, mix.box, BOX_WEIGHT),
         ]
@@ -168,10 +190,9 @@ class Sampler:
         """Fresh rows for one step: that part of the mix."""
         points, normals = self._target
         values = [pool.draw(part, self._generator) for pool in self._pools]
-        weights = [
-            torch.full((len(drawn),), pool.weight)
-            for drawn, pool in zip(values, self._pools, strict=True)
-        ]
+        counts = torch.tensor([len(drawn) for drawn in values])
+        kinds = torch.tensor([(pool.weight, pool.outlying) for pool in self._pools])
+        weights, outlying = kinds.repeat_interleave(counts, 0).T  # (n,)
         slope = choose(len(points), round(part * self._mix.slope), self._generator)
         directions = torch.randn(len(slope), 3, generator=self._generator)
         directions += self._mix.upright * normals[slope]
@@ -182,7 +203,8 @@ class Sampler:
             torch.cat([known[:, :3], points[slope]]).to(device),
             directions.to(device),
             torch.cat([known[:, 3], (normals[slope] * directions).sum(1)]).to(device),
-            torch.cat([*weights, torch.full((len(slope),), self._mix.steep)]).to(device),
+            torch.cat([weights, torch.full((len(slope),), self._mix.steep)]).to(device),
+            torch.cat([outlying, torch.full((len(slope),), STEEP_OUTLYING)]).to(device),
             near=len(values[0]) + len(values[1]),
         )
 
