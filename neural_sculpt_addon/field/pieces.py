@@ -19,6 +19,7 @@ from .proxy import Proxy
 
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
 LEAST = 0.01  # distance that is asked for where an island was, however near the surface it was
+CRUMB = 50  # vertices; a smaller piece of what was one piece was torn off, not cut off
 HELD = 5e-3  # how near to an untouched sample a piece comes that has some of the old surface
 
 
@@ -75,15 +76,18 @@ def find_islands(proxy: Proxy | RawMesh, asked: Asked) -> Islands:
     tree = KDTree(proxy.vertices)
     everywhere = asked.points
     attracted = np.bincount(labels[tree.query(everywhere)[1]], minlength=count) / len(everywhere)
-    size = np.bincount(labels, minlength=count) / len(labels)
-    spurious = attracted < MATCHED * size
+    size = np.bincount(labels, minlength=count)
+    spurious = attracted < MATCHED * size / len(labels)
     known = find_pieces(asked.before)
     held = known.labels[KDTree(asked.before.vertices).query(asked.held)[1]]
     if len(np.unique(held)) == known.total:
         distance, nearest = tree.query(asked.held, distance_upper_bound=HELD)
-        crumb = np.ones(count, bool)
-        crumb[labels[np.asarray(nearest)[np.isfinite(distance)]]] = False
-        spurious |= crumb
+        near = np.isfinite(distance)
+        shared = np.zeros((known.total, count), int)  # samples, of old pieces and new ones
+        np.add.at(shared, (held[near], labels[np.asarray(nearest)[near]]), 1)
+        small = size < CRUMB
+        small[shared.argmax(axis=1)] = False
+        spurious |= small | ~shared.any(axis=0)
     chosen = spurious[labels]
     points = proxy.vertices[chosen]
     distance = (

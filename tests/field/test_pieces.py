@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which pieces of a proxy nobody asked for, on spheres put together by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -16,7 +18,7 @@ def proxy_of(*spheres, inward=()):
     """A proxy of spheres (center, radius); the normals of some point inward, as in a bubble."""
     corners, faces = [], []
     for number, (center, radius) in enumerate(spheres):
-        mesh = trimesh.creation.icosphere(4 if radius > 0.1 else 1, radius)
+        mesh = trimesh.creation.icosphere(min(int(20 * radius), 4), radius)
         faces.append(mesh.faces[:, :: -1 if number in inward else 1] + sum(map(len, corners)))
         corners.append(mesh.vertices + center)
     vertices, triangles = np.concatenate(corners, dtype=np.float32), np.concatenate(faces)
@@ -56,6 +58,28 @@ def test_a_crumb_of_what_was_displaced_is_an_island(inward):
     assert np.linalg.norm(islands.points - center, axis=1).max() < 0.011
     np.testing.assert_array_equal(np.sign(islands.distance), -1 if inward else 1)
     assert np.abs(islands.distance).min() >= LEAST
+
+
+def test_a_crumb_of_what_was_to_stay_is_an_island():
+    """It lies so near to the samples that are held that it attracts its share of them."""
+    crumb = (0, 0.503, 0), 0.005
+    proxy = proxy_of(MAIN, crumb)
+    islands = find_islands(proxy, asked(proxy_of(MAIN)))
+    assert len(islands.points) == len(proxy_of(crumb).vertices)
+    before = proxy_of(MAIN, crumb)
+    held = np.concatenate([ball_samples(20_000), ball_samples(20, *crumb)])
+    assert not len(find_islands(proxy, asked(before, held)).points)
+
+
+def test_a_piece_that_is_cut_off_stays():
+    """A thin bridge joined it to the rest, here a triangle."""
+    other = (0.8, 0, 0), 0.1
+    after = proxy_of(MAIN, other)
+    bridge = [0, 1, len(after.vertices) - 1]
+    before = replace(after, triangles=np.concatenate([after.triangles, [bridge]]))
+    held = np.concatenate([ball_samples(20_000), ball_samples(1000, *other)])
+    assert components(before) == 1
+    assert not len(find_islands(after, asked(before, held)).points)
 
 
 def test_what_was_there_before_stays():
