@@ -57,13 +57,15 @@ class Directions(NamedTuple):
         changes = linear.left.to(network.weights[0])
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         most = min(math.ceil(rank * inputs), MOST)
-        left, right = eigenvectors(changes), eigenvectors(seen)[:, -most:]
+        right = eigenvectors(seen)[:, -most:]
         if split:
             near = torch.arange(len(seen), device=seen.device)
             near = (near < rows.near) | (near >= rows.values)
             left = common_directions(changes[near], changes[~near])
             seen = seen @ right
             right = right @ common_directions(seen[near], seen[~near])
+        else:
+            left = eigenvectors(changes)
         return Directions(left, right.contiguous(), eigenvectors(linear.output))
 
 

@@ -33,6 +33,7 @@ from ..threads import join
 
 RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
+RIM_POOL = 0.67  # of as many points; no step of refining draws more
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
 BOX_POOL = 4000  # points
@@ -138,7 +139,7 @@ class Sampler:
         target = target.where(order)
         check()
         beside = int(RIM_SHARE * mix.preserve)
-        rim = _rim(problem, beside, random)
+        rim = _rim(problem, int(RIM_POOL * beside), random)
         known = problem.preparation
         on = known.surface.points[problem.known_untouched]
         shell = known.shell.where(problem.known_nearness > SHELL_FROM)
