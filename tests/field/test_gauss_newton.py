@@ -384,8 +384,8 @@ def test_a_cancel_is_heard_between_all_pieces_of_the_work(problem):
     assert len(calls) >= 4 + sum(2 + iterations for _, iterations in gauss_newton.FIRST.steps)
 
 
-def test_a_mirrored_stroke_is_as_symmetric_as_it_is_true(preparation):
-    """Its targets are symmetric to 2e-5 (test_problem); a network knows nothing of symmetry."""
+def test_a_mirrored_stroke_is_symmetric(preparation):
+    """A network knows nothing of symmetry: both halves must be as true as that."""
     angle = np.linspace(0.3, 0.9, 5)
     points = 0.6 * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], 1)
     problem = pose(preparation, Stroke(points, Brush(0.12, 0.04), mirror=frozenset("Z")))
@@ -393,5 +393,5 @@ def test_a_mirrored_stroke_is_as_symmetric_as_it_is_true(preparation):
     above = problem.tubes(30, 30)[0].target.points
     there = project(edited, above).points * np.array([1, 1, -1])
     distance = find_surface(edited, there).distance
-    assert distance.mean() < 1e-3
-    assert np.percentile(distance, 95) < gauss_newton.TOLERANCE
+    assert distance.mean() < 1e-4
+    assert np.percentile(distance, 95) < 3e-4

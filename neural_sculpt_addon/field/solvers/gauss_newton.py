@@ -31,6 +31,7 @@ TOLERANCE = 2e-3  # of the tube's p95 error, model space
 FAR = 2 * TOLERANCE  # from here on a network grows to twice its width at once
 USUAL = 128  # units of the first layer, in a network that has not grown
 WIDTHS = 192, 256, 512  # what it grows to
+MIRRORED = 256  # units at least for mirror images: on fewer, they differ by more than 1e-4
 GROWTHS = 2  # how often at most
 FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones
 REPAIRS = 3  # how often at most islands are looked for and removed
@@ -106,7 +107,8 @@ def quick(problem: Problem, progress: Progress = silent) -> Siren:
 
 
 def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Refined:
-    """Bring the result of `quick` within TOLERANCE, grown if need be, or as close as it comes.
+    """Bring the result of `quick` within TOLERANCE, or as close as it comes, grown if need be, as
+    it is for mirror images.
 
     Islands that will not go are worse than a stroke that is blurred: an earlier stage without them
     is the result then, that of `quick` if need be.
@@ -120,11 +122,13 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
 
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
+    least = MIRRORED if len(problem.laid) > 1 else 0
     error, growths = sampler.error(network), 0
     stages = [network]
     while True:
-        if error > TOLERANCE and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
-            network, growths = _grown(network, error), growths + 1
+        coarse = error > TOLERANCE or network.widths[0] < least
+        if coarse and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
+            network, growths = _grown(network, error, least), growths + 1
             before, course = course, _course(network)
             if course.mix != before.mix:
                 sampler = Sampler(problem, course.mix, lambda: share(told))
@@ -159,9 +163,9 @@ def _course(network: Siren) -> Course:
     return REFINE if width <= USUAL else WIDER if width <= WIDTHS[0] else WIDEST
 
 
-def _grown(network: Siren, error: float) -> Siren:
-    """With more units in its first layer, and as many in the others."""
-    least = network.widths[0] * (2 if error > FAR else 1.25)
+def _grown(network: Siren, error: float, least: float) -> Siren:
+    """With more units in its first layer, at least so many, and as many in the others."""
+    least = max(least, network.widths[0] * (2 if error > FAR else 1.25))
     wider = next((width for width in WIDTHS if width >= least), WIDTHS[-1])
     frequency = FINEST if wider == WIDTHS[-1] else FREQUENCY
     return grow(network, (wider, *network.widths[1:]), frequency)
