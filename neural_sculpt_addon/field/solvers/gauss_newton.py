@@ -178,7 +178,9 @@ def _improve(
 
     Each step sees other rows and fits their chance, too: the mean of the last ones does not.
     """
-    directions = Directions.of(network, sampler.draw(SEEN), course.rank, course.split)
+    directions = Directions.of(
+        network, sampler.draw(SEEN), course.rank, course.split, lambda: share(0.0)
+    )
     with Team() as team:
 
         def tell(part: float) -> None:
@@ -204,9 +206,11 @@ def _take_steps(
         tell(step)
         rows = sampler.draw(part)
         view = layers.view(rows)
+        tell(step)
         if course.robust:
             rows = rows.tempered(layers.residual(rows, view))
         linear = layers.linearise(rows, view)
+        tell(step)
         solution = solve(
             linear, damping, iterations, memory, lambda done, before=step: tell(before + done)
         )

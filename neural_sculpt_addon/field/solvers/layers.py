@@ -19,6 +19,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
+from ...stroke.progress import Check, go_on
 from ..network import Siren
 from .least_squares import Linear, common_directions, eigenvectors
 from .precision import product_type
@@ -43,29 +44,37 @@ class Directions(NamedTuple):
     output: Tensor  # (H + 1, H + 1), of the output layer
 
     @staticmethod
-    def of(network: Siren, rows: Rows, rank: float, split: bool) -> "Directions":
+    def of(
+        network: Siren, rows: Rows, rank: float, split: bool, check: Check = go_on
+    ) -> "Directions":
         """Those in which what `rows` see differs most; of W's inputs `rank` for each of A.
 
         split: in the span of those of W, the ones in which J^T J is nearly diagonal when rows near
                the stroke and others see different things. They are not orthogonal
+        check: called between the parts of the work, may raise
         """
         units, inputs = network.weights[-2].shape
         sizes = units, inputs + 1, units + 1
         layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
         view = layers.view(rows)
+        check()
         linear = layers.linearise(rows, view)
+        check()
         changes = linear.left.to(network.weights[0])
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         most = min(math.ceil(rank * inputs), MOST)
         right = eigenvectors(seen)[:, -most:]
+        check()
         if split:
             near = torch.arange(len(seen), device=seen.device)
             near = (near < rows.near) | (near >= rows.values)
             left = common_directions(changes[near], changes[~near])
+            check()
             seen = seen @ right
             right = right @ common_directions(seen[near], seen[~near])
         else:
             left = eigenvectors(changes)
+        check()
         return Directions(left, right.contiguous(), eigenvectors(linear.output))
 
 
