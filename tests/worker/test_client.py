@@ -442,7 +442,6 @@ def test_no_thread_is_needed(client):
 
 
 @POSIX
-@POSIX
 def test_a_result_half_read_survives_the_death_of_the_worker(client, monkeypatch):
     monkeypatch.setattr("neural_sculpt_addon.worker.client._READING", 0.0)
     arrays = {str(number): np.arange(number) for number in range(8)}
@@ -456,6 +455,7 @@ def test_a_result_half_read_survives_the_death_of_the_worker(client, monkeypatch
     until(lambda: client.poll_once() or client.state is WorkerState.DEAD)
 
 
+@POSIX
 def test_interrupting_the_terminal_does_not_interrupt_the_worker(client):
     finish(client, client.submit(JobKind.MESH, {}))
     os.kill(client.pid, signal.SIGINT)
