@@ -31,7 +31,7 @@ from .evaluate import values
 from .network import Siren
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
-BATCH = 1 << 15  # points between two looks at `progress`; some 15 ms, in wide networks 40
+BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
 WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the descent
 CROSSED, HIDING = 1, 6  # margins of f, in squares of a block's edge, as measured
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE

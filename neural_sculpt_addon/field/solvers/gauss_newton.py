@@ -205,7 +205,7 @@ def _take_steps(
         part, iterations = course.steps[step]
         tell(step)
         rows = sampler.draw(part)
-        view = layers.view(rows)
+        view = layers.view(rows, partial(tell, step))
         tell(step)
         if course.robust:
             rows = rows.tempered(layers.residual(rows, view))

@@ -25,6 +25,7 @@ from .least_squares import Linear, common_directions, eigenvectors
 from .precision import product_type
 from .rows import Rows
 
+BLOCK = 4096  # rows that are looked at together
 MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
 
 
@@ -56,7 +57,7 @@ class Directions(NamedTuple):
         units, inputs = network.weights[-2].shape
         sizes = units, inputs + 1, units + 1
         layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
-        view = layers.view(rows)
+        view = layers.view(rows, check)
         check()
         linear = layers.linearise(rows, view)
         check()
@@ -119,25 +120,38 @@ class Layers:
         inner = self._inner + inner @ self._directions.right.T
         return Layers(self._network, self._directions, inner, self._output + output)
 
-    def view(self, rows: Rows) -> View:
-        """What `rows` see."""
+    def view(self, rows: Rows, check: Check = go_on) -> View:
+        """What `rows` see. `check` is called between blocks of them, and may raise."""
         network, n, count = self._network, rows.values, len(rows.points)
-        h, dh = rows.points, rows.directions
         below = network.weights[:-2], network.biases[:-2], network.omegas[:-1]
-        for weight, bias, omega in zip(*below, strict=True):
-            z = torch.addmm(omega * bias, h, (omega * weight).T)
-            dh = torch.cos(z[n:]) * (dh @ (omega * weight).T)
-            h = z.sin_()
+        layers = [
+            ((omega * weight).T, omega * bias) for weight, bias, omega in zip(*below, strict=True)
+        ]
+        right = self._directions.right.to(self._coarse)  # (A + 1, K)
+        inner = (self._omega * self._inner).T  # (A + 1, H)
+        places = count + len(rows.directions)
+        features = right.new_empty(places, right.shape[1])
+        z = inner.new_empty(places, inner.shape[1])
 
-        def linear(matrix: Tensor, kind: torch.dtype) -> Tensor:
-            matrix = matrix.to(kind)  # (A + 1, .)
-            seen = matrix.new_empty(count + len(dh), matrix.shape[1])
-            torch.addmm(matrix[-1], h.to(kind), matrix[:-1], out=seen[:count])
-            torch.mm(dh.to(kind), matrix[:-1], out=seen[count:])
-            return seen
+        def see(h: Tensor, start: int, bias: float) -> None:
+            """Write down what is seen by (B, A), slopes without `bias`."""
+            block = slice(start, start + len(h))
+            torch.addmm(right[-1], h.to(right.dtype), right[:-1], beta=bias, out=features[block])
+            torch.addmm(inner[-1], h, inner[:-1], beta=bias, out=z[block])
 
-        inner = self._omega * self._inner
-        return View(linear(self._directions.right, self._coarse), linear(inner.T, h.dtype))
+        for start in (*range(0, n, BLOCK), *range(n, count, BLOCK)):
+            check()
+            block = slice(start, min(start + BLOCK, n if start < n else count))
+            h, dh = rows.points[block], rows.directions[max(start - n, 0) : max(block.stop - n, 0)]
+            for weight, bias in layers:
+                argument = torch.addmm(bias, h, weight)
+                if len(dh):
+                    dh = torch.cos(argument) * (dh @ weight)
+                h = argument.sin_()
+            see(h, start, 1.0)
+            if len(dh):
+                see(dh, start + len(rows.directions), 0.0)
+        return View(features, z)
 
     def view_after(self, x: Tensor, view: View) -> View:
         """What rows of a `view` see after a change x (H K + H + 1,)."""
