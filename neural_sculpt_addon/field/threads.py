@@ -69,6 +69,7 @@ class Team:
         self._size, self._wall, self._spent = size, time.perf_counter(), time.process_time()
 
 
+@cache
 def threads() -> int:
     """How many threads the pool has."""
     return min(MOST, os.cpu_count() or 1)

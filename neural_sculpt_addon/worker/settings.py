@@ -8,7 +8,7 @@ import sys
 
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 CACHES = "ONEDNN_PRIMITIVE_CACHE_CAPACITY", "LRU_CACHE_CAPACITY"  # oneDNN's own and torch's for it
-SHAPES = 64  # whose products are kept as machine code; a refinement has some 20
+SHAPES = 160  # whose products are kept as machine code: 63 of quick, 25 of refining in each width
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of <malloc.h>
 KEPT = 256 << 20  # bytes of freed memory that the process keeps
 LARGEST = 32 << 20  # bytes of a piece of it; the most that glibc allows
@@ -20,7 +20,8 @@ def settle() -> None:
     The libraries' own threads only stall each other when Blender is busy, and LAPACK's even when it
     is not. glibc gives freed memory back at once and asks for it anew for each matrix, which took
     a tenth of a refinement's time. oneDNN compiles each product of bfloat16 for the shape that it
-    has, which is another one with every stroke, and keeps 1024 of them: 400 MB after 100 strokes.
+    has and keeps 1024 of them, which can take 400 MB; with too few, quick would take half as long
+    again.
     """
     os.environ.update(dict.fromkeys(THREADS, "1"))
     os.environ.update(dict.fromkeys(CACHES, str(SHAPES)))

@@ -6,7 +6,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.problem import pose
-from neural_sculpt_addon.field.solvers.rows import _around
+from neural_sculpt_addon.field.solvers.gauss_newton import FIRST, REFINE
+from neural_sculpt_addon.field.solvers.rows import Sampler, _around
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -38,3 +39,31 @@ def test_values_beside_ridges_are_their_signed_distance(preparation, profile):
     sure = np.abs(true) > 1e-3
     assert (np.sign(distance) == np.sign(true))[sure].mean() > 0.99
     assert np.abs(distance - true).mean() < 1e-3
+
+
+def sampler(preparation, points, radius, mix):
+    stroke = Stroke(np.array(points), Brush(radius, 0.02))
+    return Sampler(pose(preparation, stroke), mix)
+
+
+@pytest.mark.parametrize("course", [FIRST, REFINE])
+def test_every_stroke_has_as_many_rows(preparation, course):
+    """What is compiled for one stroke is of use to all others."""
+    strokes = [
+        ([[0.5, 0, 0]], 0.02),
+        ([[0.5, 0, 0], [0.48, 0.14, 0]], 0.01),
+        ([[0.5, 0, 0], [0, 0.5, 0], [-0.5, 0, 0]], 0.4),
+    ]
+    for part in {share for share, _ in course.steps}:
+        drawn = [sampler(preparation, *stroke, course.mix).draw(part) for stroke in strokes]
+        assert len({(len(rows.points), rows.values, rows.near) for rows in drawn}) == 1
+
+
+def test_the_error_is_that_of_samples_that_are_never_trained_on(preparation):
+    found = sampler(preparation, [[0.5, 0, 0], [0, 0.5, 0]], 0.1, FIRST.mix)
+    held_out = {tuple(point) for point in found._held_out.tolist()}
+    drawn = {tuple(point) for _ in range(20) for point in found.draw(1.0).points.tolist()}
+    assert len(held_out) > 100
+    assert not held_out & drawn
+    asked = {tuple(point) for point in found.asked.displaced.tolist()}
+    assert held_out < asked

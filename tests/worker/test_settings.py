@@ -66,6 +66,6 @@ def test_freed_memory_is_not_asked_for_anew():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_code_of_products_is_not_kept_for_every_shape():
-    assert look("settled")["pages"] < 25_000  # 100 MB
+    assert look("settled")["pages"] < 50_000  # 200 MB
     if precision._multiplies_bfloat16():
-        assert look("as it comes")["pages"] > 60_000
+        assert look("as it comes")["pages"] > 100_000

@@ -13,7 +13,6 @@ could give way unseen, as independent draws do.
 """
 
 import math
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +37,7 @@ SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the su
 BOX_FROM = 2.0  # radii
 BOX_POOL = 4000  # points
 SPARE = 2  # times as many points as a step draws are in the tube's pool
-HELD_OUT = 16, 64  # rows and columns of the tube that is never trained on
+HELD_OUT = 5  # every so many-th sample of the tube is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 OUTLYING, STEEP_OUTLYING = 1e-3, 3e-3  # weighted residuals that count as large; of slopes
@@ -136,7 +135,12 @@ class Sampler:
         target = join([tube.target for tube in tubes])
         order = spatial_order(target.points)
         amount = np.concatenate([tube.displacement.amount for tube in tubes])[order]
+        beyond = np.concatenate([tube.displacement.beyond for tube in tubes])[order]
         target = target.where(order)
+        held_out = np.arange(len(order)) % HELD_OUT == 0
+        trained = target.where(~held_out)
+        core = ~beyond if not beyond.all() else beyond
+        self._held_out = target.points[held_out & core]
         check()
         beside = int(RIM_SHARE * mix.preserve)
         rim = _rim(problem, int(RIM_POOL * beside), random)
@@ -150,16 +154,16 @@ class Sampler:
         doubt = known.doubt[far] ** 2
         far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=doubt / doubt.sum())
         box = known.box.where(np.sort(far))
-        held = (mix.preserve - min(beside, len(rim.points))) // 2
+        held = (mix.preserve - beside) // 2
         self._pools = [
-            Pool.of(target.points, 0.0, mix.tube, 1.0, OUTLYING),
+            Pool.of(trained.points, 0.0, mix.tube, 1.0, OUTLYING),
             Pool.of(rim.points, 0.0, beside, mix.hold, OUTLYING),
             Pool.of(on, 0.0, held, mix.hold, OUTLYING),
             Pool.of(*shell, held, mix.hold, OUTLYING),
             Pool.of(*around, mix.around, AROUND_WEIGHT),
             Pool.of(*box, mix.box, BOX_WEIGHT),
         ]
-        self._target = [torch.from_numpy(array) for array in target]
+        self._trained = [torch.from_numpy(array) for array in trained]
         self._problem = problem
         self._mix = mix
         self._generator = torch.Generator().manual_seed(problem.seed)
@@ -167,19 +171,12 @@ class Sampler:
         """The whole surface that is asked for."""
 
     def error(self, network: Siren) -> float:
-        """The 95th percentile of the distance of fresh targets from the zero set of `network`.
+        """The 95th percentile of the distance of targets that are never trained on from the zero
+        set of `network`.
 
         Caps are left out, as in the tube's measures; a dab is all cap.
         """
         return float(np.percentile(find_surface(network, self._held_out).distance, 95))
-
-    @cached_property
-    def _held_out(self) -> NDArray[np.float32]:
-        random = np.random.default_rng((self._problem.seed, *HELD_OUT))
-        tubes = self._problem.tubes(*HELD_OUT, random)
-        beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
-        core = ~beyond if not beyond.all() else beyond
-        return np.concatenate([tube.target.points for tube in tubes])[core]
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
@@ -189,7 +186,7 @@ class Sampler:
 
     def draw(self, part: float) -> Rows:
         """Fresh rows for one step: that part of the mix."""
-        points, normals = self._target
+        points, normals = self._trained
         values = [pool.draw(part, self._generator) for pool in self._pools]
         counts = torch.tensor([len(drawn) for drawn in values])
         kinds = torch.tensor([(pool.weight, pool.outlying) for pool in self._pools])
@@ -211,9 +208,10 @@ class Sampler:
 
 
 def choose(size: int, count: int, generator: torch.Generator) -> Tensor:
-    """`count` of `size` indices, one out of each of as many stretches; all when they are few."""
-    if size <= count:
-        return torch.arange(size)
+    """`count` of `size` indices, one out of each of as many stretches; when they are fewer, some
+    twice. Products of matrices are compiled for their shapes, which so are the same every time."""
+    if not size:
+        return torch.empty(0, dtype=torch.int64)
     within = torch.rand(count, generator=generator, dtype=torch.float64)
     return ((torch.arange(count) + within) * (size / count)).long()
 
