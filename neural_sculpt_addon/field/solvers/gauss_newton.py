@@ -88,7 +88,7 @@ REFINE = Course(
     robust=True,
     mix=Mix(1500, 800, preserve=9500, around=300, box=800, hold=2.5, steep=0.05, upright=0.65),
 )
-WIDER = replace(REFINE, steps=((0.3, 12),) * 3 + ((0.55, 14),) * 5, rank=0.667)
+WIDER = replace(REFINE, steps=((0.3, 12),) * 3 + ((0.55, 14),) * 5, rank=2 / 3)
 """Of a network that has grown by a half."""
 WIDEST = replace(
     REFINE,
