@@ -37,7 +37,7 @@ SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the su
 BOX_FROM = 2.0  # radii
 BOX_POOL = 4000  # points
 SPARE = 1.6  # times as many points as a step draws are in the tube's pool
-HELD_OUT = 5  # every so many-th sample of the tube is never trained on
+HELD_OUT = 5  # every so many-th sample of the tube's core is never trained on
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 OUTLYING, STEEP_OUTLYING = 1e-3, 3e-3  # weighted residuals that count as large; of slopes
@@ -137,10 +137,9 @@ class Sampler:
         amount = np.concatenate([tube.displacement.amount for tube in tubes])[order]
         beyond = np.concatenate([tube.displacement.beyond for tube in tubes])[order]
         target = target.where(order)
-        held_out = np.arange(len(order)) % HELD_OUT == 0
-        trained = target.where(~held_out)
-        core = ~beyond if not beyond.all() else beyond
-        self._held_out = target.points[held_out & core]
+        held_out = np.flatnonzero(~beyond if not beyond.all() else beyond)[::HELD_OUT]
+        trained = target.where(np.delete(np.arange(len(order)), held_out))
+        self._held_out = target.points[held_out]
         check()
         beside = int(RIM_SHARE * mix.preserve)
         rim = _rim(problem, int(RIM_POOL * beside), random)
@@ -208,8 +207,8 @@ class Sampler:
 
 
 def choose(size: int, count: int, generator: torch.Generator) -> Tensor:
-    """`count` of `size` indices, one out of each of as many stretches; when they are fewer, some
-    twice. Products of matrices are compiled for their shapes, which so are the same every time."""
+    """`count` of `size` indices, one out of each of as many stretches; of fewer some come twice,
+    because products of matrices are compiled for their shapes, which so are always the same."""
     if not size:
         return torch.empty(0, dtype=torch.int64)
     within = torch.rand(count, generator=generator, dtype=torch.float64)
