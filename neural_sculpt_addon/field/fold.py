@@ -117,7 +117,7 @@ def _sweep(tubes: Sequence[Tube], check: Check) -> list[igl.FastWindingNumberBVH
         vertices += [tube.target.points, tube.surface.points]
         count += 2 * size
     places, trees = np.concatenate(vertices).astype(float), []
-    for half in np.array_split(np.concatenate(faces), 2):
+    for half in filter(len, np.array_split(np.concatenate(faces), 2)):
         check()
         trees.append(igl.FastWindingNumberBVH())
         trees[-1].init(places, half, ORDER)
