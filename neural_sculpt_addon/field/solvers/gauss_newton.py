@@ -92,9 +92,9 @@ WIDER = replace(REFINE, steps=((0.3, 12),) * 3 + ((0.55, 14),) * 5, rank=2 / 3)
 """Of a network that has grown by a half."""
 WIDEST = replace(
     REFINE,
-    steps=((1.5, 14),) * 8,
+    steps=((1.0, 14),) * 8,
     rank=0.75,
-    mix=Mix(1600, 800, preserve=6500, around=300, box=1000, hold=2.2, steep=0.055, upright=0.0),
+    mix=Mix(2400, 1200, preserve=9750, around=450, box=1500, hold=2.2, steep=0.055, upright=0.0),
 )
 """Of those that have grown more. With as few rows as others see, their finer waves would run
 between them, and be seen as ripples of the untouched surface."""

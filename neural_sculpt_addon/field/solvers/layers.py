@@ -64,7 +64,7 @@ class Directions(NamedTuple):
         changes = linear.left.to(network.weights[0])
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         most = min(math.ceil(rank * inputs), MOST)
-        right = eigenvectors(seen)[:, -most:]
+        right = eigenvectors(seen, check)[:, -most:]
         check()
         if split:
             near = torch.arange(len(seen), device=seen.device)

@@ -20,6 +20,8 @@ import scipy.linalg
 import torch
 from torch import Tensor
 
+from ...stroke.progress import Check, go_on
+
 RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
 FLOOR = 1e-3  # added to the diagonal of a second moment, in means of it
 
@@ -169,9 +171,11 @@ def dot(a: Tensor, b: Tensor) -> Tensor:
     return (a[None] @ b)[0]
 
 
-def eigenvectors(rows: Tensor) -> Tensor:
+def eigenvectors(rows: Tensor, check: Check = go_on) -> Tensor:
     """Eigenvectors (K, K) of the second moment of rows (N, K), the weakest first."""
-    return torch.linalg.eigh(rows.T @ rows / len(rows))[1]
+    moment = rows.T @ rows / len(rows)
+    check()
+    return torch.linalg.eigh(moment)[1]
 
 
 def common_directions(rows: Tensor, others: Tensor) -> Tensor:
