@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from neural_sculpt_addon.field import fold
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.stroke.brush import Brush
@@ -94,3 +95,18 @@ def test_a_steep_side_that_was_displaced_sideways_is_kept():
     cosine = (whole.surface.normals * whole.target.normals).sum(axis=1)
     assert cosine.min() < -0.1
     assert len(tube.target.points) == len(whole.target.points)
+
+
+@pytest.mark.parametrize("cells", [300, 30_000])
+@pytest.mark.parametrize("intensity", [0.06, -0.06])
+def test_the_swept_volume_lies_between_both_surfaces_however_coarse(monkeypatch, cells, intensity):
+    """A flat-topped dab on a ball: at its pole the volume reaches from 0.5 to 0.5 + intensity."""
+    monkeypatch.setattr(fold, "CELLS", cells)
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, intensity, flat))
+    tubes = pose(prepare(ball(0.5)), stroke).tubes()
+    heights = 0.5 + intensity * np.array([-0.5, 0.2, 0.5, 0.8, 1.5])
+    points = np.stack([0 * heights, 0 * heights, heights], axis=1)
+    trees = fold._sweep(tubes, lambda: None)
+    volume = sum(np.asarray(tree.winding_number(points, 2.0)) for tree in trees)
+    np.testing.assert_allclose(volume, np.sign(intensity) * np.array([0, 1, 1, 1, 0]), atol=0.02)
