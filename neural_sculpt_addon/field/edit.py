@@ -7,14 +7,12 @@ surface that the strokes so far asked for (see `memory`).
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from ..stroke.brush import Brush
 from ..stroke.errors import SculptError
-from ..stroke.progress import Check, Progress, go_on, silent
+from ..stroke.progress import Progress, go_on, silent
 from ..stroke.stroke import Stroke
 from . import metrics
 from .memory import follow
@@ -24,8 +22,6 @@ from .problem import Problem, pose
 from .proxy import Proxy, extract, finish, update
 from .solvers import Refine, Solve, gauss_newton, paper
 from .solvers.gauss_newton import TOLERANCE
-
-REHEARSED = 0.05  # radius of a dab that nobody sees
 
 
 @dataclass(frozen=True)
@@ -135,15 +131,6 @@ def edit(
         report |= _measure(problem, network, proxy, chamfer, _part(share, 0.95, 1.0))
         result = result.then(report, follow(problem, network, proxy))
     return result
-
-
-def rehearse(preparation: Preparation, check: Check = go_on) -> None:
-    """Solve a dab that nobody sees, so that the first stroke on a network of these widths is as
-    quick as those after it: products of matrices are compiled when they are met for the first time,
-    which takes half as long again."""
-    dab = Stroke(preparation.surface.points[:1].astype(float), Brush(REHEARSED, REHEARSED / 10))
-    with suppress(SculptError):  # the surface is not fit for it, which the artist's stroke may be
-        gauss_newton.quick(pose(preparation, dab, check), lambda _, __: check())
 
 
 def _measure(

@@ -44,7 +44,7 @@ from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
 from .threads import in_pieces
-from .tube import Tube
+from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4
 MEASURING = "Measuring"
@@ -65,7 +65,9 @@ def measure(
     """
     before = problem.preparation
     progress(0.0, MEASURING)
-    tubes = problem.tubes(jitter=np.random.default_rng((problem.seed, FRESH)))
+    share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
+    random = np.random.default_rng((problem.seed, FRESH))
+    tubes = problem.tubes(round(share * ROWS), round(share * COLUMNS), random)
     beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
     target = np.concatenate([tube.target.points for tube in tubes])
     target_normals = np.concatenate([tube.target.normals for tube in tubes])

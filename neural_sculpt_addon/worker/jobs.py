@@ -58,7 +58,6 @@ class Jobs:
         """Nothing is prepared yet; `device` is what strokes are sculpted on."""
         self._device = device
         self._preparations: OrderedDict[str, Preparation] = OrderedDict()
-        self._rehearsed: set[tuple[int, ...]] = set()
         self._replays = Replays(device)
         self._shown: tuple[str, Proxy] | None = None
 
@@ -186,13 +185,7 @@ class Jobs:
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
         """revision <field> -> nothing; the next edit of that revision starts at once."""
-        from ..field.edit import rehearse
-
-        preparation = self._prepared(job, progress)
-        widths = preparation.network.widths
-        if widths not in self._rehearsed:
-            rehearse(preparation, lambda: progress(1.0, "Preparing"))
-            self._rehearsed.add(widths)
+        self._prepared(job, progress)
         return Payload()
 
     def _network(self, job: Payload) -> "Siren":

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.edit import SOLVERS, edit, rehearse
+from neural_sculpt_addon.field.edit import SOLVERS, edit
 from neural_sculpt_addon.field.metrics import find_surface
 from neural_sculpt_addon.field.prepare import SURFACE_SAMPLES
 from neural_sculpt_addon.field.threads import PIECE
@@ -33,24 +33,6 @@ def arc(latitude, name="", radius=0.5, **words):
     flat = radius * np.cos(latitude)
     points = [flat * np.cos(turn), flat * np.sin(turn), 0 * turn + radius * np.sin(latitude)]
     return Stroke(np.stack(points, axis=1), Brush(0.1, 0.03), name=name, **words)
-
-
-def test_a_rehearsal_changes_no_edit(preparation):
-    first = edit(preparation.network, [arc(0.0)], solver="quick", preparation=preparation)
-    rehearse(preparation)
-    again = edit(preparation.network, [arc(0.0)], solver="quick", preparation=preparation)
-    assert all(map(torch.equal, first.network.parameters, again.network.parameters))
-
-
-def test_a_rehearsal_hears_a_cancel(preparation):
-    calls = iter(range(20))
-
-    def check():
-        if next(calls, None) is None:
-            raise Cancelled
-
-    with pytest.raises(Cancelled):
-        rehearse(preparation, check)
 
 
 def test_strokes_are_applied_one_after_another(preparation):

@@ -133,11 +133,11 @@ class Layers:
         features = right.new_empty(places, right.shape[1])
         z = inner.new_empty(places, inner.shape[1])
 
-        def see(h: Tensor, start: int, bias: float) -> None:
-            """Write down what is seen by (B, A), slopes without `bias`."""
+        def see(h: Tensor, start: int, beta: float) -> None:
+            """Write down what inputs (B, A) of W lead to, or their slopes, which see no bias."""
             block = slice(start, start + len(h))
-            torch.addmm(right[-1], h.to(right.dtype), right[:-1], beta=bias, out=features[block])
-            torch.addmm(inner[-1], h, inner[:-1], beta=bias, out=z[block])
+            torch.addmm(right[-1], h.to(right.dtype), right[:-1], beta=beta, out=features[block])
+            torch.addmm(inner[-1], h, inner[:-1], beta=beta, out=z[block])
 
         for start in (*range(0, n, BLOCK), *range(n, count, BLOCK)):
             check()

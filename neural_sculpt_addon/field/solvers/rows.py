@@ -32,12 +32,12 @@ from ..threads import join
 
 RIM_REACH = 2.2  # radii
 RIM_SHARE = 0.25  # of the preserve rows
-RIM_POOL = 0.67  # of as many points; no step of refining draws more
+RIM_POOL = 0.67  # of as many points; steps that draw more draw some twice
 SHELL_FROM = 1.1  # radii; nearer to the stroke the shell no longer knows the surface
 BOX_FROM = 2.0  # radii
 BOX_POOL = 4000  # points
-SPARE = 1.6  # times as many points as a step draws are in the tube's pool
-HELD_OUT = 5  # every so many-th sample of the tube's core is never trained on
+SPARE = 1.6  # times as many points as a whole step draws are sampled of the tube
+HELD_OUT = 5  # every so many-th of them, but for caps, is never drawn
 CLEAR = 0.05  # |f| asked for where an island was
 COLUMN = 0.04  # how far the `around` rows reach beyond both surfaces
 OUTLYING, STEEP_OUTLYING = 1e-3, 3e-3  # weighted residuals that count as large; of slopes
@@ -150,10 +150,11 @@ class Sampler:
         around = _around(problem, target, amount, rim, 3 * mix.around, random)
         check()
         far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
-        doubt = known.doubt[far] ** 2
-        far = random.choice(far, min(len(far), BOX_POOL), replace=False, p=doubt / doubt.sum())
-        box = known.box.where(np.sort(far))
-        held = (mix.preserve - beside) // 2
+        if len(far) > BOX_POOL:
+            doubt = known.doubt[far] ** 2
+            far = np.sort(random.choice(far, BOX_POOL, replace=False, p=doubt / doubt.sum()))
+        box = known.box.where(far)
+        held = (mix.preserve - (beside if len(rim.points) else 0)) // 2
         self._pools = [
             Pool.of(trained.points, 0.0, mix.tube, 1.0, OUTLYING),
             Pool.of(rim.points, 0.0, beside, mix.hold, OUTLYING),
@@ -170,8 +171,8 @@ class Sampler:
         """The whole surface that is asked for."""
 
     def error(self, network: Siren) -> float:
-        """The 95th percentile of the distance of targets that are never trained on from the zero
-        set of `network`.
+        """The 95th percentile of the distance of targets that are never drawn from the zero set of
+        `network`.
 
         Caps are left out, as in the tube's measures; a dab is all cap.
         """
