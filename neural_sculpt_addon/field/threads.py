@@ -36,9 +36,6 @@ T = TypeVar("T")
 class Team:
     """torch's threads for operations of the thread that enters it: half of the processor's, which
     leaves room for Blender, but two where there are as many.
-
-    Not for eigenvectors: LAPACK makes its threads wait for each other thousands of times, which can
-    take seconds.
     """
 
     def __enter__(self) -> "Team":
