@@ -65,6 +65,7 @@ class Directions(NamedTuple):
         left = common_directions(near, far) if split else eigenvectors(near + far)
         check()
         near, far = _moments(seen, rows)
+        check()
         right = eigenvectors(near + far)[:, -min(math.ceil(rank * inputs), MOST) :]
         if split:
             check()

@@ -167,7 +167,7 @@ def eigenvectors(moment: Tensor) -> Tensor:
     SciPy's, on one thread: torch's would wait for each other thousands of times, which can take
     seconds where another program has a core.
     """
-    vectors = scipy.linalg.eigh(moment.double().cpu().numpy())[1]
+    vectors = scipy.linalg.eigh(moment.cpu().numpy(), driver="evd")[1]
     return torch.from_numpy(vectors).to(moment)
 
 
