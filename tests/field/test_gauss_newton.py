@@ -54,15 +54,12 @@ def rows_of(values: int, slopes: int, seed: int) -> Rows:
     return Rows(draw(count, 3), directions, draw(count), weights, outlying, near=values // 2)
 
 
-def unknowns(network: Siren) -> torch.Tensor:
-    """W and b of the last hidden layer, side by side."""
-    return torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
-
-
-def residual_by_autograd(network: Siren, rows: Rows, matrix: torch.Tensor) -> torch.Tensor:
+def residual_by_autograd(network: Siren, rows: Rows, inner: torch.Tensor, output: torch.Tensor):
     """Weighted residual of value and derivative rows as a function of the unknowns."""
-    *below, _, _, weight, constant = network.parameters
-    whole = network.with_parameters([*below, matrix[:, :-1], matrix[:, -1], weight, constant])
+    below = list(network.parameters[:-4])
+    whole = network.with_parameters(
+        [*below, inner[:, :-1], inner[:, -1], output[None, :-1], output[-1:]]
+    )
     points = rows.points.clone().requires_grad_()
     f = whole.value(points)
     (gradient,) = torch.autograd.grad(f.sum(), points, create_graph=True)
@@ -71,13 +68,10 @@ def residual_by_autograd(network: Siren, rows: Rows, matrix: torch.Tensor) -> to
     return rows.weights * (rows.targets - torch.cat([f[:n], along]))
 
 
-def size_of(linear: Linear) -> int:
-    return linear.left.shape[1] * linear.right.shape[1]
-
-
 def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
     """J as a matrix, by applying it to unit vectors, and r."""
-    columns = [linear.apply(unit) for unit in torch.eye(size_of(linear), dtype=linear.left.dtype)]
+    size = linear.inner + linear.output.shape[1]
+    columns = [linear.apply(unit) for unit in torch.eye(size, dtype=linear.left.dtype)]
     return torch.stack(columns, 1), linear.residual
 
 
@@ -85,8 +79,7 @@ def linearised(
     network: Siren, rows: Rows, rank: float = 2, split: bool = False
 ) -> tuple[Layers, Linear]:
     layers = Layers.of(network, Directions.of(network, rows, rank, split))
-    view = layers.view(rows)
-    return layers, layers.linearise(rows, view, layers.residual(rows, view))
+    return layers, layers.linearise(rows, layers.view(rows))
 
 
 def linear_of(widths: list[int], values: int, slopes: int, seed: int) -> Linear:
@@ -94,8 +87,9 @@ def linear_of(widths: list[int], values: int, slopes: int, seed: int) -> Linear:
 
 
 def change_of(linear: Linear, seed: int) -> torch.Tensor:
+    size = linear.inner + linear.output.shape[1]
     generator = torch.Generator().manual_seed(seed)
-    return torch.randn(size_of(linear), generator=generator, dtype=torch.float64)
+    return torch.randn(size, generator=generator, dtype=torch.float64)
 
 
 def normal_equations(linear: Linear, damping: float) -> torch.Tensor:
@@ -137,16 +131,21 @@ def test_two_sets_of_rows_are_uncorrelated_along_their_common_directions(size, f
 def test_the_jacobian_is_that_of_autograd(widths, values, slopes, seed, split):
     network, rows = small(widths, seed), rows_of(values, slopes, seed)
     layers, linear = linearised(network, rows, 0.1 + seed % 7 / 5, split)
-    before = unknowns(network)
+    inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
+    output = torch.cat([network.weights[-1][0], network.biases[-1]])
 
-    def residual(matrix: torch.Tensor) -> torch.Tensor:
-        return residual_by_autograd(network, rows, matrix)
+    def residual(*unknowns: torch.Tensor) -> torch.Tensor:
+        return residual_by_autograd(network, rows, *unknowns)
 
-    torch.testing.assert_close(linear.residual, residual(before).detach())
+    torch.testing.assert_close(linear.residual, residual(inner, output).detach())
     # J belongs to some directions of features: a change there is one of the network by `moved`
     change = change_of(linear, seed)
-    step = unknowns(layers.moved(change).network()) - before
-    slope = torch.autograd.functional.jvp(residual, before, step)[1]
+    moved = layers.moved(change).network()
+    step = (
+        torch.cat([moved.weights[-2], moved.biases[-2][:, None]], 1) - inner,
+        torch.cat([moved.weights[-1][0], moved.biases[-1]]) - output,
+    )
+    slope = torch.autograd.functional.jvp(residual, (inner, output), step)[1]
     assert isinstance(slope, torch.Tensor)
     torch.testing.assert_close(linear.apply(change), -slope, rtol=1e-8, atol=1e-8)
 
@@ -158,7 +157,10 @@ def test_the_residual_after_a_change_is_that_of_autograd(widths, values, slopes,
     layers, linear = linearised(network, rows, 0.1 + seed % 7 / 5)
     change = change_of(linear, seed)
     moved = layers.moved(change)
-    exact = residual_by_autograd(network, rows, unknowns(moved.network())).detach()
+    after = moved.network()
+    inner = torch.cat([after.weights[-2], after.biases[-2][:, None]], 1)
+    output = torch.cat([after.weights[-1][0], after.biases[-1]])
+    exact = residual_by_autograd(network, rows, inner, output).detach()
     view = layers.view_after(change, layers.view(rows))
     torch.testing.assert_close(moved.residual(rows, view), exact)
     torch.testing.assert_close(moved.residual(rows, moved.view(rows)), exact)
@@ -176,10 +178,8 @@ def test_features_change_where_they_differ_most():
 
 
 def test_directions_make_what_rows_see_independent():
-    rows = rows_of(40, 30, 2)
-    linear = linearised(small([7, 3], 2), rows)[1]
-    weights = torch.cat([rows.weights, rows.weights[40:]])[:, None]
-    for seen in (linear.left, weights * linear.right):
+    linear = linear_of([7, 3], 40, 30, 2)
+    for seen in (linear.left, linear.output):
         products = seen.T @ seen
         torch.testing.assert_close(products, torch.diag(products.diagonal()))
 
@@ -202,16 +202,19 @@ def test_rows_that_are_far_off_pull_as_a_pseudo_huber_loss_does():
     rows = rows._replace(outlying=s)
     layers = Layers.of(network, Directions.of(network, rows, 2, split=False))
     view = layers.view(rows)
-    rows_then, residual = rows.tempered(layers.residual(rows, view))
-    linear = layers.linearise(rows_then, view, residual)
-    torch.testing.assert_close(residual, layers.residual(rows_then, view))
+    linear = layers.linearise(rows.tempered(layers.residual(rows, view)), view)
     change = change_of(linear, 6)
-    before = unknowns(network).clone().requires_grad_()
-    way = unknowns(layers.moved(change).network()) - before
-    r = residual_by_autograd(network, rows, before)
+
+    def unknowns(some: Layers) -> tuple[torch.Tensor, torch.Tensor]:
+        *_, weight, bias, last, constant = some.network().parameters
+        return torch.cat([weight, bias[:, None]], 1), torch.cat([last[0], constant])
+
+    before = [part.clone().requires_grad_() for part in unknowns(layers)]
+    ways = [b - a for a, b in zip(before, unknowns(layers.moved(change)), strict=True)]
+    r = residual_by_autograd(network, rows, *before)
     huber = s.clamp_max(9) ** 2 * (torch.sqrt(1 + (r / s.clamp_max(9)) ** 2) - 1)
-    (slope,) = torch.autograd.grad(torch.where(s.isinf(), r**2 / 2, huber).sum(), before)
-    expected = (slope * way).sum().detach()
+    slopes = torch.autograd.grad(torch.where(s.isinf(), r**2 / 2, huber).sum(), before)
+    expected = sum((a * b).sum() for a, b in zip(slopes, ways, strict=True))
     torch.testing.assert_close(-linear.transposed(linear.residual) @ change, expected)
 
 
@@ -223,11 +226,9 @@ def test_products_of_few_bits_are_near_those_of_many(monkeypatch):
     changing = Rows(*(part.float() for part in rows[:5]), near=rows.near)
     directions = Directions.of(exact, rows, 0.75, split=True)
     layers = Layers.of(network, Directions(*(part.float() for part in directions)))
-    view = layers.view(changing)
-    linear = layers.linearise(changing, view, layers.residual(changing, view))
+    linear = layers.linearise(changing, layers.view(changing))
     true = Layers.of(exact, directions)
-    view = true.view(rows)
-    true = true.linearise(rows, view, true.residual(rows, view))
+    true = true.linearise(rows, true.view(rows))
     assert linear.left.dtype == linear.right.dtype == torch.bfloat16
     change = change_of(true, 4)
     for found, expected in (
@@ -245,7 +246,8 @@ def test_the_scale_normalises_the_diagonal_of_the_system():
     linear = linear_of([4, 3], 9, 7, 5)
     matrix = dense(linear)[0].numpy()
     diagonal = (matrix**2).sum(0)
-    expected = diagonal / (diagonal + RIDGE * diagonal.mean())
+    blocks = diagonal[: linear.inner], diagonal[linear.inner :]
+    expected = np.concatenate([d / (d + RIDGE * d.mean()) for d in blocks])
     found = ((matrix * scale_of(linear).numpy()) ** 2).sum(0)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-9)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Gauss-Newton on the last hidden layer: an edit in a fraction of a second.
+"""Gauss-Newton on the last hidden layer and the output: an edit in a fraction of a second.
 
 Each step draws fresh rows, linearises the network there and solves a damped least squares problem;
 Levenberg and Marquardt's rule keeps the damping. When samples that were not trained on say that
@@ -207,15 +207,14 @@ def _take_steps(
         rows = sampler.draw(part)
         view = layers.view(rows, partial(tell, step))
         tell(step)
-        residual = layers.residual(rows, view)
         if course.robust:
-            rows, residual = rows.tempered(residual)
-        linear = layers.linearise(rows, view, residual)
+            rows = rows.tempered(layers.residual(rows, view))
+        linear = layers.linearise(rows, view)
         tell(step)
         solution = solve(
             linear, damping, iterations, memory, lambda done, before=step: tell(before + done)
         )
-        now = float(dot(residual, residual))
+        now = float(dot(linear.residual, linear.residual))
         layers, left = _search_line(layers, solution, rows, view, now, partial(tell, step + 1))
         kept = (now - left) / solution.promised
         if kept < FAILED and failures < MOST_FAILURES:

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The unknowns of a Gauss-Newton edit: W, b of the last hidden layer.
+"""The unknowns of a Gauss-Newton edit: W, b of the last hidden layer and w, c of the output.
 
     f(x) = w . sin(omega (W a(x) + b)) + c
 
-Everything below stays as it is, so the features a(x) of a point never change; nor do w and c, which
-brought nothing as unknowns. The bias is one more column of W, and one more feature that is 1.
-Changes are counted in directions in which J^T J is nearly diagonal (the eigenbases of EKFAC: George
-et al., "Fast Approximate Natural Gradient Descent in a Kronecker-factored Eigenbasis", 2018; or the
-common ones of two sets of rows, which save a third of the iterations, but as they are not
-orthogonal, the damping there keeps a first fit less well on its way). Features of neighbouring
-points are much alike: W changes only in the K directions in which they differ most.
+Everything below stays as it is, so the features a(x) of a point never change. A bias is one more
+column of its matrix, and one more feature that is 1. Changes are counted in directions in which
+J^T J is nearly diagonal (the eigenbases of EKFAC: George et al., "Fast Approximate Natural Gradient
+Descent in a Kronecker-factored Eigenbasis", 2018; or the common ones of two sets of rows, which
+save a third of the iterations, but as they are not orthogonal, the damping there keeps a first fit
+less well on its way). Features of neighbouring points are much alike: W changes only in the K
+directions in which they differ most.
 """
 
 import math
@@ -26,6 +26,7 @@ from .precision import product_type
 from .rows import Rows
 
 BLOCK = 4096  # rows that are looked at together
+OUTPUT = 32  # directions of the output layer; more cost more than they bring
 MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
 
 
@@ -42,6 +43,7 @@ class Directions(NamedTuple):
 
     left: Tensor  # (H, H), of the outputs of W
     right: Tensor  # (A + 1, K), of its inputs
+    output: Tensor  # (H + 1, O), of the output layer
 
     @staticmethod
     def of(
@@ -54,15 +56,18 @@ class Directions(NamedTuple):
         check: called between the parts of the work, may raise
         """
         units, inputs = network.weights[-2].shape
-        every = (torch.eye(size).to(rows.points) for size in (units, inputs + 1))
-        layers = Layers.of(network, Directions(*every))
+        sizes = units, inputs + 1, units + 1
+        layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
         view = layers.view(rows, check)
         check()
-        changes = layers.linearise(rows, view, rows.targets).left.to(rows.points)
+        linear = layers.linearise(rows, view)
+        check()
+        changes = linear.left.to(rows.points)
         seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
         check()
         near, far = _moments(changes, rows)
         left = common_directions(near, far) if split else eigenvectors(near + far)
+        output = eigenvectors(linear.output.T @ linear.output)[:, -OUTPUT:]
         check()
         near, far = _moments(seen, rows)
         check()
@@ -71,42 +76,49 @@ class Directions(NamedTuple):
             check()
             right = right @ common_directions(right.T @ near @ right, right.T @ far @ right)
         check()
-        return Directions(left, right.contiguous())
+        return Directions(left, right.contiguous(), output.contiguous())
 
 
 class Layers:
     """The unknowns at some value."""
 
-    def __init__(self, network: Siren, directions: Directions, matrix: Tensor) -> None:
-        """`matrix` (H, A + 1) takes the place of W and b of `network`."""
+    def __init__(
+        self, network: Siren, directions: Directions, inner: Tensor, output: Tensor
+    ) -> None:
+        """`inner` (H, A + 1) and `output` (H + 1,) take the place of the layers of `network`."""
         self._network = network
         self._directions = directions
-        self._matrix = matrix
+        self._inner = inner
+        self._output = output
         self._omega = network.omegas[-1]
-        self._coarse = product_type(matrix)
+        self._coarse = product_type(inner)
 
     @staticmethod
     def of(network: Siren, directions: Directions) -> "Layers":
         """The unknowns at the values that they have in `network`."""
-        matrix = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
-        return Layers(network, directions, matrix)
+        inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
+        output = torch.cat([network.weights[-1][0], network.biases[-1]])
+        return Layers(network, directions, inner, output)
 
     @staticmethod
     def mean(several: Sequence["Layers"]) -> "Layers":
         """The mean of unknowns at several values."""
-        matrix = torch.stack([one._matrix for one in several]).mean(0)
-        return Layers(several[0]._network, several[0]._directions, matrix)
+        inner = torch.stack([one._inner for one in several]).mean(0)
+        output = torch.stack([one._output for one in several]).mean(0)
+        return Layers(several[0]._network, several[0]._directions, inner, output)
 
     def network(self) -> Siren:
         """The whole network with these unknowns."""
-        *below, _, _, last, constant = self._network.parameters
-        weight, bias = self._matrix[:, :-1].contiguous(), self._matrix[:, -1].contiguous()
+        below = self._network.parameters[:-4]
+        weight, bias = self._inner[:, :-1].contiguous(), self._inner[:, -1].contiguous()
+        last, constant = self._output[None, :-1].contiguous(), self._output[-1:].clone()
         return self._network.with_parameters([*below, weight, bias, last, constant])
 
     def moved(self, x: Tensor) -> "Layers":
-        """The unknowns after a change x (H K,)."""
-        matrix = self._matrix + self._change(x) @ self._directions.right.T
-        return Layers(self._network, self._directions, matrix)
+        """The unknowns after a change x (H K + O,)."""
+        inner, output = self._change(x)
+        inner = self._inner + inner @ self._directions.right.T
+        return Layers(self._network, self._directions, inner, self._output + output)
 
     def view(self, rows: Rows, check: Check = go_on) -> View:
         """What `rows` see. `check` is called between blocks of them, and may raise."""
@@ -116,16 +128,16 @@ class Layers:
             ((omega * weight).T, omega * bias) for weight, bias, omega in zip(*below, strict=True)
         ]
         right = self._directions.right.to(self._coarse)  # (A + 1, K)
-        matrix = (self._omega * self._matrix).T  # (A + 1, H)
+        inner = (self._omega * self._inner).T  # (A + 1, H)
         places = count + len(rows.directions)
         features = right.new_empty(places, right.shape[1])
-        z = matrix.new_empty(places, matrix.shape[1])
+        z = inner.new_empty(places, inner.shape[1])
 
         def see(h: Tensor, start: int, beta: float) -> None:
             """Write down what inputs (B, A) of W lead to, or their slopes, which see no bias."""
             block = slice(start, start + len(h))
             torch.addmm(right[-1], h.to(right.dtype), right[:-1], beta=beta, out=features[block])
-            torch.addmm(matrix[-1], h, matrix[:-1], beta=beta, out=z[block])
+            torch.addmm(inner[-1], h, inner[:-1], beta=beta, out=z[block])
 
         for start in (*range(0, n, BLOCK), *range(n, count, BLOCK)):
             check()
@@ -142,32 +154,40 @@ class Layers:
         return View(features, z)
 
     def view_after(self, x: Tensor, view: View) -> View:
-        """What rows of a `view` see after a change x (H K,)."""
-        turn = self._omega * self._change(x).T  # (K, H)
+        """What rows of a `view` see after a change x (H K + O,)."""
+        turn = self._omega * self._change(x)[0].T  # (K, H)
         return view._replace(z=view.z + view.features @ turn.to(self._coarse))
 
     def residual(self, rows: Rows, view: View) -> Tensor:
         """r for `rows` (n + m,)."""
-        n, count = rows.values, len(rows.points)
-        weight, constant = self._network.weights[-1][0], self._network.biases[-1]
-        value = torch.addmv(constant, torch.sin(view.z[:n]), weight)
+        n, count, weight = rows.values, len(rows.points), self._output[:-1]
+        value = torch.addmv(self._output[-1:], torch.sin(view.z[:n]), weight)
         slope = (torch.cos(view.z[n:count]) * view.z[count:]) @ weight
         return rows.weights * (rows.targets - torch.cat([value, slope]))
 
-    def linearise(self, rows: Rows, view: View, residual: Tensor) -> Linear:
-        """J for `rows`, and their `residual`."""
+    def linearise(self, rows: Rows, view: View) -> Linear:
+        """J and r for `rows`."""
         n, count, weights = rows.values, len(rows.points), rows.weights[:, None]
-        left = view.z.new_empty(view.z.shape, dtype=self._coarse)
-        torch.mul(torch.cos(view.z[:count]), weights, out=left[:count])
-        left[count:] = left[n:count]
-        torch.mul(torch.sin(view.z[n:count]) * view.z[count:], -weights[n:], out=left[n:count])
-        turned = self._omega * self._network.weights[-1][0][:, None] * self._directions.left
-        return Linear(left @ turned.to(self._coarse), view.features, residual)
+        sine, cosine, dz = torch.sin(view.z[:count]), torch.cos(view.z[:count]), view.z[count:]
+        left = torch.empty_like(view.z)
+        torch.mul(cosine[:n], weights[:n], out=left[:n])
+        torch.mul(sine[n:] * dz, -weights[n:], out=left[n:count])
+        torch.mul(cosine[n:], weights[n:], out=left[count:])
+        output = sine.new_ones(count, len(self._output))
+        output[:n, :-1] = sine[:n]
+        output[n:, :-1] = cosine[n:] * dz
+        output[n:, -1] = 0
+        residual = rows.weights * (rows.targets - output @ self._output)
+        turned = (self._omega * self._output[:-1, None]) * self._directions.left
+        changes = left.to(self._coarse) @ turned.to(self._coarse)
+        output = output.mul_(weights).to(self._coarse) @ self._directions.output.to(self._coarse)
+        return Linear(changes, view.features, output.to(residual.dtype), residual)
 
-    def _change(self, x: Tensor) -> Tensor:
-        """The change of W in directions of its inputs (H, K)."""
-        left = self._directions.left
-        return left @ x.view(left.shape[1], -1)
+    def _change(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """The change of W in directions of its inputs (H, K), and that of the output (H + 1,)."""
+        left, right, output = self._directions
+        matrix, vector = x.split([left.shape[1] * right.shape[1], output.shape[1]])
+        return left @ matrix.view(left.shape[1], -1), output @ vector
 
 
 def _moments(seen: Tensor, rows: Rows) -> tuple[Tensor, Tensor]:

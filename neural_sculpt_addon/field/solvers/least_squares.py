@@ -3,11 +3,11 @@
 
     minimise |J x - r|^2 + lambda |y|^2,  x = s y
 
-The unknowns x are a matrix (H, K), row after row. A row of J is an outer product left (x) right, or
-the sum of two, so products with J and its transpose are products of matrices (N, width). The scale
-s of each unknown makes the diagonal of J^T J nearly 1. The directions of the last system that was
-solved precondition the next one, which differs little (Morales and Nocedal, "Automatic
-Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
+The unknowns x are a matrix (H, K) and then a vector (O,), row after row. A row of J's first block
+is an outer product left (x) right, or the sum of two, so products with J and its transpose are
+products of matrices (N, width). The scale s of each unknown makes the diagonal of J^T J nearly 1.
+The directions of the last system that was solved precondition the next one, which differs little
+(Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ import scipy.linalg
 import torch
 from torch import Tensor
 
-RIDGE = 0.002  # added to the diagonal of J^T J, in means of it
+RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
 FLOOR = 1e-3  # added to the diagonal of a second moment, in means of it
 
 
@@ -29,11 +29,12 @@ class Linear:
     """J and r, rows weighted: n value rows, then m derivative rows.
 
     A derivative row is a sum of two outer products: the second one stands in the last m places of
-    `left` and `right`, which may be of fewer bits than the residual.
+    `left` and `right`, which may be of fewer bits than the others.
     """
 
     left: Tensor  # (n + 2 m, H)
     right: Tensor  # (n + 2 m, K)
+    output: Tensor  # (n + m, O)
     residual: Tensor  # (n + m,)
 
     @property
@@ -41,35 +42,42 @@ class Linear:
         """n."""
         return 2 * len(self.residual) - len(self.left)
 
+    @property
+    def inner(self) -> int:
+        """H K, the unknowns of the first block."""
+        return self.left.shape[1] * self.right.shape[1]
+
     def apply(self, x: Tensor) -> Tensor:
-        """J x (n + m,), for x (H K,)."""
+        """J x (n + m,), for x (H K + O,)."""
         n, count = self.values, len(self.residual)
-        matrix = x.view(self.left.shape[1], -1).to(self.left.dtype)
+        matrix = x[: self.inner].view(self.left.shape[1], -1).to(self.left.dtype)
         turned = torch.mm(self.left, matrix, out=self._space)
         terms = torch.linalg.vecdot(turned, self.right).to(x.dtype)  # (n + 2 m,)
-        terms[n:count] += terms[count:]
-        return terms[:count]
+        rows = torch.addmv(terms[:count], self.output, x[self.inner :])
+        rows[n:] += terms[count:]
+        return rows
 
     def transposed(self, rows: Tensor) -> Tensor:
-        """J^T rows (H K,), for rows (n + m,)."""
+        """J^T rows (H K + O,), for rows (n + m,)."""
         terms = torch.cat([rows, rows[self.values :]]).to(self.right.dtype)  # (n + 2 m,)
         weighted = torch.mul(self.right, terms[:, None], out=self._space)
-        matrix = weighted.T @ self.left  # (K, H): faster than (H, K)
-        return matrix.T.to(rows.dtype).ravel()
+        inner = weighted.T @ self.left  # (K, H): faster than (H, K)
+        return torch.cat([inner.T.to(rows.dtype).ravel(), self.output.T @ rows])
 
     def gram(self, x: Tensor) -> Tensor:
         """J^T J x."""
         return self.transposed(self.apply(x))
 
     def diagonal(self) -> Tensor:
-        """The diagonal of J^T J (H K,)."""
+        """The diagonal of J^T J (H K + O,)."""
         n, count = self.values, len(self.residual)
-        squares = (self.left**2).T @ (self.right**2)  # (H, K)
+        inner = (self.left**2).T @ (self.right**2)  # (H, K)
         first, second = slice(n, count), slice(count, None)
-        squares += (
+        inner += (
             2 * (self.left[first] * self.left[second]).T @ (self.right[first] * self.right[second])
         )
-        return squares.clamp_min(0).to(self.residual.dtype).ravel()
+        outer = (self.output**2).sum(0)
+        return torch.cat([inner.clamp_min(0).ravel().to(outer.dtype), outer])
 
     @cached_property
     def _space(self) -> Tensor:
@@ -84,15 +92,15 @@ class Memory(NamedTuple):
     systems they are kept unscaled.
     """
 
-    directions: Tensor  # (k, H K)
-    products: Tensor  # (k, H K)
+    directions: Tensor  # (k, H K + O)
+    products: Tensor  # (k, H K + O)
 
     def scaled(self, scale: Tensor) -> "Memory":
         """The same directions in coordinates that are divided by `scale`."""
         return Memory(self.directions / scale, self.products * scale)
 
     def precondition(self, vector: Tensor) -> Tensor:
-        """The BFGS update of the identity by all directions, times a gradient (H K,)."""
+        """The BFGS update of the identity by all directions, times a gradient (H K + O,)."""
         s, y = self
         along = s @ vector
         rest = vector - along @ y
@@ -102,7 +110,7 @@ class Memory(NamedTuple):
 class Solution(NamedTuple):
     """What `solve` found."""
 
-    x: Tensor  # (H K,)
+    x: Tensor  # (H K + O,)
     promised: float
     """The decrease |r|^2 - |J x - r|^2."""
     memory: Memory
@@ -151,9 +159,9 @@ def solve(
 
 
 def scale_of(linear: Linear) -> Tensor:
-    """s (H K,), which makes the diagonal of the system nearly 1."""
-    diagonal = linear.diagonal()
-    return torch.rsqrt(diagonal + RIDGE * diagonal.mean())
+    """s (H K + O,), which makes the diagonal of the system nearly 1."""
+    blocks = linear.diagonal().split([linear.inner, linear.output.shape[1]])
+    return torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
 
 
 def dot(a: Tensor, b: Tensor) -> Tensor:

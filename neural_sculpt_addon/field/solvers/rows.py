@@ -79,17 +79,16 @@ class Rows(NamedTuple):
         """n."""
         return len(self.points) - len(self.directions)
 
-    def tempered(self, residual: Tensor) -> tuple["Rows", Tensor]:
-        """Rows that weigh less the farther off they are, and what is left of each then: `residual`
-        (n + m,) is that now, weighted.
+    def tempered(self, residual: Tensor) -> "Rows":
+        """Rows that weigh less the farther off they are: `residual` (n + m,), weighted, is what is
+        left of each.
 
         What a network is too coarse for, the creases of a profile, shall not bend all around it.
         In steps of Gauss-Newton this is a pseudo-Huber loss (by iteratively reweighted least
         squares: Charbonnier, Blanc-Feraud, Aubert and Barlaud, "Deterministic Edge-Preserving
         Regularization in Computed Imaging", 1997).
         """
-        less = (1 + (residual / self.outlying) ** 2) ** -0.25
-        return self._replace(weights=less * self.weights), less * residual
+        return self._replace(weights=self.weights * (1 + (residual / self.outlying) ** 2) ** -0.25)
 
 
 class Pool(NamedTuple):
