@@ -8,7 +8,7 @@ import sys
 
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 CACHES = "ONEDNN_PRIMITIVE_CACHE_CAPACITY", "LRU_CACHE_CAPACITY"  # oneDNN's own and torch's for it
-SHAPES = 192  # kept as machine code: in each of two widths 67 of quick and 20 of refining
+SHAPES = 224  # kept as machine code: in each of two widths 75 of quick and 23 of refining
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of <malloc.h>
 KEPT = 256 << 20  # bytes of freed memory that the process keeps
 LARGEST = 32 << 20  # bytes of a piece of it; the most that glibc allows
