@@ -78,7 +78,7 @@ def dense(linear: Linear) -> tuple[torch.Tensor, torch.Tensor]:
 def linearised(
     network: Siren, rows: Rows, rank: float = 2, split: bool = False
 ) -> tuple[Layers, Linear]:
-    layers = Layers.of(network, Directions.of(network, rows, rank, split))
+    layers = Layers.of(network, Directions.of(network, rows, rank, 32, split))
     return layers, layers.linearise(rows, layers.view(rows))
 
 
@@ -200,7 +200,7 @@ def test_rows_that_are_far_off_pull_as_a_pseudo_huber_loss_does():
     s = torch.linspace(0.1, 2.0, len(rows.points), dtype=torch.float64)
     s[::4] = torch.inf
     rows = rows._replace(outlying=s)
-    layers = Layers.of(network, Directions.of(network, rows, 2, split=False))
+    layers = Layers.of(network, Directions.of(network, rows, 2, 32, split=False))
     view = layers.view(rows)
     linear = layers.linearise(rows.tempered(layers.residual(rows, view)), view)
     change = change_of(linear, 6)
@@ -224,7 +224,7 @@ def test_products_of_few_bits_are_near_those_of_many(monkeypatch):
     exact, rows = small([16, 16], 3), rows_of(200, 100, 3)
     network = exact.with_parameters([p.float() for p in exact.parameters])
     changing = Rows(*(part.float() for part in rows[:5]), near=rows.near)
-    directions = Directions.of(exact, rows, 0.75, split=True)
+    directions = Directions.of(exact, rows, 0.75, 32, split=True)
     layers = Layers.of(network, Directions(*(part.float() for part in directions)))
     linear = layers.linearise(changing, layers.view(changing))
     true = Layers.of(exact, directions)

@@ -28,11 +28,12 @@ from .least_squares import Memory, Solution, dot, solve
 from .rows import Mix, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
+SURE = 0.9 * TOLERANCE  # of samples as few as those held out, where one more stage costs little
 FAR = 2 * TOLERANCE  # from here on a network grows to twice its width at once
 USUAL = 128  # units of the first layer, in a network that has not grown
 WIDTHS = 192, 256, 512  # what it grows to
 MIRRORED = 256  # units at least for mirror images: on fewer, they differ by more than 1e-4
-GROWTHS = 2  # how often at most
+STAGES = 3  # of refining at most, each on a wider network while it can grow
 FREQUENCY, FINEST = 1.2, 3.0  # of the units that it grows by; of the last ones
 REPAIRS = 3  # how often at most islands are looked for and removed
 REPAIR = 5  # the step of refining that this begins with
@@ -52,18 +53,21 @@ class Course:
               gradients. The first ones need not be exact: they are far from the end
     averaged: how many of the last make the result
     rank:     of the last hidden layer's change, for each of its inputs
+    output:   directions in which the output layer changes; more cost more than they bring
     split:    whether the directions of the unknowns tell rows near the stroke from others, see
               `Directions.of`
     damping:  lambda of the first step, and the least
-    robust:   whether rows that are far off weigh less, see `Rows.tempered`. Not where they all are
+    robust:   in how many of the last steps rows that are far off weigh less, see `Rows.tempered`;
+              not before, where they all are
     """
 
     steps: tuple[tuple[float, int], ...]
     averaged: int
     rank: float
+    output: int
     split: bool
     damping: float
-    robust: bool
+    robust: int
     mix: Mix
 
 
@@ -74,18 +78,20 @@ FIRST = Course(
     ),
     averaged=2,
     rank=0.5625,
+    output=32,
     split=False,
     damping=0.25,
-    robust=False,
+    robust=0,
     mix=Mix(400, 150, preserve=2700, around=150, box=350, hold=1.45, steep=0.03, upright=0.0),
 )
 REFINE = Course(
     steps=((0.25, 12),) * 3 + ((0.45, 14),) * 5,
     averaged=4,
     rank=1.0,
+    output=32,
     split=True,
     damping=0.03,
-    robust=True,
+    robust=8,
     mix=Mix(1500, 800, preserve=9500, around=300, box=800, hold=2.5, steep=0.05, upright=0.65),
 )
 WIDER = replace(REFINE, steps=((0.3, 12),) * 3 + ((0.55, 14),) * 5, rank=2 / 3)
@@ -94,6 +100,8 @@ WIDEST = replace(
     REFINE,
     steps=((1.0, 14),) * 8,
     rank=0.75,
+    robust=4,
+    output=64,
     mix=Mix(2400, 1200, preserve=9750, around=450, box=1500, hold=2.2, steep=0.055, upright=0.0),
 )
 """Of those that have grown more. With as few rows as others see, their finer waves would run
@@ -123,21 +131,20 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
     least = MIRRORED if len(problem.laid) > 1 else 0
-    error, growths = sampler.error(network), 0
-    stages = [network]
-    while True:
+    error, stages = sampler.error(network), [network]
+    for done in range(STAGES):
         coarse = error > TOLERANCE or network.widths[0] < least
-        if coarse and growths < GROWTHS and network.widths[0] < WIDTHS[-1]:
-            network, growths = _grown(network, error, least), growths + 1
+        if coarse and network.widths[0] < WIDTHS[-1]:
+            network = _grown(network, error, least)
             before, course = course, _course(network)
             if course.mix != before.mix:
                 sampler = Sampler(problem, course.mix, lambda: share(told))
         network = _improve(
-            network, sampler, course, lambda part, done=growths: share(0.3 * (done + part))
+            network, sampler, course, lambda part, done=done: share(0.3 * (done + part))
         )
         stages.append(network)
         error = sampler.error(network)
-        if error < TOLERANCE or growths == GROWTHS or network.widths[0] >= WIDTHS[-1]:
+        if error < (SURE if course is WIDEST else TOLERANCE):
             break
 
     def seen(network: Siren) -> Refined:
@@ -180,7 +187,9 @@ def _improve(
     """
     rows = sampler.draw(SEEN)
     with Team():
-        directions = Directions.of(network, rows, course.rank, course.split, lambda: share(0.0))
+        directions = Directions.of(
+            network, rows, course.rank, course.output, course.split, lambda: share(0.0)
+        )
     with Team() as team:
 
         def tell(part: float) -> None:
@@ -207,7 +216,7 @@ def _take_steps(
         rows = sampler.draw(part)
         view = layers.view(rows, partial(tell, step))
         tell(step)
-        if course.robust:
+        if len(course.steps) - step <= course.robust:
             rows = rows.tempered(layers.residual(rows, view))
         linear = layers.linearise(rows, view)
         tell(step)

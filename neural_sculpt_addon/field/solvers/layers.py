@@ -26,7 +26,6 @@ from .precision import product_type
 from .rows import Rows
 
 BLOCK = 4096  # rows that are looked at together
-OUTPUT = 32  # directions of the output layer; more cost more than they bring
 MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
 
 
@@ -47,10 +46,16 @@ class Directions(NamedTuple):
 
     @staticmethod
     def of(
-        network: Siren, rows: Rows, rank: float, split: bool, check: Check = go_on
+        network: Siren,
+        rows: Rows,
+        rank: float,
+        output: int,
+        split: bool,
+        check: Check = go_on,
     ) -> "Directions":
         """Those in which what `rows` see differs most; of W's inputs `rank` for each of A.
 
+        output: how many at most of the output layer
         split: in the span of those of W, the ones in which J^T J is nearly diagonal when rows near
                the stroke and others see different things. They are not orthogonal
         check: called between the parts of the work, may raise
@@ -67,7 +72,7 @@ class Directions(NamedTuple):
         check()
         near, far = _moments(changes, rows)
         left = common_directions(near, far) if split else eigenvectors(near + far)
-        output = eigenvectors(linear.output.T @ linear.output)[:, -OUTPUT:]
+        last = eigenvectors(linear.output.T @ linear.output)[:, -output:]
         check()
         near, far = _moments(seen, rows)
         check()
@@ -76,7 +81,7 @@ class Directions(NamedTuple):
             check()
             right = right @ common_directions(right.T @ near @ right, right.T @ far @ right)
         check()
-        return Directions(left, right.contiguous(), output.contiguous())
+        return Directions(left, right.contiguous(), last.contiguous())
 
 
 class Layers:
