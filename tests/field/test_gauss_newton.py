@@ -2,6 +2,7 @@
 """The Gauss-Newton solver, held against autograd and dense linear algebra, and at work."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -319,6 +320,16 @@ def test_the_tolerance_is_met_by_growing_if_need_be(preparation, intensity):
     assert report["gradient"] < 0.06
     assert report["components_after"] == 1
     assert edited.widths[0] in (128, 192, 256, 512)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_hair_thin_stroke_is_reached_by_whatever_chance(preparation, seed):
+    """A network that has just grown is far off everywhere, and has to be pulled as hard there."""
+    problem = pose(preparation, replace(equator(Brush(0.02, 0.02)), seed=seed))
+    edited, surface = gauss_newton.refine(problem, gauss_newton.quick(problem))
+    report = metrics.measure(problem, edited, finish(surface, edited))
+    assert report["tube_p95"] < gauss_newton.TOLERANCE
+    assert report["components_after"] == 1
 
 
 def test_ridges_too_fine_for_any_network_tear_nothing_off(preparation):
