@@ -84,18 +84,24 @@ def in_pool() -> bool:
 
 
 def in_pieces(
-    task: Callable[[slice], T], count: int, check: Check = go_on, light: bool = False
+    task: Callable[[slice], T],
+    count: int,
+    check: Check = go_on,
+    *,
+    light: bool = False,
+    size: int = PIECE,
 ) -> T:
     """What `task` makes of `count` points that do not depend on each other, a piece at a time.
 
     It returns arrays with a row for each point, or tuples of such, which are joined. `check` is
-    called before each piece and may raise. A `light` task is NumPy's alone: two threads do no more
-    of its small steps than one.
+    called before each piece, of `size` points at most, and may raise.
+
+    light: small steps of NumPy, or work that holds Python's lock: one thread does it as fast as two
     """
     check()
     if count <= SMALL:
         return task(slice(0, count))
-    pieces = -(-count // (PIECE * threads())) * threads()  # the threads finish together
+    pieces = -(-count // (size * threads())) * threads()  # the threads finish together
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
     results = (task(part) for part in parts) if light else pool().map(task, parts)

@@ -54,7 +54,7 @@ def test_a_cancel_is_heard_before_each_piece(last, light):
         return np.arange(3)
 
     with pytest.raises(Cancelled):
-        in_pieces(task, 100 * PIECE, check, light)
+        in_pieces(task, 100 * PIECE, check, light=light)
     assert len(calls) == last + 1
     assert len(done) < 100
 
