@@ -32,7 +32,7 @@ BESIDE = 1e-3  # how far outside of a sample the winding number is taken
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 2.0  # of their series, and from how many radii of a part it stands for that
-FEW = 64  # points at a time: where a stroke lies many times upon itself, each takes 0.3 ms
+FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to a ms
 
 
 def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
