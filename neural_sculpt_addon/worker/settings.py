@@ -20,7 +20,7 @@ def settle() -> None:
     The libraries' own threads only stall each other when Blender is busy, and LAPACK's even when it
     is not. glibc gives freed memory back at once and asks for it anew for each matrix, which took
     a tenth of a refinement's time. oneDNN compiles each product of bfloat16 for the shape that it
-    has and keeps 1024 of them, which can take 400 MB; with too few, quick would take half as long
+    has and keeps 1024 of them, which can take 700 MB; with too few, quick would take half as long
     again.
     """
     os.environ.update(dict.fromkeys(THREADS, "1"))
