@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, go_on, silent
+from ..stroke.progress import Progress, silent
 from ..stroke.stroke import Stroke
 from . import metrics
 from .memory import follow
@@ -64,14 +64,15 @@ class Edit:
 class Quick:
     """What an edit looks like before its last stroke is refined.
 
-    remember: the preparation of `network`, for strokes that will be drawn on it; as it takes a
-              tenth of a second, show the rest first. No cancel is heard meanwhile.
+    remember: makes the preparation of `network`, for strokes that will be drawn on it; as it takes
+              a tenth of a second, or seconds where a stroke lies many times upon itself, show the
+              rest first. After a cancel it can be called again
     """
 
     network: Siren
     proxy: Proxy
     reports: tuple[dict[str, Any], ...]
-    remember: Callable[[], Preparation]
+    remember: Callable[[Progress], Preparation]
 
 
 def edit(
@@ -120,8 +121,7 @@ def edit(
                 known = result.preparation.proxy
                 proxy = update(known, network, lambda _, __: share(0.3, "Sculpting"))
                 shown = *result.reports, report | {"solver": "quick"}
-                deaf = replace(problem, check=go_on)
-                quick(Quick(network, proxy, shown, partial(follow, deaf, network, proxy)))
+                quick(Quick(network, proxy, shown, partial(_remember, problem, network, proxy)))
             started = time.perf_counter()
             network, surface = chosen.refine(problem, network, _part(share, 0.3, 0.9))
             report["seconds"] += time.perf_counter() - started
@@ -131,6 +131,11 @@ def edit(
         report |= _measure(problem, network, proxy, chamfer, _part(share, 0.95, 1.0))
         result = result.then(report, follow(problem, network, proxy))
     return result
+
+
+def _remember(problem: Problem, network: Siren, proxy: Proxy, progress: Progress) -> Preparation:
+    problem = replace(problem, check=lambda: progress(0.0, "Preparing"))
+    return follow(problem, network, proxy)
 
 
 def _measure(

@@ -79,7 +79,7 @@ def _lost(
     def wind(part: slice) -> NDArray[np.float64]:
         place = outside[part].astype(float)
         halves = [np.asarray(half.winding_number(place, REACH)) for half in swept]
-        return np.stack(halves).sum(axis=0)
+        return np.sum(halves, axis=0)
 
     shape = in_pieces(lambda part: values(network, outside[part]) < 0, len(outside), check)
     volume = in_pieces(wind, len(outside), check, light=True, size=FEW)

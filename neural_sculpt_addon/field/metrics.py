@@ -43,7 +43,7 @@ from .problem import Problem
 from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
-from .threads import in_pieces
+from .threads import in_pieces, join
 from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4
@@ -68,10 +68,10 @@ def measure(
     share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
     tubes = problem.tubes(round(share * ROWS), round(share * COLUMNS), random)
-    beyond = np.concatenate([tube.displacement.beyond for tube in tubes])
+    displacement = join([tube.displacement for tube in tubes])
+    core, cap = displacement.core, displacement.beyond
     target = np.concatenate([tube.target.points for tube in tubes])
     target_normals = np.concatenate([tube.target.normals for tube in tubes])
-    core = ~beyond if not beyond.all() else beyond  # of a dab, all is cap
     progress(0.3, MEASURING)
     found = in_pieces(lambda part: find_surface(edited, target[part]), len(target), problem.check)
     cosine = np.einsum("ij,ij->i", found.normals, target_normals)[core]
@@ -82,7 +82,7 @@ def measure(
     progress(0.8, MEASURING)
     return {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
-        **_summary("cap", found.distance[beyond], mean="mean", p95=95, max="max"),
+        **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
         **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
         **_summary("rim", moved.distance[(near > 1) & (near <= FAR)], mean="mean"),
         **_summary("drift", moved.distance[near > FAR], mean="mean", p99=99, max="max"),

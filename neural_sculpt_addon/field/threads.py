@@ -99,7 +99,7 @@ def in_pieces(
     light: small steps of NumPy, or work that holds Python's lock: one thread does it as fast as two
     """
     check()
-    if count <= SMALL:
+    if count <= min(size, SMALL):
         return task(slice(0, count))
     pieces = -(-count // (size * threads())) * threads()  # the threads finish together
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]

@@ -24,7 +24,12 @@ class Displacement(NamedTuple):
     nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
 
-    def where(self, chosen: NDArray[np.bool_]) -> "Displacement":
+    @property
+    def core(self) -> NDArray[np.bool_]:
+        """Which points (M,) lie beside the path; of a dab, around which all are beyond, all do."""
+        return ~self.beyond | self.beyond.all()
+
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Displacement":
         """The chosen points' part."""
         return Displacement(
             self.amount[chosen], self.direction[chosen], self.nearness[chosen], self.beyond[chosen]

@@ -5,6 +5,7 @@ Torch and the rest are imported by the job that needs them first, or by `warm_up
 """
 
 from collections import OrderedDict
+from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from ..field.prepare import Preparation
     from ..field.proxy import Proxy
 
+    Prepare = Callable[[Progress], Preparation]
+
 PREPARATIONS = 16
 """Revisions whose preparations are kept, some 10 MB each and two of each stroke: a few objects and
 steps of undo."""
@@ -57,7 +60,7 @@ class Jobs:
     def __init__(self, device: "torch.device") -> None:
         """Nothing is prepared yet; `device` is what strokes are sculpted on."""
         self._device = device
-        self._preparations: OrderedDict[str, Preparation] = OrderedDict()
+        self._preparations: OrderedDict[str, Preparation | Prepare] = OrderedDict()
         self._replays = Replays(device)
         self._shown: tuple[str, Proxy] | None = None
 
@@ -89,7 +92,8 @@ class Jobs:
             share = _part(progress, QUICK_AT, QUICK_AT)
             arrays = self._edited(result.network, result.proxy, revision, job, share, follows)
             job.quick(Payload({"revision": revision, "reports": list(result.reports)}, arrays))
-            self._keep(revision, result.remember())  # the next stroke waits for it
+            self._keep(revision, result.remember)
+            self._known(revision, share)  # the next stroke waits for it
 
         result = edit(
             self._network(job),
@@ -196,21 +200,30 @@ class Jobs:
         from ..field.prepare import prepare
 
         revision = read(job, "revision", str)
-        known = self._preparations.get(revision)
-        return self._keep(revision, known or prepare(self._network(job), progress=progress))
+        if revision not in self._preparations:
+            network = self._network(job)
+            self._keep(revision, lambda progress: prepare(network, progress=progress))
+        return self._known(revision, progress)
 
-    def _keep(self, revision: str, preparation: "Preparation") -> "Preparation":
-        """Remember it, and forget the one that was not needed for longest."""
+    def _keep(self, revision: str, preparation: "Preparation | Prepare") -> None:
+        """Remember it, or how to make it, and forget the one that was not needed for longest."""
         self._preparations[revision] = preparation
         self._preparations.move_to_end(revision)
         if len(self._preparations) > PREPARATIONS:
             self._preparations.popitem(last=False)
-        return preparation
+
+    def _known(self, revision: str, progress: Progress) -> "Preparation":
+        """The preparation of a revision; one that a cancel left unmade is made now."""
+        known = self._preparations[revision]
+        made = known(progress) if callable(known) else known
+        self._keep(revision, made)
+        return made
 
     def _answer(self, result: "Edit", job: Payload, progress: Progress) -> Payload:
         """The final result of an edit, whose preparation is kept."""
         revision, share = read(job, "result_revision", str), _part(progress, 0.9, 1.0)
-        known = self._keep(revision, result.preparation)
+        known = result.preparation
+        self._keep(revision, known)
         arrays = self._edited(known.network, known.proxy, revision, job, share)
         return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
 

@@ -14,6 +14,7 @@ from neural_sculpt_addon.field.threads import PIECE
 from neural_sculpt_addon.field.tube import COLUMNS, ROWS
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.stroke.progress import silent
 from neural_sculpt_addon.stroke.stroke import Stroke
 
 MEASURES = {
@@ -90,7 +91,9 @@ def test_a_cancelled_refinement_leaves_what_the_next_stroke_needs(ready):
     def show(quick):
         nonlocal cancelled
         cancelled = True
-        known.append((quick, quick.remember()))
+        with pytest.raises(Cancelled):
+            quick.remember(progress)
+        known.append((quick, quick.remember(silent)))
 
     with pytest.raises(Cancelled):
         edit(

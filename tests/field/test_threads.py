@@ -39,6 +39,16 @@ def test_pieces_are_joined_in_order():
 
 
 @pytest.mark.parametrize("light", [False, True])
+@pytest.mark.parametrize("count", [1, 32, 33, 64, 65, 1000])
+def test_no_piece_is_larger_than_asked_for(count, light):
+    def task(part):
+        return np.full(part.stop - part.start, part.stop - part.start)
+
+    sizes = in_pieces(task, count, light=light, size=32)
+    assert len(sizes) == count and sizes.max() <= 32
+
+
+@pytest.mark.parametrize("light", [False, True])
 @pytest.mark.parametrize("last", [0, 1, 4])
 def test_a_cancel_is_heard_before_each_piece(last, light):
     calls, done = [], []

@@ -65,7 +65,7 @@ def test_round_caps_blend_both_sides_by_the_sine(profile):
         left, right = profile(distance / 0.2), profile(-distance / 0.2)
         cap = left * (1 + np.sin(angle)) / 2 + right * (1 - np.sin(angle)) / 2
         np.testing.assert_allclose(found.amount, np.exp(-1.5) * 0.1 * cap, atol=1e-9)
-        assert found.beyond.all()
+        assert found.beyond.all() and found.core.all()
 
 
 def test_the_cap_continues_the_sides():
@@ -81,6 +81,7 @@ def test_nothing_lies_beyond_a_flat_end():
     edge = 0.1 * quintic(0.25)
     np.testing.assert_allclose(found.amount, [0, 0, edge, edge, 0, 0], atol=1e-9)
     assert found.beyond.tolist() == [True, True, False, False, True, True]
+    assert found.core.tolist() == [False, False, True, True, False, False]
 
 
 def test_a_flat_dab_is_still_a_dab():

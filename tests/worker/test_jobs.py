@@ -72,6 +72,34 @@ def test_a_quick_result_at_another_resolution_follows_what_was_shown(edited):
     assert not np.array_equal(vertices, expected.vertices[: len(vertices)])
 
 
+def test_a_cancel_while_a_quick_result_is_remembered_changes_nothing_of_the_next_stroke(edited):
+    """The next stroke knows what the last one asked for, not only what the network made of it."""
+    _, before = edited
+    revisions = {"revision": "b", "quick_revision": "c", "result_revision": "d"}
+    first = edit_fields(0.1, "gauss_newton", **revisions)
+    second = edit_fields(0.2, "quick", revision="c", result_revision="e")
+
+    def run(message):
+        """The second stroke, after the first was cancelled when it first said `message`."""
+        jobs, quick = Jobs(CPU), []
+
+        def progress(_, said):
+            if quick and said == message:
+                raise Cancelled
+
+        with pytest.raises(Cancelled):
+            jobs.edit(task(first, network_of(before), quick.append), progress)
+        (shown,) = quick
+        result = jobs.edit(task(second, network_of(shown)), silent)
+        return result.arrays["field"], shown
+
+    early, shown = run("Preparing")
+    late, _ = run("Refining")
+    assert np.array_equal(early, late)
+    afresh = Jobs(CPU).edit(task(second, network_of(shown)), silent)
+    assert not np.array_equal(early, afresh.arrays["field"])
+
+
 def test_a_sampled_band_holds_the_field_near_the_surface():
     network = primitive("torus")
     band = Jobs(CPU).sample(task({"resolution": 40}, network), silent).arrays["band"]

@@ -131,8 +131,9 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
     least = MIRRORED if len(problem.laid) > 1 else 0
-    error, stages = sampler.error(network), [network]
+    error, earlier = sampler.error(network), list[Siren]()
     for done in range(STAGES):
+        earlier.append(network)
         coarse = error > TOLERANCE or network.widths[0] < least
         if coarse and network.widths[0] < WIDTHS[-1]:
             network = _grown(network, error, least)
@@ -142,7 +143,6 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         network = _improve(
             network, sampler, course, lambda part, done=done: share(0.3 * (done + part))
         )
-        stages.append(network)
         error = sampler.error(network)
         if error < (SURE if course is WIDEST else TOLERANCE):
             break
@@ -158,7 +158,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
             return refined
         sampler.forbid(islands)
         refined = seen(_improve(refined.network, sampler, repair, lambda _: share(told)))
-    for one in chain([refined], map(seen, reversed(stages))):
+    for one in chain([refined], map(seen, reversed(earlier))):
         if not len(find_islands(one.surface.mesh, sampler.asked).points):
             return one
     return refined

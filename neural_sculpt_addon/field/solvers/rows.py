@@ -134,10 +134,9 @@ class Sampler:
         tubes = problem.tubes(side, side, random)
         target = join([tube.target for tube in tubes])
         order = spatial_order(target.points)
-        amount = np.concatenate([tube.displacement.amount for tube in tubes])[order]
-        beyond = np.concatenate([tube.displacement.beyond for tube in tubes])[order]
+        displacement = join([tube.displacement for tube in tubes]).where(order)
         target = target.where(order)
-        held_out = np.flatnonzero(~beyond if not beyond.all() else beyond)[::HELD_OUT]
+        held_out = np.flatnonzero(displacement.core)[::HELD_OUT]
         trained = target.where(np.delete(np.arange(len(order)), held_out))
         self._held_out = target.points[held_out]
         check()
@@ -147,7 +146,7 @@ class Sampler:
         on = known.surface.points[problem.known_untouched]
         shell = known.shell.where(problem.known_nearness > SHELL_FROM)
         check()
-        around = _around(problem, target, amount, rim, 3 * mix.around, random)
+        around = _around(problem, target, displacement.amount, rim, 3 * mix.around, random)
         check()
         far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
         if len(far) > BOX_POOL:
