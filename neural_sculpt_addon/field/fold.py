@@ -23,7 +23,7 @@ from ..stroke.progress import Check
 from .evaluate import values
 from .network import Siren
 from .surface import Samples
-from .threads import in_pieces
+from .threads import SEARCHED, in_pieces
 from .tube import Tube
 
 WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
@@ -32,7 +32,7 @@ BESIDE = 1e-3  # how far outside of a sample the winding number is taken
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 2.0  # of their series, and from how many radii of a part it stands for that
-FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to a ms
+FEW = 8  # points at a time: where a stroke lies many times upon itself, each takes up to 4 ms
 
 
 def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
@@ -49,12 +49,15 @@ def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> 
     far = np.linalg.norm(way, axis=1)
     tree = KDTree(before.points)
 
-    def find(part: slice) -> NDArray[np.bool_]:
-        distance, nearest = tree.query(after.points[part])
-        inside = outward[part] * values(network, after.points[part]) < -WRONG_SIDE
-        return inside | over[part] | (distance < CLOSE * far[nearest])
+    def is_through(part: slice) -> NDArray[np.bool_]:
+        return outward[part] * values(network, after.points[part]) < -WRONG_SIDE
 
-    return in_pieces(find, len(far), check)
+    def is_close(part: slice) -> NDArray[np.bool_]:
+        distance, nearest = tree.query(after.points[part])
+        return distance < CLOSE * far[nearest]
+
+    through = in_pieces(is_through, len(far), check)
+    return through | over | in_pieces(is_close, len(far), check, size=SEARCHED)
 
 
 def lost(

@@ -18,7 +18,7 @@ from .problem import Problem
 from .projection import project
 from .proxy import Proxy
 from .surface import Samples, spatial_order
-from .threads import in_pieces, join
+from .threads import SEARCHED, in_pieces, join
 
 NEIGHBOURS = 6  # of a sample, between which another one finds room
 FAR = 2.0  # radii; farther from the stroke the box keeps its values
@@ -75,4 +75,4 @@ def _beside(
         out = ((points[part] - surface.points[nearest]) * surface.normals[nearest]).sum(1)
         return np.copysign(distance, out).astype(np.float32)
 
-    return Values(points, in_pieces(measure, len(points), problem.check))
+    return Values(points, in_pieces(measure, len(points), problem.check, size=SEARCHED))

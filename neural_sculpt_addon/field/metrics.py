@@ -43,7 +43,7 @@ from .problem import Problem
 from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
-from .threads import in_pieces, join
+from .threads import SEARCHED, in_pieces, join
 from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4
@@ -144,7 +144,7 @@ def _to_mesh(points: Array, vertices: Array, triangles: NDArray[np.int64], check
     def measure(part: slice) -> Array:
         return np.sqrt(tree.squared_distance(vertices, triangles, points[part])[0])
 
-    return in_pieces(measure, len(points), check)
+    return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
 
 
 def _summary(word: str, values: Array, **measures: str | int) -> dict[str, float | None]:

@@ -10,8 +10,9 @@ notices this grows smaller.
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from functools import cache
 from typing import Any, TypeVar, cast
@@ -24,6 +25,7 @@ from ..stroke.progress import Check, go_on
 MOST = 8
 NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
+SEARCHED = 128  # points whose nearest are searched: where much is as near, each takes up to 0.2 ms
 SMALL = 64  # points that are not worth a second thread
 
 WATCHED = 0.02  # seconds of work that tell whether a team had to wait
@@ -104,12 +106,31 @@ def in_pieces(
     pieces = -(-count // (size * threads())) * threads()  # the threads finish together
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
-    results = (task(part) for part in parts) if light else pool().map(task, parts)
-    with closing(results):  # pyright: ignore[reportArgumentType]
+    results = (task(part) for part in parts) if light else _spread(task, parts)
+    with closing(results):
         for result in results:
             check()
             done.append(result)
     return join(done)
+
+
+def _spread(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
+    """What the pool's threads make of `parts`, in order.
+
+    They are given no more than keeps them busy: whoever gives out hundreds at once waits for
+    Python's lock after each, and hears no cancel meanwhile.
+    """
+    given: deque[Future[T]] = deque()
+    try:
+        for part in parts:
+            given.append(pool().submit(task, part))
+            if len(given) == 2 * threads():
+                yield given.popleft().result()
+        while given:
+            yield given.popleft().result()
+    finally:
+        for one in given:
+            one.cancel()
 
 
 def join(parts: Sequence[T]) -> T:
