@@ -18,15 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Progress, silent, sub_progress
 from .course import Course, follow
 from .evaluate import values_and_gradients
-from .fit import one_thread, part
+from .field import Field
+from .fit import one_thread
 from .fit_distance import AROUND, BOX, NEAR, Learner, Samples, arranged
 from .fit_report import report
 from .mesh_cleanup import CleanMesh, clean
 from .mesh_distance import MeshDistance
-from .network import Siren
 from .projection import find_surface
 
 COURSE = Course(steps=400, batch=384, samples=40_000, rate=1.5e-4, tolerance=np.inf)
@@ -45,12 +45,12 @@ class _Change(NamedTuple):
 class Absorbed(NamedTuple):
     """The field that has taken in its proxy, and how well: see `fit_report`."""
 
-    network: Siren
+    field: Field
     report: dict[str, Any]
 
 
 def absorb(
-    network: Siren,
+    field: Field,
     vertices: ArrayLike,
     triangles: ArrayLike,
     *,
@@ -64,13 +64,13 @@ def absorb(
     start = time.monotonic()
     rng = np.random.default_rng(seed)
     progress(0.0, "Looking for what was moved")
-    change = _find_change(network, _in_place(clean(vertices, triangles)))
-    distance = MeshDistance(change.mesh, rng, part(progress, 0.05, 0.1))
+    change = _find_change(field, _in_place(clean(vertices, triangles)))
+    distance = MeshDistance(change.mesh, rng, sub_progress(progress, 0.05, 0.1))
     with one_thread():
-        samples = _sample(network, change, distance, rng, part(progress, 0.1, 0.3))
-        learner = Learner(samples, network, COURSE.batch, seed)
-        follow(learner, COURSE, part(progress, 0.3, 0.9))
-        quality = report(learner.network, distance, rng, part(progress, 0.9, 1.0))
+        samples = _sample(field, change, distance, rng, sub_progress(progress, 0.1, 0.3))
+        learner = Learner(samples, field.network, COURSE.batch, seed)
+        follow(learner, COURSE, sub_progress(progress, 0.3, 0.9))
+        quality = report(Field(learner.network), distance, rng, sub_progress(progress, 0.9, 1.0))
     seconds = time.monotonic() - start
     return Absorbed(learner.network, quality | {"seconds": seconds})
 
@@ -86,8 +86,8 @@ def _in_place(mesh: CleanMesh) -> CleanMesh:
     return replace(mesh, vertices=vertices, scale=1.0, center=np.zeros(3))
 
 
-def _find_change(network: Siren, mesh: CleanMesh) -> _Change:
-    away = find_surface(network, mesh.vertices).distance  # (V,)
+def _find_change(field: Field, mesh: CleanMesh) -> _Change:
+    away = find_surface(field, mesh.vertices).distance  # (V,)
     moved = away > MOVED
     if not moved.any():
         raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
@@ -96,7 +96,7 @@ def _find_change(network: Siren, mesh: CleanMesh) -> _Change:
 
 
 def _sample(
-    network: Siren,
+    field: Field,
     change: _Change,
     distance: MeshDistance,
     rng: np.random.Generator,
@@ -115,7 +115,7 @@ def _sample(
     near = near + spread * rng.standard_normal(near.shape)
     rest = rng.uniform(-BOX, BOX, (count - len(near), 3))
     points = np.concatenate([near, rest]).clip(-BOX, BOX)
-    value, gradient = values_and_gradients(network, points)
+    value, gradient = values_and_gradients(field, points)
     # The old surface lies within `reach` of what was moved: from here it cannot be the nearest.
     learns = still.query(points)[0] + change.reach >= moved.query(points)[0]
     found = distance(points[learns], progress)

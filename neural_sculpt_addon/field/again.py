@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..stroke.progress import Progress, silent
 from .cells import UNKNOWN, ActiveCells, Search, clearance, corner_steps
-from .network import Siren
+from .field import Field
 
 
 class FoundAgain(NamedTuple):
@@ -28,7 +28,7 @@ def find_again(
     known: ActiveCells,
     changed: NDArray[np.bool_],
     guesses: NDArray[np.int32],
-    network: Siren,
+    field: Field,
     progress: Progress = silent,
 ) -> FoundAgain:
     """The active cells after an edit that moved the surface in the `changed` (A,) ones.
@@ -40,7 +40,7 @@ def find_again(
     corners = corner_steps(known.cells)[:, None]  # (8, 1)
     neighbours = np.unique(corners - corners.T)[:, None]  # (27, 1)
     touched = np.isin(known.index, known.index[changed] + neighbours, kind="table")
-    search = _SearchAgain(known, ~touched, network, progress)
+    search = _SearchAgain(known, ~touched, field, progress)
     seeds = search.unseen(np.unique(np.concatenate([known.index[touched], guesses])))
     corners = seeds + search.corners  # (8, S)
     search.evaluate(search.distinct(corners))
@@ -59,9 +59,9 @@ class _SearchAgain(Search):
     """A search among `known` cells, of which some are `kept` (A,)."""
 
     def __init__(
-        self, known: ActiveCells, kept: NDArray[np.bool_], network: Siren, progress: Progress
+        self, known: ActiveCells, kept: NDArray[np.bool_], field: Field, progress: Progress
     ) -> None:
-        super().__init__(network, known.cells, progress)
+        super().__init__(field, known.cells, progress)
         self.known, self.kept = known, kept
 
     def unseen(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:

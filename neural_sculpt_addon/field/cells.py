@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .evaluate import values
-from .network import Siren
+from .field import Field
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
@@ -92,9 +92,9 @@ def cells_at(points: NDArray[np.float32], cells: int) -> NDArray[np.int32]:
     return place.astype(np.int32) @ steps(cells)
 
 
-def find_active(network: Siren, cells: int, progress: Progress = silent) -> ActiveCells:
-    """The active cells of `network`. SculptError when it yields values that are not finite."""
-    search = Search(network, cells, progress)
+def find_active(field: Field, cells: int, progress: Progress = silent) -> ActiveCells:
+    """The active cells of `field`. SculptError when it yields values that are not finite."""
+    search = Search(field, cells, progress)
     return search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
 
 
@@ -104,8 +104,8 @@ class Search:
     The arrays span the lattice, but of memory that nobody touches the system gives none.
     """
 
-    def __init__(self, network: Siren, cells: int, progress: Progress) -> None:
-        self.network, self.cells, self.progress = network, cells, progress
+    def __init__(self, field: Field, cells: int, progress: Progress) -> None:
+        self.field, self.cells, self.progress = field, cells, progress
         self.n = cells + 3
         self.flat = np.zeros(self.n**3, np.float32)
         self.seen = np.zeros(self.n**3, bool)  # cells that are active
@@ -212,7 +212,7 @@ class Search:
             self.progress(self.fraction, "Searching the surface")
             part = points[start : start + BATCH]
             x = self.axis.take(places(part, self.cells))  # (3, P)
-            value = values(self.network, x.T)
+            value = values(self.field, x.T)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
             value[value == 0] = INSIDE

@@ -20,9 +20,10 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Progress, silent, sub_progress
 from . import fit_distance, fit_paper
 from .course import Course, Learner, follow
+from .field import Field
 from .fit_report import report
 from .grow import grow
 from .mesh_cleanup import CleanMesh, clean
@@ -102,21 +103,21 @@ def fit_mesh(
     progress(0.0, "Cleaning the mesh")
     mesh = _prepared(vertices, triangles, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
-    distance = MeshDistance(mesh, rng, part(progress, 0.02, 0.08))
+    distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
 
     def show(network: Siren, error: float) -> None:
         preview(Fit(network, mesh.scale, (x, y, z), {"error": error}))
 
     with one_thread():
-        teach = _teacher(method, course, distance, rng, seed, part(progress, 0.08, 0.15))
+        teach = _teacher(method, course, distance, rng, seed, sub_progress(progress, 0.08, 0.15))
         widths, quality = (width,) if width else AUTOMATIC, {}
         random = torch.Generator().manual_seed(seed)
         network = Siren.random((widths[0],) * 2, (course.omega, OMEGA), random)
         for units in widths:
             learner = teach(grow(network, (units, units)))
             network = learner.network
-            follow(learner, course, part(progress, 0.15, 0.92), show, enough)
-            quality = report(network, distance, rng, part(progress, 0.92, 1.0))
+            follow(learner, course, sub_progress(progress, 0.15, 0.92), show, enough)
+            quality = report(Field(network), distance, rng, sub_progress(progress, 0.92, 1.0))
             if quality["error_mean"] <= course.tolerance or enough():
                 break
     quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
@@ -147,11 +148,6 @@ def _teacher(
     surface = distance.surface(course.samples, rng)
     points, normals = _float(surface.points), _float(surface.normals)
     return lambda network: fit_paper.Learner(points, normals, network, course.batch, seed)
-
-
-def part(progress: Progress, start: float, end: float) -> Progress:
-    """Progress of a part of the work."""
-    return lambda fraction, text: progress(start + (end - start) * fraction, text)
 
 
 @contextmanager

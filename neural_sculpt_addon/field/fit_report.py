@@ -14,8 +14,8 @@ import numpy as np
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .evaluate import values
+from .field import Field
 from .mesh_distance import MeshDistance
-from .network import Siren
 from .pieces import components
 from .projection import project
 from .proxy import extract
@@ -27,32 +27,32 @@ CELLS = 64
 
 
 def report(
-    network: Siren, distance: MeshDistance, rng: np.random.Generator, progress: Progress = silent
+    field: Field, distance: MeshDistance, rng: np.random.Generator, progress: Progress = silent
 ) -> dict[str, float | int]:
-    """Quality of `network` against the mesh, ready for JSON; see the module's docstring."""
+    """Quality of `field` against the mesh, ready for JSON; see the module's docstring."""
     points, normals, _ = distance.surface(SURFACE_SAMPLES, rng)
-    found = project(network, points)
+    found = project(field, points)
     error = np.linalg.norm(found.points - points, axis=1)  # (N,)
     cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
     progress(0.2, "Measuring the field")
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
     truth = distance(volume, lambda part, text: progress(0.2 + 0.5 * part, text))
     clear = truth.certain & (np.abs(truth.value) > CLEAR)
-    wrong = (values(network, volume) < 0) != (truth.value < 0)
+    wrong = (values(field, volume) < 0) != (truth.value < 0)
     return {
         "error_mean": float(error.mean()),
         "error_p95": float(np.percentile(error, 95)),
         "error_max": float(error.max()),
         "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
         "sign_errors": float(wrong[clear].mean()),
-        "components": _components(network, progress),
+        "components": _components(field, progress),
     }
 
 
-def _components(network: Siren, progress: Progress) -> int:
+def _components(field: Field, progress: Progress) -> int:
     try:
         return components(
-            extract(network, CELLS, lambda part, text: progress(0.7 + 0.3 * part, text))
+            extract(field, CELLS, lambda part, text: progress(0.7 + 0.3 * part, text))
         )
-    except SculptError:  # the network found no surface at all
+    except SculptError:  # the field found no surface at all
         return 0

@@ -21,7 +21,7 @@ from skimage.measure import label
 
 from ..stroke.progress import Check
 from .evaluate import values
-from .network import Siren
+from .field import Field
 from .surface import Samples
 from .threads import SEARCHED, in_pieces
 from .tube import Tube
@@ -35,7 +35,7 @@ ORDER, REACH = 2, 2.0  # of their series, and from how many radii of a part it s
 FEW = 8  # points at a time: where a stroke lies many times upon itself, each takes up to 4 ms
 
 
-def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+def crossings(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
     """Which samples (N,) have run through the surface `before` or `after`, as they show themselves.
 
     Carved ones come out on the other side of a wall, raised ones run into another part. Others come
@@ -50,7 +50,7 @@ def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> 
     tree = KDTree(before.points)
 
     def is_through(part: slice) -> NDArray[np.bool_]:
-        return outward[part] * values(network, after.points[part]) < -WRONG_SIDE
+        return outward[part] * values(field, after.points[part]) < -WRONG_SIDE
 
     def is_close(part: slice) -> NDArray[np.bool_]:
         distance, nearest = tree.query(after.points[part])
@@ -61,17 +61,17 @@ def crossings(network: Siren, before: Samples, after: Samples, check: Check) -> 
 
 
 def lost(
-    network: Siren, tubes: Sequence[Tube], crossing: Sequence[NDArray[np.bool_]], check: Check
+    field: Field, tubes: Sequence[Tube], crossing: Sequence[NDArray[np.bool_]], check: Check
 ) -> list[NDArray[np.bool_]]:
     """Which targets of `tubes` bound nothing, given those that have run through the surface."""
     if not any(found.any() for found in crossing):
         return list(crossing)
     swept = _sweep(tubes, check)
-    return [_lost(network, swept, *one, check) for one in zip(tubes, crossing, strict=True)]
+    return [_lost(field, swept, *one, check) for one in zip(tubes, crossing, strict=True)]
 
 
 def _lost(
-    network: Siren,
+    field: Field,
     swept: Sequence[igl.FastWindingNumberBVH],
     tube: Tube,
     crossing: NDArray[np.bool_],
@@ -84,7 +84,7 @@ def _lost(
         halves = [np.asarray(half.winding_number(place, REACH)) for half in swept]
         return np.sum(halves, axis=0)
 
-    shape = in_pieces(lambda part: values(network, outside[part]) < 0, len(outside), check)
+    shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(outside), check)
     volume = in_pieces(wind, len(outside), check, light=True, size=FEW)
     buried = (np.abs(shape + volume) > BOUND) | _turned_over(tube.surface, tube.target)
     grid = np.append(buried, False)[tube.grid]  # (rows, columns)

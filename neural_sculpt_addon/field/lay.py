@@ -11,7 +11,7 @@ from ..stroke.curve import Array, arc_length, fit_curve
 from ..stroke.errors import SculptError
 from ..stroke.path import Path, make_path
 from ..stroke.stroke import Stroke
-from .network import Siren
+from .field import Field
 from .projection import project
 
 POINTS = 257  # of a path; more on one that is longer than 64 radii
@@ -24,23 +24,23 @@ OFF_SURFACE = 0.02  # what projection may leave
 LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
 
 
-def lay(network: Siren, stroke: Stroke) -> Path:
-    """The path of `stroke` on the zero set of `network`.
+def lay(field: Field, stroke: Stroke) -> Path:
+    """The path of `stroke` on the zero set of `field`.
 
     SculptError when a control point is no surface point, or when the surface between two of them
     cannot be followed.
     """
-    _check_on_surface(network, stroke)
+    _check_on_surface(field, stroke)
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.knots) == 1:
-        surface = project(network, curve.points)
+        surface = project(field, curve.points)
         return make_path(surface.points, surface.normals)
     points, _ = curve.resample(POINTS)
     if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > POINTS:
         points, _ = curve.resample(min(int(count), MOST_POINTS))
     for _ in range(2):  # projected points bunch up where the surface is steep; space them again
-        points = _uniform(project(network, points).points.astype(float))
-    surface = project(network, points)
+        points = _uniform(project(field, points).points.astype(float))
+    surface = project(field, points)
     gaps = np.linalg.norm(np.diff(surface.points, axis=0), axis=1)
     if gaps.max() > LARGEST_GAP * gaps.mean() or surface.distance.max() > OFF_SURFACE:
         raise SculptError(
@@ -50,8 +50,8 @@ def lay(network: Siren, stroke: Stroke) -> Path:
     return make_path(surface.points, surface.normals, curve.closed)
 
 
-def _check_on_surface(network: Siren, stroke: Stroke) -> None:
-    surface = project(network, stroke.points)
+def _check_on_surface(field: Field, stroke: Stroke) -> None:
+    surface = project(field, stroke.points)
     away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
     if away > max(FARTHEST, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
         raise SculptError(

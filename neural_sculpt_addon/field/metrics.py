@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.progress import Check, Progress, silent
-from .network import Siren
+from .field import Field
 from .pieces import components
 from .problem import Problem
 from .projection import find_surface
@@ -55,7 +55,7 @@ Array = NDArray[np.floating[Any]]
 
 
 def measure(
-    problem: Problem, edited: Siren, proxy: Proxy, progress: Progress = silent
+    problem: Problem, edited: Field, proxy: Proxy, progress: Progress = silent
 ) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
@@ -93,7 +93,7 @@ def measure(
     }
 
 
-def chamfer(problem: Problem, edited: Siren, proxy: Proxy) -> dict[str, float]:
+def chamfer(problem: Problem, edited: Field, proxy: Proxy) -> dict[str, float]:
     """The paper's Chamfer distance of edited and displaced surface, and its noise floor."""
     before, seed = problem.preparation.proxy, problem.seed
     moved, _ = problem.displaced(Samples(before.vertices, before.normals))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -97,6 +98,57 @@ class Siren:
         ):
             back = (back * slope) @ (omega * weight)  # (N, width below)
         return value, back
+
+
+class FoldedSiren:
+    """A network with omega folded into its weights, for evaluation without autograd.
+
+    The network is so small that overhead decides: NumPy takes the sines on the CPU, half of the
+    work, for which torch needs a sixth longer. The weights lie in memory by columns, because MKL
+    multiplies by three columns side by side three times slower.
+    """
+
+    def __init__(self, network: Siren) -> None:
+        """Fold once, evaluate often."""
+        layers = list(zip(network.weights, network.biases, network.omegas, strict=False))
+        self._weights = [(omega * weight).T.contiguous().T for weight, _, omega in layers]
+        self._biases = [omega * bias for _, bias, omega in layers]
+        self._last_weight, self._last_bias = network.weights[-1], network.biases[-1]
+
+    def value(self, x: Tensor) -> Tensor:
+        """f at points x (N, 3) -> (N,)."""
+        h, _ = self._forward(x, cosines=False)
+        return torch.addmv(self._last_bias, h, self._last_weight[0])
+
+    def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """f (N,) and its gradient (N, 3) at points x (N, 3)."""
+        h, cosines = self._forward(x, cosines=True)
+        back = self._last_weight  # (1, width), broadcast over the points
+        for weight, cosine in zip(reversed(self._weights), reversed(cosines), strict=True):
+            back = cosine.mul_(back) @ weight  # (N, width below)
+        return torch.addmv(self._last_bias, h, self._last_weight[0]), back
+
+    def _forward(self, h: Tensor, cosines: bool) -> tuple[Tensor, list[Tensor]]:
+        """The last hidden layer (N, width) and, if wanted, the cosines of every layer."""
+        kept = []
+        for weight, bias in zip(self._weights, self._biases, strict=True):
+            h = torch.addmm(bias, h, weight.T)
+            if cosines:
+                kept.append(_cosine(h))
+            _put_sine(h)
+        return h, kept
+
+
+def _put_sine(h: Tensor) -> None:
+    """Put sin(h) in the place of h."""
+    if h.device.type == "cpu":
+        np.sin(h.numpy(), out=h.numpy())
+    else:
+        h.sin_()
+
+
+def _cosine(h: Tensor) -> Tensor:
+    return torch.from_numpy(np.cos(h.numpy())) if h.device.type == "cpu" else torch.cos(h)
 
 
 class _SineAndCosine(torch.autograd.Function):

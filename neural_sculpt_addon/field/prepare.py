@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All that the unedited network determines and every edit of it needs.
+"""Edit context: what one state of the field determines, and strokes drawn on it need.
 
-Made once per revision, while the artist draws, and kept by the worker.
+Only the proxy is made at once. Samples are drawn when a solver or a measure first asks for them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.spatial import KDTree
 
 from ..stroke.progress import Progress, silent
 from .evaluate import values
-from .network import Siren
+from .field import Field
 from .proxy import Proxy, extract
 from .surface import Samples, sample_surface, spatial_order
 
@@ -22,6 +23,7 @@ SURFACE_SAMPLES = 40_000
 SHELL = 0.01  # standard deviation of the distance of shell points from the surface
 BOX_SAMPLES = 20_000
 SAFE = 0.01  # of |f|, at which a change of it hardly makes a surface
+SEED = 0  # of all samples, which so depend on the field alone
 
 
 class Values(NamedTuple):
@@ -37,38 +39,41 @@ class Values(NamedTuple):
 
 @dataclass(frozen=True)
 class Preparation:
-    """What is known of one state of the weights before a stroke is drawn on it.
+    """A field and its proxy on CELLS cells per axis."""
 
-    surface: (SURFACE_SAMPLES,) uniform by area, in spatial order
-    shell:   one point beside each of them, off the surface
-    box:     (BOX_SAMPLES,) uniform in [-1, 1]^3, in spatial order
-    doubt:   (BOX_SAMPLES,) how much farther the surface is from these than |f| says: where it is
-             large, an edit soon makes a surface that nobody asked for
-    """
-
-    network: Siren
+    field: Field
     proxy: Proxy
-    surface: Samples
-    shell: Values
-    box: Values
-    doubt: NDArray[np.float32]
+
+    @cached_property
+    def surface(self) -> Samples:
+        """(SURFACE_SAMPLES,) uniform by area, in spatial order."""
+        surface = sample_surface(self.field, self.proxy, SURFACE_SAMPLES, SEED)
+        return surface.where(spatial_order(surface.points))
+
+    @cached_property
+    def shell(self) -> Values:
+        """One point beside each of the surface samples, off the surface."""
+        offset = np.random.default_rng(SEED).normal(0, SHELL, (SURFACE_SAMPLES, 1))
+        points = (self.surface.points + offset * self.surface.normals).astype(np.float32)
+        return Values(points, values(self.field, points))
+
+    @cached_property
+    def box(self) -> Values:
+        """(BOX_SAMPLES,) uniform in [-1, 1]^3, in spatial order."""
+        points = np.random.default_rng(SEED).uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)
+        points = points[spatial_order(points)]
+        return Values(points, values(self.field, points))
+
+    @cached_property
+    def underestimation(self) -> NDArray[np.float32]:
+        """(BOX_SAMPLES,) distance of the surface from the box points by that which |f| says.
+
+        Where it is large, a change of the network soon makes a surface that nobody asked for.
+        """
+        distance = KDTree(self.surface.points).query(self.box.points)[0]
+        return (distance / (np.abs(self.box.values) + SAFE)).astype(np.float32)
 
 
-def prepare(network: Siren, seed: int = 0, progress: Progress = silent) -> Preparation:
-    """Extract the proxy and sample surface and space. SculptError when there is no surface."""
-    random = np.random.default_rng(seed)
-    proxy = extract(network, CELLS, lambda part, text: progress(0.8 * part, text))
-
-    def check() -> None:
-        progress(0.8, "Sampling")
-
-    surface = sample_surface(network, proxy, SURFACE_SAMPLES, seed, check)
-    surface = surface.where(spatial_order(surface.points))
-    offset = random.normal(0, SHELL, (SURFACE_SAMPLES, 1))
-    shell = (surface.points + offset * surface.normals).astype(np.float32)
-    box = random.uniform(-1, 1, (BOX_SAMPLES, 3)).astype(np.float32)
-    box = box[spatial_order(box)]
-    far = Values(box, values(network, box))
-    doubt = KDTree(surface.points).query(box)[0] / (np.abs(far.values) + SAFE)
-    shell = Values(shell, values(network, shell))
-    return Preparation(network, proxy, surface, shell, far, doubt.astype(np.float32))
+def prepare(field: Field, progress: Progress = silent) -> Preparation:
+    """Extract the proxy. SculptError when there is no surface."""
+    return Preparation(field, extract(field, CELLS, progress))

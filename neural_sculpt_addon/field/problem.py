@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an edit asks of the network: where the zero set shall be after the stroke.
+"""What an edit asks of the field: where the zero set shall be after the stroke.
 
 The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
 are solved together; where they overlap, the larger displacement wins, and where the displaced
@@ -21,9 +21,9 @@ from ..stroke.path import Path, locate
 from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Ends, Stroke
 from .evaluate import values_and_gradients
+from .field import Field
 from .fold import crossings, lost
 from .lay import lay
-from .network import Siren
 from .prepare import Preparation
 from .surface import Samples
 from .threads import in_pieces, join
@@ -43,7 +43,7 @@ class Laid(NamedTuple):
 class Problem:
     """An edit to be solved.
 
-    preparation: of the unedited network
+    preparation: of the unedited field
     laid:        the stroke and its mirror images
     seed:        of all random numbers that the solver draws
     check:       called by all methods while they work
@@ -55,9 +55,14 @@ class Problem:
     check: Check = go_on
 
     @property
-    def network(self) -> Siren:
-        """The unedited network."""
-        return self.preparation.network
+    def field(self) -> Field:
+        """The unedited field."""
+        return self.preparation.field
+
+    @property
+    def stroke(self) -> Stroke:
+        """The stroke as it was drawn, the first of its copies."""
+        return self.laid[0].stroke
 
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
@@ -81,7 +86,7 @@ class Problem:
     ) -> list[Tube]:
         tubes = []
         for mine in self.laid:
-            tube = sample_tube(self.network, *mine, rows, columns, jitter, self.check)
+            tube = sample_tube(self.field, *mine, rows, columns, jitter, self.check)
             amount = np.abs(tube.displacement.amount)
             wins = np.ones(len(amount), bool)
             for other in self.laid:
@@ -96,23 +101,23 @@ class Problem:
     def _lost(self, tubes: list[Tube]) -> list[NDArray[np.bool_]]:
         """Which targets of each of the tubes bound nothing of the displaced shape."""
         before, after = join([(tube.surface, tube.target) for tube in tubes])
-        seeds = crossings(self.network, before, after, self.check)
+        seeds = crossings(self.field, before, after, self.check)
         ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
-        return lost(self.network, tubes, np.split(seeds, ends), self.check)
+        return lost(self.field, tubes, np.split(seeds, ends), self.check)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
 
         It shrinks to nothing where the displaced surface runs through itself and bounds nothing.
-        The samples' normals are those of the network: samples of the surface that was asked for may
-        lie beside what the network made of it.
+        The samples' normals are those of the field: samples of the surface that was asked for may
+        lie beside what the field made of it.
         """
 
         def move(part: slice) -> tuple[Samples, Samples, Array]:
             return self._displaced(surface.where(part))
 
         surface, moved, stretch = in_pieces(move, len(surface.points), self.check)
-        if crossings(self.network, surface, moved, self.check).any():
+        if crossings(self.field, surface, moved, self.check).any():
             tree, gone = self._known_lost
             under = np.flatnonzero((moved.points != surface.points).any(axis=1))
             stretch[under[gone[tree.query(surface.points[under])[1]]]] = 0
@@ -125,9 +130,9 @@ class Problem:
         return KDTree(join([tube.surface.points for tube in tubes])), join(self._lost(tubes))
 
     def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
-        """Surface samples with the network's normals, where they shall be, and their stretch."""
+        """Surface samples with the field's normals, where they shall be, and their stretch."""
         moved = Samples(*(array.copy() for array in surface))
-        _, gradient = values_and_gradients(self.network, surface.points)
+        _, gradient = values_and_gradients(self.field, surface.points)
         normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
         surface = Samples(surface.points, normals)
         largest, stretch = np.zeros((2, len(moved.points)))
@@ -137,7 +142,7 @@ class Problem:
             there = displace(*one, *surface.where(close))
             wins = np.abs(there.amount) > largest[close]
             won = close[wins]
-            goal, factor = displaced(self.network, *one, surface.where(won), there.where(wins))
+            goal, factor = displaced(self.field, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
         return surface, moved, stretch
@@ -145,7 +150,7 @@ class Problem:
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""
         rim = join(
-            [sample_rim(self.network, *one, reach, count, jitter, self.check) for one in self.laid]
+            [sample_rim(self.field, *one, reach, count, jitter, self.check) for one in self.laid]
         )
         return rim.where(self.untouched(rim))
 
@@ -206,7 +211,7 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     laid = []
     for copy in stroke.copies():
         check()
-        laid.append(Laid(copy, lay(preparation.network, copy)))
+        laid.append(Laid(copy, lay(preparation.field, copy)))
     return Problem(preparation, tuple(laid), stroke.seed, check)
 
 

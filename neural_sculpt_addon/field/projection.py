@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .evaluate import values_and_gradients
-from .network import Siren
+from .field import Field
 
 ARRIVED = 1e-4  # what the last Newton step may have been
 SMALLEST_GRADIENT = 0.2  # below this a Newton step is no longer to be trusted
@@ -28,7 +28,7 @@ class Projection(NamedTuple):
 
 
 def project(
-    network: Siren, points: ArrayLike, steps: int = 5, reach: float = 0.1, tolerance: float = 1e-6
+    field: Field, points: ArrayLike, steps: int = 5, reach: float = 0.1, tolerance: float = 1e-6
 ) -> Projection:
     """Bring `points` (N, 3) to f = 0 by at most `steps` Newton steps of at most `reach` each.
 
@@ -39,7 +39,7 @@ def project(
     distance = np.full(len(x), np.inf, np.float32)
     moving = np.arange(len(x))
     for _ in range(steps):
-        f, gradient = values_and_gradients(network, x[moving])
+        f, gradient = values_and_gradients(field, x[moving])
         slope = np.linalg.norm(gradient, axis=1)  # (n,)
         normals[moving] = gradient / np.maximum(slope, 1e-12)[:, None]
         step = f / np.maximum(slope, SMALLEST_GRADIENT)  # signed length along the normal
@@ -59,12 +59,12 @@ class Found(NamedTuple):
     slope: NDArray[np.float32]  # (N,), |grad f| at the points themselves
 
 
-def find_surface(network: Siren, points: ArrayLike) -> Found:
+def find_surface(field: Field, points: ArrayLike) -> Found:
     """The zero set as seen from `points` (N, 3)."""
     points = np.asarray(points, np.float32)
-    value, gradient = values_and_gradients(network, points)
+    value, gradient = values_and_gradients(field, points)
     slope = np.linalg.norm(gradient, axis=1)
-    surface = project(network, points, steps=8)
+    surface = project(field, points, steps=8)
     way = np.linalg.norm(surface.points - points, axis=1)
     estimate = np.abs(value) / np.maximum(slope, SMALLEST_GRADIENT)
     arrived = surface.distance < ARRIVED

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Progress, silent, sub_progress
 from .again import find_again
 from .cells import ActiveCells, cells_at, find_active, steps
 from .evaluate import values, values_and_gradients
+from .field import Field
 from .march import RawMesh, march, weld_caps
-from .network import Siren
 from .splice import splice
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
@@ -62,62 +62,64 @@ class Rough(NamedTuple):
     active: ActiveCells
 
 
-def extract(network: Siren, cells: int = 128, progress: Progress = silent) -> Proxy:
+def extract(field: Field, cells: int = 128, progress: Progress = silent) -> Proxy:
     """The surface f = 0 within [-1, 1]^3, on a lattice of `cells` cells per axis.
 
     SculptError when there is no surface, the field's values are not finite, or nobody could hold
     so many cells.
     """
-    return finish(find(network, cells, _part(progress, 0, 0.7)), network, _part(progress, 0.7, 1))
+    return finish(
+        find(field, cells, sub_progress(progress, 0, 0.7)), field, sub_progress(progress, 0.7, 1)
+    )
 
 
-def find(network: Siren, cells: int, progress: Progress = silent) -> Rough:
+def find(field: Field, cells: int, progress: Progress = silent) -> Rough:
     """The first half of `extract`, which tells all pieces of the surface. Errors as there."""
     check_cells(cells)
-    active = find_active(network, cells, _part(progress, 0, 0.9))
+    active = find_active(field, cells, sub_progress(progress, 0, 0.9))
     progress(0.9, "Meshing")
     return Rough(_mesh(active), active)
 
 
-def finish(rough: Rough, network: Siren, progress: Progress = silent) -> Proxy:
-    """The second half, for the same network; it takes the mesh for itself."""
+def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
+    """The second half, for the same field; it takes the mesh for itself."""
     mesh, active = rough
     progress(0.0, "Meshing")
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, network, active.spacing, _part(progress, 0.2, 1))
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 1))
     return _proxy(mesh, active)
 
 
-def update(proxy: Proxy, network: Siren, progress: Progress = silent) -> Proxy:
-    """The proxy of `network`, an edit of the one that `proxy` shows, on the same lattice.
+def update(proxy: Proxy, field: Field, progress: Progress = silent) -> Proxy:
+    """The proxy of `field`, an edit of the one that `proxy` shows, on the same lattice.
 
     Pieces of surface that appear where there was none nearby are not seen; `extract` finds them.
     Errors as from `extract`.
     """
     known, spacing = proxy.active, proxy.active.spacing
     if np.abs(proxy.vertices).max() >= 1:  # it has caps
-        return extract(network, known.cells, progress)
+        return extract(field, known.cells, progress)
     shown = _raw(proxy)
-    slid = _slide(network, shown, spacing, _part(progress, 0, 0.4))
+    slid = _slide(field, shown, spacing, sub_progress(progress, 0, 0.4))
     distance = np.abs(slid)  # (V,)
     turned, moved = ~(distance < TURNED), ~(distance < MOVED * spacing)  # what is not finite, too
     if not moved.any():
-        _snap(shown, turned, network, spacing, _part(progress, 0.4, 1))
+        _snap(shown, turned, field, spacing, sub_progress(progress, 0.4, 1))
         return _proxy(shown, known)
     changed = _around(proxy.edges[moved] // 3, known)
     there = proxy.vertices[moved] - slid[moved, None] * proxy.normals[moved]
     guesses = cells_at(there, known.cells)
-    again = find_again(known, changed, guesses, network, _part(progress, 0.4, 0.6))
+    again = find_again(known, changed, guesses, field, sub_progress(progress, 0.4, 0.6))
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
     mesh, source = splice(shown, known, again)
     if mesh.cap.any():
-        return extract(network, known.cells, _part(progress, 0.6, 1))
+        return extract(field, known.cells, sub_progress(progress, 0.6, 1))
     fresh = source >= len(turned)
     _relax(mesh, fresh, spacing)
     rough = fresh | turned.take(source, mode="clip")
-    _snap(mesh, rough, network, spacing, _part(progress, 0.7, 1))
+    _snap(mesh, rough, field, spacing, sub_progress(progress, 0.7, 1))
     return _proxy(mesh, again.active)
 
 
@@ -187,18 +189,18 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
 
 
 def _snap(
-    mesh: RawMesh, fresh: NDArray[np.bool_], network: Siren, spacing: float, progress: Progress
+    mesh: RawMesh, fresh: NDArray[np.bool_], field: Field, spacing: float, progress: Progress
 ) -> None:
     """Newton steps of the `fresh` vertices until they are settled, and their normals."""
     moving = np.flatnonzero(fresh & ~mesh.cap)
     for number in range(STEPS):
-        share = _part(progress, number / STEPS, (number + 1) / STEPS)
-        distance = _step(network, mesh, moving, spacing, share)
+        share = sub_progress(progress, number / STEPS, (number + 1) / STEPS)
+        distance = _step(field, mesh, moving, spacing, share)
         moving = moving[distance > SETTLED * spacing]
 
 
 def _step(
-    network: Siren, mesh: RawMesh, moving: NDArray[np.intp], spacing: float, progress: Progress
+    field: Field, mesh: RawMesh, moving: NDArray[np.intp], spacing: float, progress: Progress
 ) -> NDArray[np.float32]:
     """One Newton step of the `moving` vertices (P,) onto f = 0; how far each moved (P,).
 
@@ -209,7 +211,7 @@ def _step(
         progress(start / len(moving), "Snapping to the surface")
         part = moving[start : start + BATCH]
         points = mesh.vertices.take(part, axis=0)
-        value, gradient = values_and_gradients(network, points)
+        value, gradient = values_and_gradients(field, points)
         slope = _length(gradient)  # (B, 1)
         known = mesh.normals.take(part, axis=0)
         mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
@@ -222,23 +224,16 @@ def _step(
     return moved
 
 
-def _slide(
-    network: Siren, mesh: RawMesh, spacing: float, progress: Progress
-) -> NDArray[np.float32]:
+def _slide(field: Field, mesh: RawMesh, spacing: float, progress: Progress) -> NDArray[np.float32]:
     """A step of all vertices back along the normals that they have; how far it should be (V,)."""
     distance = np.empty(len(mesh.vertices), np.float32)
     for start in range(0, len(distance), BATCH):
         progress(start / len(distance), "Following the surface")
         part = slice(start, start + BATCH)
-        distance[part] = values(network, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
+        distance[part] = values(field, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
         step = np.clip(distance[part], -REACH * spacing, REACH * spacing)  # (B,)
         mesh.vertices[part] -= step[:, None] * mesh.normals[part]
     return distance
-
-
-def _part(progress: Progress, start: float, end: float) -> Progress:
-    """Progress of the part from `start` to `end` of the whole."""
-    return lambda part, text: progress(start + (end - start) * part, text)
 
 
 def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..stroke.progress import Check, go_on
-from .network import Siren
+from .field import Field
 from .projection import project
 from .proxy import Proxy
 from .threads import in_pieces
@@ -26,14 +26,14 @@ class Samples(NamedTuple):
 
 
 def sample_surface(
-    network: Siren, proxy: Proxy, count: int, seed: int, check: Check = go_on
+    field: Field, proxy: Proxy, count: int, seed: int, check: Check = go_on
 ) -> Samples:
     """`count` points, uniform by area, on the zero set of which `proxy` is the proxy."""
     mesh = trimesh.Trimesh(proxy.vertices, proxy.triangles, process=False)
     drawn = trimesh.sample.sample_surface(mesh, count, seed=seed)[0]
 
     def bring(part: slice) -> Samples:
-        found = project(network, drawn[part])
+        found = project(field, drawn[part])
         return Samples(found.points, found.normals)
 
     return in_pieces(bring, count, check)

@@ -103,7 +103,7 @@ def in_pieces(
     check()
     if count <= min(size, SMALL):
         return task(slice(0, count))
-    pieces = -(-count // (size * threads())) * threads()  # the threads finish together
+    pieces = -(-count // size)  # the same ones whatever the number of threads
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
     results = (task(part) for part in parts) if light else _spread(task, parts)

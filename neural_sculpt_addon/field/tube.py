@@ -17,7 +17,7 @@ from ..stroke.path import Path
 from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Direction, Ends, Stroke
 from .evaluate import values_and_gradients
-from .network import Siren
+from .field import Field
 from .projection import project
 from .surface import Samples
 from .threads import in_pieces
@@ -67,7 +67,7 @@ class Tube:
 
 
 def sample_tube(
-    network: Siren,
+    field: Field,
     stroke: Stroke,
     path: Path,
     rows: int = ROWS,
@@ -80,8 +80,8 @@ def sample_tube(
 
     def sample(part: slice) -> tuple[Samples, Samples, Displacement, NDArray[np.bool_]]:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
-        surface, displacement, kept = _around(network, stroke, path, 1.0, start)
-        target, _ = displaced(network, stroke, path, surface, displacement)
+        surface, displacement, kept = _around(field, stroke, path, 1.0, start)
+        target, _ = displaced(field, stroke, path, surface, displacement)
         return surface, target, displacement, kept
 
     surface, target, displacement, kept = in_pieces(sample, along.size, check)
@@ -91,7 +91,7 @@ def sample_tube(
 
 
 def sample_rim(
-    network: Siren,
+    field: Field,
     stroke: Stroke,
     path: Path,
     reach: float,
@@ -105,21 +105,21 @@ def sample_rim(
 
     def sample(part: slice) -> Samples:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
-        surface, displacement, _ = _around(network, stroke, path, reach, start)
+        surface, displacement, _ = _around(field, stroke, path, reach, start)
         return surface.where(displacement.nearness > INNER_RIM)
 
     return in_pieces(sample, along.size, check)
 
 
 def displaced(
-    network: Siren, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
+    field: Field, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
 ) -> tuple[Samples, Array]:
     """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
     by what factor (N,) it stretches the surface's area.
 
     The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
     surface. Their derivatives are one-sided differences, so this holds for every profile and end
-    alike; `samples` have the normals of `network`, and `displacement` is theirs.
+    alike; `samples` have the normals of `field`, and `displacement` is theirs.
     """
     moved = samples.points + displacement.amount[:, None] * displacement.direction
     step = STEP * stroke.brush.radius
@@ -133,7 +133,7 @@ def displaced(
         if stroke.direction is Direction.STROKE:
             bend = (ahead.direction - displacement.direction) / step
         else:
-            _, gradient = values_and_gradients(network, samples.points + BEND * axis)
+            _, gradient = values_and_gradients(field, samples.points + BEND * axis)
             normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
             bend = (normals - samples.normals) / BEND
         tangents.append(
@@ -146,10 +146,10 @@ def displaced(
 
 
 def _around(
-    network: Siren, stroke: Stroke, path: Path, reach: float, points: Array
+    field: Field, stroke: Stroke, path: Path, reach: float, points: Array
 ) -> tuple[Samples, Displacement, NDArray[np.bool_]]:
     """Surface samples within `reach` radii of the path, and which of `points` (N, 3) led there."""
-    surface = project(network, points, tolerance=ARRIVED)
+    surface = project(field, points, tolerance=ARRIVED)
     samples = Samples(surface.points, surface.normals)
     displacement = displace(stroke, path, *samples)
     kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)

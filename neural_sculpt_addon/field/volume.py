@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from ..stroke.progress import Progress, silent
 from .evaluate import values
-from .network import Siren
+from .field import Field
 from .proxy import check_cells
 
 BAND = 3  # cells on each side of the surface; what lies beyond has the value of its border
 SLABS = 1 << 17  # points, at least, between two looks at `progress`
 
 
-def sample_band(network: Siren, cells: int, progress: Progress = silent) -> NDArray[np.float32]:
+def sample_band(field: Field, cells: int, progress: Progress = silent) -> NDArray[np.float32]:
     """f at all points (n, n, n), n = cells + 1, cut off BAND cells from the surface.
 
     SculptError when nobody could hold so many cells.
@@ -29,6 +29,6 @@ def sample_band(network: Siren, cells: int, progress: Progress = silent) -> NDAr
     for start in range(0, len(axis), step):
         progress(start / len(axis), "Sampling the field")
         points = np.meshgrid(axis[start : start + step], axis, axis, indexing="ij")
-        value = values(network, np.stack(points, axis=-1).reshape(-1, 3))
+        value = values(field, np.stack(points, axis=-1).reshape(-1, 3))
         band[start : start + step] = value.clip(-border, border).reshape(points[0].shape)
     return band

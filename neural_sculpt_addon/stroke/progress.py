@@ -17,3 +17,8 @@ def silent(fraction: float, message: str) -> None:
 
 def go_on() -> None:
     """Check of work that nobody cancels."""
+
+
+def sub_progress(progress: Progress, start: float, end: float) -> Progress:
+    """Progress of the part from `start` to `end` of the whole."""
+    return lambda fraction, message: progress(start + (end - start) * fraction, message)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress
+from ..stroke.progress import Progress, sub_progress
 from ..stroke.stroke import Stroke
 from .payload import (
     Handler,
@@ -89,7 +89,7 @@ class Jobs:
 
         def send_quick(result: Quick) -> None:
             revision, follows = read(job, "quick_revision", str), read(job, "revision", str)
-            share = _part(progress, QUICK_AT, QUICK_AT)
+            share = sub_progress(progress, QUICK_AT, QUICK_AT)
             arrays = self._edited(result.network, result.proxy, revision, job, share, follows)
             job.quick(Payload({"revision": revision, "reports": list(result.reports)}, arrays))
             self._keep(revision, result.remember)
@@ -100,9 +100,9 @@ class Jobs:
             [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
             solver=read(job, "solver", str),
             epochs=job.fields.get("epochs"),
-            preparation=self._prepared(job, _part(progress, 0.0, 0.1)),
+            preparation=self._prepared(job, sub_progress(progress, 0.0, 0.1)),
             quick=send_quick if "quick_revision" in job.fields else None,
-            progress=_part(progress, 0.1, 0.9),
+            progress=sub_progress(progress, 0.1, 0.9),
         )
         if "result_state" in job.fields:
             self._replays.remember(read(job, "result_state", str), result)
@@ -115,7 +115,7 @@ class Jobs:
             [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
             read(job, "states", list),
             read(job, "solver", str),
-            _part(progress, 0.0, 0.9),
+            sub_progress(progress, 0.0, 0.9),
         )
         return self._answer(result, job, progress)
 
@@ -149,19 +149,23 @@ class Jobs:
                 width=job.fields.get("width"),
                 thickness=job.fields.get("thickness"),
                 seed=read(job, "seed", int),
-                progress=_part(progress, 0.0, 0.9),
+                progress=sub_progress(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,
             )
-        return Payload(_place(result), _model(result.network, job, _part(progress, 0.9, 1.0)))
+        return Payload(
+            _place(result), _model(result.network, job, sub_progress(progress, 0.9, 1.0))
+        )
 
     def absorb(self, job: Payload, progress: Progress) -> Payload:
         """resolution, result_revision <field, proxy as sculpted> -> revision, reports <model>."""
         from ..field.absorb import absorb
 
         vertices, triangles = read_array(job, "vertices"), read_array(job, "triangles")
-        result = absorb(read_network(job), vertices, triangles, progress=_part(progress, 0.0, 0.9))
-        arrays = _model(result.network, job, _part(progress, 0.9, 1.0))
+        result = absorb(
+            read_network(job), vertices, triangles, progress=sub_progress(progress, 0.0, 0.9)
+        )
+        arrays = _model(result.network, job, sub_progress(progress, 0.9, 1.0))
         fields = {"revision": read(job, "result_revision", str), "reports": [result.report]}
         return Payload(fields, arrays)
 
@@ -221,7 +225,7 @@ class Jobs:
 
     def _answer(self, result: "Edit", job: Payload, progress: Progress) -> Payload:
         """The final result of an edit, whose preparation is kept."""
-        revision, share = read(job, "result_revision", str), _part(progress, 0.9, 1.0)
+        revision, share = read(job, "result_revision", str), sub_progress(progress, 0.9, 1.0)
         known = result.preparation
         self._keep(revision, known)
         arrays = self._edited(known.network, known.proxy, revision, job, share)
@@ -263,11 +267,6 @@ def _extract(network: "Siren", job: Payload, progress: Progress) -> "Proxy":
     from ..field.proxy import extract
 
     return extract(network, read(job, "resolution", int), progress)
-
-
-def _part(progress: Progress, start: float, end: float) -> Progress:
-    """Progress of a step that is the part from `start` to `end` of the whole."""
-    return lambda fraction, message: progress(start + (end - start) * fraction, message)
 
 
 def _place(fit: "Fit") -> dict[str, Any]:

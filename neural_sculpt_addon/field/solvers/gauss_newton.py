@@ -15,6 +15,7 @@ from functools import partial
 from itertools import chain
 
 from ...stroke.progress import Progress, silent
+from ..field import Field
 from ..grow import grow
 from ..network import Siren
 from ..pieces import find_islands
@@ -24,7 +25,8 @@ from ..proxy import find
 from ..threads import Team
 from . import Refined
 from .layers import Directions, Layers, View
-from .least_squares import Memory, Solution, dot, solve
+from .least_squares import Memory, Solution, dot
+from .least_squares import solve as solve_linear
 from .rows import Mix, Rows, Sampler
 
 TOLERANCE = 2e-3  # of the tube's p95 error, model space
@@ -111,7 +113,7 @@ between them, and be seen as ripples of the untouched surface."""
 def quick(problem: Problem, progress: Progress = silent) -> Siren:
     """What the artist sees first: a few steps, the network as wide as it is."""
     sampler = Sampler(problem, FIRST.mix, lambda: progress(0.0, "Sculpting"))
-    return _improve(problem.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
+    return _improve(problem.field.network, sampler, FIRST, lambda part: progress(part, "Sculpting"))
 
 
 def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Refined:
@@ -131,7 +133,7 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
     course = _course(network)
     sampler = Sampler(problem, course.mix, lambda: share(0.0))
     least = MIRRORED if len(problem.laid) > 1 else 0
-    error, earlier = sampler.error(network), list[Siren]()
+    error, earlier = sampler.error(Field(network)), list[Siren]()
     for done in range(STAGES):
         earlier.append(network)
         coarse = error > TOLERANCE or network.widths[0] < least
@@ -143,12 +145,12 @@ def refine(problem: Problem, network: Siren, progress: Progress = silent) -> Ref
         network = _improve(
             network, sampler, course, lambda part, done=done: share(0.3 * (done + part))
         )
-        error = sampler.error(network)
+        error = sampler.error(Field(network))
         if error < (SURE if course is WIDEST else TOLERANCE):
             break
 
     def seen(network: Siren) -> Refined:
-        return Refined(network, find(network, CELLS, lambda _, __: share(told)))
+        return Refined(network, find(Field(network), CELLS, lambda _, __: share(told)))
 
     repair = replace(course, steps=course.steps[REPAIR:])
     refined = seen(network)
@@ -220,7 +222,7 @@ def _take_steps(
             rows = rows.tempered(layers.residual(rows, view))
         linear = layers.linearise(rows, view)
         tell(step)
-        solution = solve(
+        solution = solve_linear(
             linear, damping, iterations, memory, lambda done, before=step: tell(before + done)
         )
         now = float(dot(linear.residual, linear.residual))
@@ -263,3 +265,8 @@ def _search_line(
             if halving == 0 and now - left > POOR * solution.promised:
                 break
     return best, least
+
+
+def solve(problem: Problem, progress: Progress = silent) -> Siren:
+    """One result."""
+    return quick(problem, progress)

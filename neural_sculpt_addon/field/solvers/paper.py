@@ -81,7 +81,7 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
 
     50 epochs are the paper's speed setting, 100 its quality setting.
     """
-    device = problem.network.device
+    device = problem.field.network.device
     size = PART if device.type == "cpu" else PRESERVE_SAMPLES + BOX_SAMPLES
     generator = torch.Generator().manual_seed(problem.seed)
     targets = [tube.target for tube in problem.tubes()]
@@ -92,8 +92,8 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
     untouched = torch.from_numpy(np.flatnonzero(problem.untouched(surface)))
     kept = untouched[torch.randperm(len(untouched), generator=generator)[:PRESERVE_SAMPLES]]
     preserve = [torch.from_numpy(array)[kept].to(device) for array in surface]
-    parameters = [p.clone().requires_grad_() for p in problem.network.parameters]
-    network = problem.network.with_parameters(parameters)
+    parameters = [p.clone().requires_grad_() for p in problem.field.network.parameters]
+    network = problem.field.network.with_parameters(parameters)
     adam = Adam(parameters)
     for epoch in range(epochs):
         box = (2 * torch.rand(BOX_SAMPLES, 3, generator=generator) - 1).to(device)  # (M, 3)
@@ -103,7 +103,7 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
             progress((epoch + done) / epochs, f"Epoch {epoch + 1} of {epochs}")
 
         adam.step(derivatives(network, parts, share), LEARNING_RATE)
-    return problem.network.with_parameters([p.detach() for p in parameters])
+    return problem.field.network.with_parameters([p.detach() for p in parameters])
 
 
 def weigh(tube: Sequence[Tensor], preserve: Sequence[Tensor], box: Tensor) -> list[Part]:

@@ -23,7 +23,7 @@ from torch import Tensor
 
 from ...stroke.progress import Check, go_on
 from ..evaluate import values
-from ..network import Siren
+from ..field import Field
 from ..pieces import Asked, Islands
 from ..problem import Problem
 from ..projection import find_surface
@@ -83,7 +83,7 @@ class Rows(NamedTuple):
         """Rows that weigh less the farther off they are: `residual` (n + m,), weighted, is what is
         left of each.
 
-        What a network is too coarse for, the creases of a profile, shall not bend all around it.
+        What a field is too coarse for, the creases of a profile, shall not bend all around it.
         In steps of Gauss-Newton this is a pseudo-Huber loss (by iteratively reweighted least
         squares: Charbonnier, Blanc-Feraud, Aubert and Barlaud, "Deterministic Edge-Preserving
         Regularization in Computed Imaging", 1997).
@@ -150,7 +150,7 @@ class Sampler:
         check()
         far = np.flatnonzero(problem.distance(known.box.points) > BOX_FROM)
         if len(far) > BOX_POOL:
-            doubt = known.doubt[far] ** 2
+            doubt = known.underestimation[far] ** 2
             far = np.sort(random.choice(far, BOX_POOL, replace=False, p=doubt / doubt.sum()))
         box = known.box.where(far)
         held = (mix.preserve - (beside if len(rim.points) else 0)) // 2
@@ -169,13 +169,13 @@ class Sampler:
         self.asked = Asked(target.points[:: len(tubes)], on, known.proxy)
         """The whole surface that is asked for."""
 
-    def error(self, network: Siren) -> float:
+    def error(self, field: Field) -> float:
         """The 95th percentile of the distance of targets that are never drawn from the zero set of
-        `network`.
+        `field`.
 
         Caps are left out, as in the tube's measures; a dab is all cap.
         """
-        return float(np.percentile(find_surface(network, self._held_out).distance, 95))
+        return float(np.percentile(find_surface(field, self._held_out).distance, 95))
 
     def forbid(self, islands: Islands) -> None:
         """Ask from now on that there be no surface where `islands` are."""
@@ -195,7 +195,7 @@ class Sampler:
         directions += self._mix.upright * normals[slope]
         directions /= directions.norm(dim=1, keepdim=True)
         known = torch.cat(values)  # (n, 4)
-        device = self._problem.network.device
+        device = self._problem.field.device
         return Rows(
             torch.cat([known[:, :3], points[slope]]).to(device),
             directions.to(device),
@@ -217,7 +217,7 @@ def choose(size: int, count: int, generator: torch.Generator) -> Tensor:
 
 def _rim(problem: Problem, count: int, random: np.random.Generator) -> Samples:
     """Samples of the untouched surface beside the stroke: those that are known there, and as many
-    more of the network's as are missing to `count`."""
+    more of the field's as are missing to `count`."""
     beside = problem.known_untouched & (problem.known_nearness < RIM_REACH)
     rim = problem.preparation.surface.where(beside)
     missing = count - len(rim.points)
@@ -248,7 +248,7 @@ def _around(
     cloud = join([target, rim])
     nearest = KDTree(cloud.points).query(points)[1]
     distance = ((points - cloud.points[nearest]) * cloud.normals[nearest]).sum(axis=1)
-    before = values(problem.network, points)
+    before = values(problem.field, points)
     below, above = along < np.minimum(-moved, 0), along > np.maximum(-moved, 0)
     sound = ~(below & (before > 0) | above & (before < 0))
     order = spatial_order(points[sound])
