@@ -3,10 +3,11 @@
 
     magic | zlib( for each level, rising: level (uint8), count (uint32), gaps, values )
 
-Coefficients are whole multiples of UNIT and are stored as these whole numbers, zigzag (0, -1, 1, -2
-become 0, 1, 2, 3), node indices as the gaps between them. Both are uint32 in byte planes: all lowest
-bytes first, all highest last. A stroke takes 2.6 bytes a coefficient. The same coefficients give the
-same bytes. Bytes come from outside and are untrusted: what they unpack to is bounded and checked.
+Coefficients are whole multiples of UNIT and are stored as these whole numbers, zigzag (0, -1, 1
+become 0, 1, 2), node indices as the gaps between them. Both are uint32 in byte planes: all lowest
+bytes first, all highest last. A stroke takes 2.6 bytes a coefficient. The same coefficients give
+the same bytes. Bytes come from outside and are untrusted: what they unpack to is bounded and
+checked.
 """
 
 import struct
