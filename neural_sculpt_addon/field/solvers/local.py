@@ -18,7 +18,17 @@ from scipy.spatial import KDTree
 
 from ...stroke.errors import SculptError
 from ...stroke.progress import Progress, silent
-from ..detail import FINEST, Coefficients, Level, cells_of, centres, linear, places, spacing
+from ..detail import (
+    FINEST,
+    Coefficients,
+    Level,
+    cells_of,
+    cells_per_axis,
+    centres,
+    linear,
+    places,
+    spacing,
+)
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..threads import join
@@ -143,14 +153,20 @@ class LocalEdit:
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level around `points` (N, 3), each once, rising."""
-    return np.unique(linear(cells_of(points, level), level))
+    return _distinct(cells_of(points, level), level)
 
 
 def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level and all their neighbours, each once, rising."""
     around = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)])
     near = places(cells, level)[:, None] + around.astype(np.int32)
-    return np.unique(linear(near.reshape(-1, 3), level))
+    return _distinct(near.reshape(-1, 3), level)
+
+
+def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The numbers (K,) of cells (N, 3), but those at the edge of the grid, which can have no node."""
+    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
+    return np.unique(linear(cells[inner], level))
 
 
 def _feature(problem: Problem) -> float:
