@@ -163,16 +163,18 @@ class Session:
 
     def _recover(self) -> None:
         """After a defect: end the job that it was met in, and the worker that may be at fault."""
-        if self.jobs:
-            job = self.jobs.popleft()
-            job.status = JobStatus.FAILED
-            job.message = f"{job.title} failed; the system console says why."
-            self.last_error = job.message
-            notice.tell(job.message)
         if self.client is not None:
             self.client.stop()
             self.client = None
         self._news.clear()
+        if self.jobs:
+            job = self.jobs[0]
+            try:
+                self._fail(job, f"{job.title} failed; the system console says why.")
+            except Exception:
+                log.exception("%s cannot be ended", job.label)
+                job.status = JobStatus.FAILED
+                self.jobs = deque(other for other in self.jobs if other is not job)
 
     def restart(self) -> None:
         """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""

@@ -119,5 +119,6 @@ class Meanwhile(SquareCase):
         for step in (undo, redo, undo, undo, redo, redo):
             step()
             for ob in bpy.data.objects:
+                self.assertIn(ob.data, [*bpy.data.meshes])
                 self.assertGreater(len(vertices(ob)), 0)
         self.assertEqual(field("Linked").location.x, 2.0)
