@@ -62,6 +62,8 @@ class Jobs:
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
+            JobKind.FLATTEN: self.flatten,
+            JobKind.CONSOLIDATE: self.consolidate,
         }
 
     def edit(self, job: Task, progress: Progress) -> Payload:
@@ -180,6 +182,25 @@ class Jobs:
         self._store.state(job, progress)
         return Payload()
 
+    def flatten(self, job: Payload, progress: Progress) -> Payload:
+        """state -> id <field>: the sum of base and layers as a base."""
+        state = self._store.state(job, progress)
+        flat, data = self._store.new_base(state.preparation)
+        return Payload({"id": flat.base}, {"field": as_array(data)})
+
+    def consolidate(self, job: Payload, progress: Progress) -> Payload:
+        """state, width, resolution, result_revision -> revision, id, report <field, proxy>."""
+        from ..field.consolidate import consolidate
+        from ..field.prepare import prepare
+
+        field, width = self._store.field(job), read(job, "width", int)
+        result = consolidate(field, width, progress=sub_progress(progress, 0.0, 0.9))
+        field = self._store.on_device(result.field)
+        state, data = self._store.new_base(prepare(field, sub_progress(progress, 0.9, 0.95)))
+        fields = {"id": state.base, "report": result.report}
+        share = sub_progress(progress, 0.95, 1.0)
+        return self._answer(state, fields, {"field": as_array(data)}, job, share)
+
     def _found(
         self, field: "Field", fields: dict[str, Any], job: Payload, progress: Progress
     ) -> Payload:
@@ -190,7 +211,6 @@ class Jobs:
         proxy = _extract(field, job, progress)
         if proxy.active.cells == CELLS:
             state, data = self._store.new_base(Preparation(field, proxy))
-            self._store.keep(state.base, state)
             name = state.base
         else:
             name, data = self._store.keep_base(field)
