@@ -10,6 +10,7 @@ import torch
 
 from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.detail import (
+    SUPPORT,
     UNIT,
     Detail,
     Level,
@@ -19,7 +20,6 @@ from neural_sculpt_addon.field.detail import (
     scaled,
 )
 from neural_sculpt_addon.field.layers import (
-    SUPPORT,
     Entry,
     Layer,
     Solved,
