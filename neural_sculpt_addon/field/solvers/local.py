@@ -43,7 +43,7 @@ CELLS_PER_FEATURE = 3.0
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
 
-DENSITY = 8.0
+DENSITY = 5.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
 ROWS, NODES = 60_000, 40_000
