@@ -103,11 +103,10 @@ class Jobs:
         return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive, or preset, width, thickness, seed, resolution <mesh> -> id, scale, center,
-        report <field, proxy>.
+        """primitive or preset, seed <mesh>, resolution -> id, scale, center, report <field, proxy>.
 
-        Without a width the mesh decides; without a thickness sheets are refused. With `preview`,
-        scale, center, report <proxy> come now and then.
+        detail, width and thickness as of `fit_mesh` when they are there. With `preview`, scale,
+        center, report <proxy> come now and then.
         """
         from ..field.fit import Fit, fit_mesh
         from ..field.primitives import primitive
@@ -122,16 +121,16 @@ class Jobs:
                     proxy = extract(fit.field, PREVIEW_CELLS)
                     job.preview(Payload(_place(fit), proxy_arrays(proxy)))
 
+            chosen = {name: job.fields.get(name) for name in ("detail", "width", "thickness")}
             result = fit_mesh(
                 read_array(job, "vertices"),
                 read_array(job, "triangles"),
                 preset=read(job, "preset", str),
-                width=job.fields.get("width"),
-                thickness=job.fields.get("thickness"),
                 seed=read(job, "seed", int),
                 progress=sub_progress(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,
+                **{name: value for name, value in chosen.items() if value is not None},
             )
         return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
 
