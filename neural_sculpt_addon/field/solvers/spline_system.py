@@ -44,11 +44,13 @@ PIECE = 1 << 15
 class Rows:
     """Equations for a detail: N value rows and M slope rows.
 
-    points, residuals, weights:  (N, 3), (N,), (N,): what is still to be added to f
+    points, targets, weights:    (N, 3), (N,), (N,): what f shall be, and the weights
+    residuals:                   (N,): what is still to be added to f
     at, along, slopes, steep:    (M, 3), (M, 3) unit, (M,), (M,): to grad f . along, and the weights
     """
 
     points: Array
+    targets: Array
     residuals: Array
     weights: Array
     at: Array
