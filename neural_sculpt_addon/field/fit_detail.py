@@ -216,6 +216,7 @@ def _rows(
     weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])
     return Rows(
         points=points,
+        targets=np.concatenate([np.zeros(len(on.points)), target]).astype(np.float32),
         residuals=residuals,
         weights=weights.astype(np.float32),
         at=on.points,
