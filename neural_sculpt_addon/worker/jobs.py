@@ -103,10 +103,11 @@ class Jobs:
         return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive or preset, seed <mesh>, resolution -> id, scale, center, report <field, proxy>.
+        """primitive, or preset, detail, width, thickness, seed, resolution <mesh> -> id, scale,
+        center, report <field, proxy>.
 
-        detail, width and thickness as of `fit_mesh` when they are there. With `preview`, scale,
-        center, report <proxy> come now and then.
+        Without a thickness sheets are refused. With `preview`, scale, center, report <proxy> come
+        now and then.
         """
         from ..field.fit import Fit, fit_mesh
         from ..field.primitives import primitive
@@ -121,16 +122,17 @@ class Jobs:
                     proxy = extract(fit.field, PREVIEW_CELLS)
                     job.preview(Payload(_place(fit), proxy_arrays(proxy)))
 
-            chosen = {name: job.fields.get(name) for name in ("detail", "width", "thickness")}
             result = fit_mesh(
                 read_array(job, "vertices"),
                 read_array(job, "triangles"),
                 preset=read(job, "preset", str),
+                detail=job.fields.get("detail", True),
+                width=job.fields.get("width") or 128,
+                thickness=job.fields.get("thickness"),
                 seed=read(job, "seed", int),
                 progress=sub_progress(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,
-                **{name: value for name, value in chosen.items() if value is not None},
             )
         return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
 
