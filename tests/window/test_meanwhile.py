@@ -129,6 +129,8 @@ class Meanwhile(WindowCase):
         if bpy.context.tool_settings.sculpt.brush is None:
             bpy.ops.object.mode_set(mode="OBJECT")
             self.skipTest("this Blender was packed without brushes")
+        choose_tool()
+        yield hand.DRAWN
         made = vertices(field())
         yield from self.draw_and_wait()
         self.assertTrue(self.has_preview())
