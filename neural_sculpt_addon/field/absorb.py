@@ -12,6 +12,7 @@ of other topology (dyntopo, remesh) has moved all over, and is absorbed as a who
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,11 +86,9 @@ def absorb(
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = _patch(mesh, moved)
     levels = range(COARSEST, _finest(mesh, moved) + 1)
+    progress(0.3, "Absorbing")
     rows, nodes = _rows(field, distance, mesh, patch, moved, levels, rng)
-
-    def check() -> None:
-        progress(0.5, "Absorbing")
-
+    check = partial(progress, 0.5, "Absorbing")
     layer: dict[int, Level] = {}
     for level in levels:
         layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, DAMPED)
