@@ -222,7 +222,7 @@ def difference(before: Sequence[Term], after: Sequence[Term]) -> Coefficients:
         if sign and strength:
             for level, part in scaled(layers[name].coefficients, strength).items():
                 parts.setdefault(level, []).append(Level(part.index, sign * part.values))
-    sums = {level: _sum(some) for level, some in sorted(parts.items())}
+    sums = {level: Level.sum(some) for level, some in sorted(parts.items())}
     return {level: part for level, part in sums.items() if len(part.index)}
 
 
@@ -233,14 +233,6 @@ def _counts(before: Sequence[Term], after: Sequence[Term]) -> Counter[tuple[str,
     return counts
 
 
-def _sum(parts: Sequence[Level]) -> Level:
-    """The sum of parts of one level: exact, for float64 has room for any number of them."""
-    index, place = np.unique(np.concatenate([part.index for part in parts]), return_inverse=True)
-    values = np.bincount(place, np.concatenate([part.values for part in parts]), len(index))
-    kept = values != 0
-    return Level(index[kept], values[kept].astype(np.float32))
-
-
 def _valid(entry: Entry, base: str, beneath: Sequence[Term], memo: Memo) -> Solved | None:
     """What is known of the entry and still true; of absorbed sculpting that is made so."""
     if entry.stroke is None:
@@ -248,5 +240,7 @@ def _valid(entry: Entry, base: str, beneath: Sequence[Term], memo: Memo) -> Solv
             return None
         layer = entry.solved.layer
         return Solved(layer, context(base, beneath, layer))
-    known = (*memo.get(stroke_key(entry.stroke), ()), *filter(None, [entry.solved]))
-    return next((s for s in reversed(known) if s.context == context(base, beneath, s.layer)), None)
+    if entry.solved and entry.solved.context == context(base, beneath, entry.solved.layer):
+        return entry.solved
+    known = reversed(memo.get(stroke_key(entry.stroke), ()))
+    return next((s for s in known if s.context == context(base, beneath, s.layer)), None)
