@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one way in which a result of the worker reaches the scene, and becomes one undo step.
 
-Weights, revision, strokes, report and proxy change together. The result's mesh is in model space,
-which is the object's local space.
+Weights, revision, strokes, report and proxy change together or not at all: what may fail is done
+ahead of the first change. The result's mesh is in model space, which is the object's local space.
 """
 
 # pyright: reportOptionalMemberAccess=false
@@ -19,8 +19,9 @@ from mathutils import Matrix
 
 from ..stroke.stroke import Stroke
 from ..worker.client import Message
-from . import preview, proxy_mesh, stroke_list
-from .properties import field_of
+from . import preview, proxy_mesh, sculpt_steps, stroke_list
+from .properties import brush_of, ensure_curves, field_of
+from .proxy_mesh import Geometry
 from .stroke_list import Entry
 
 PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
@@ -49,6 +50,8 @@ def create_field(
 
     `replaced`, the mesh whose place it takes, is hidden.
     """
+    state = _state(result, new_revision(), report, smooth=True)
+    begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
     ob.matrix_world = new.matrix
@@ -56,11 +59,13 @@ def create_field(
         bpy.context.collection.objects.link(ob)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
+        if bpy.context.scene.library is None:
+            ensure_curves(brush_of(bpy.context))  # in this undo step, for all that follows
     group = field_of(ob)
-    group.base_weights = result.arrays["field"].tobytes()
+    group.base_weights = state.weights
     group.source = new.source
     group.resolution = new.resolution
-    _write(ob, result, new_revision(), report)
+    _write(ob, state)
     push_undo(f"Add {new.name}")
     return ob
 
@@ -68,30 +73,51 @@ def create_field(
 def add_strokes(ob: Object, strokes: Iterable[Stroke], result: Message, label: str) -> None:
     """Append strokes whose edit is `result`. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
+    state = _edited(ob, result)
+    begin_change()
+    _write(ob, state)
     stroke_list.append(ob, strokes)
-    show(ob, result)
+    push_undo(label)
+
+
+def keep_strokes(ob: Object, strokes: Iterable[Stroke], label: str) -> None:
+    """Append strokes whose edit could not be had or shown, muted. SculptError for a linked object,
+    which cannot be changed."""
+    if ob.library or ob.override_library:
+        proxy_mesh.refuse_locked(ob)
+    begin_change()
+    stroke_list.append(ob, strokes, muted=True)
     push_undo(label)
 
 
 def show(ob: Object, result: Message) -> None:
     """Write an edit's result, which is no undo step by itself."""
-    reports = result.fields["reports"]
-    _write(ob, result, result.fields["revision"], reports[-1] if reports else {})
+    _write(ob, _edited(ob, result))
 
 
 def set_history(
-    ob: Object, listed: Iterable[Entry], label: str, result: Message | None = None
+    ob: Object,
+    listed: Iterable[Entry],
+    label: str,
+    result: Message | None = None,
+    as_base: bool = False,
 ) -> None:
     """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
 
     Without a result the unmuted strokes must be the same as before.
 
+    as_base: whether the result is the new base, too
+
     SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
+    state = None if result is None else _edited(ob, result)
+    begin_change()
+    if state is not None:
+        _write(ob, state)
+        if as_base:
+            field_of(ob).base_weights = state.weights
     stroke_list.write(ob, listed)
-    if result is not None:
-        show(ob, result)
     push_undo(label)
 
 
@@ -103,6 +129,7 @@ def apply_to_base(ob: Object, label: str) -> None:
     proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
     group = field_of(ob)
+    begin_change()
     group.base_weights = group.weights
     stroke_list.write(ob, muted)
     push_undo(label)
@@ -112,28 +139,53 @@ def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> Non
     """Replace the proxy by another one of the same field. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     group = field_of(ob)
+    geometry = _geometry(result, smooth)
+    begin_change()
+    _fill(ob, geometry)
     group.resolution, group.smooth = resolution, smooth
-    _fill(ob, result)
     push_undo("Remesh Proxy")
 
 
-def _write(ob: Object, result: Message, revision: str, report: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class _State:
+    """All that a result writes on an object."""
+
+    weights: bytes
+    revision: str
+    report: str
+    geometry: Geometry
+
+
+def _edited(ob: Object, result: Message) -> _State:
+    """The state that an edit's result leads to."""
+    reports = result.fields["reports"]
+    report = reports[-1] if reports else {}
+    return _state(result, result.fields["revision"], report, field_of(ob).smooth)
+
+
+def _state(result: Message, revision: str, report: Mapping[str, Any], smooth: bool) -> _State:
+    weights = result.arrays["field"].tobytes()
+    return _State(weights, revision, json.dumps(report), _geometry(result, smooth))
+
+
+def _geometry(result: Message, smooth: bool) -> Geometry:
+    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
+
+
+def _write(ob: Object, state: _State) -> None:
+    _fill(ob, state.geometry)
     group = field_of(ob)
-    group.weights = result.arrays["field"].tobytes()
-    group.revision = revision
-    group.report = json.dumps(report)
-    _fill(ob, result)
+    group.weights, group.revision, group.report = state.weights, state.revision, state.report
 
 
-def _fill(ob: Object, result: Message) -> None:
+def _fill(ob: Object, geometry: Geometry) -> None:
     """Write the proxy; a mesh shared with other objects is left to them."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if mesh.users > 1:
         mesh = mesh.copy()
         ob.data = mesh
-    arrays = (result.arrays[name] for name in PROXY)
-    proxy_mesh.fill(mesh, *arrays, smooth=field_of(ob).smooth)
+    proxy_mesh.fill(mesh, geometry)
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
@@ -148,11 +200,25 @@ def _present(ob: Object, replaced: Object | None) -> None:
         replaced.hide_render = True
 
 
+def begin_change() -> None:
+    """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
+    with in_window():
+        sculpting = bpy.context.mode == "SCULPT"
+    if sculpting and sculpt_steps.last_is_of_sculpt_mode():
+        push_undo("Sculpt")
+
+
 def push_undo(label: str) -> None:
     """Let Blender remember everything as it is, without what is only previewed."""
     preview.hide()
     with in_window():
         bpy.ops.ed.undo_push(message=label)
+
+
+def in_edit_mode() -> bool:
+    """Whether the artist is in Edit Mode of anything, whose undo steps hold nothing else."""
+    with in_window():
+        return bpy.context.mode.startswith("EDIT")
 
 
 def in_window() -> Any:

@@ -11,6 +11,7 @@ from collections import OrderedDict
 from dataclasses import dataclass
 
 import bpy
+from bpy.types import Object
 
 from ..worker.client import Message
 from . import proxy_mesh
@@ -73,16 +74,20 @@ class Finals:
         """Show the final result wherever a quick one is shown.
 
         A mesh that something else has changed is left alone with its quick result, and so is one
-        that is locked.
+        that is locked, or shared: it would need a copy, which is made in an undo step only.
         """
         if not self._known:
             return
         by_revision = {final.revision: final for final in self._known.values()} | self._known
         for ob in bpy.data.objects:
             final = by_revision.get(field_of(ob).revision) if is_field(ob) else None
-            if final is None or proxy_mesh.why_locked(ob):
+            if final is None or proxy_mesh.why_locked(ob) or _is_shared(ob):
                 continue
             mesh = proxy_mesh.fingerprint(proxy_mesh.positions(ob))
             settled = field_of(ob).revision == final.revision and mesh == final.meshed
             if mesh in (final.shown, final.meshed) and not settled:
                 show(ob, final.result)
+
+
+def _is_shared(ob: Object) -> bool:
+    return ob.data is not None and ob.data.users > 1

@@ -10,7 +10,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import preview
-from .commit import push_undo
+from .commit import in_edit_mode, push_undo
 from .worker_session import session
 
 
@@ -18,10 +18,11 @@ from .worker_session import session
 def undo_stroke(*_: object) -> None:
     """Before undo: a stroke that has no result is what the artist did last, and no undo step yet.
 
-    It is cancelled; the undo itself is given a step to take back that changes nothing.
+    It is cancelled; the undo itself is given a step to take back that changes nothing. In Edit Mode
+    the artist has done something else since.
     """
     preview.hide()
-    if (job := session.newest_stroke()) is not None:
+    if not in_edit_mode() and (job := session.newest_stroke()) is not None:
         session.cancel_job(job, f"{job.label} was undone.")
         push_undo(job.label)
 

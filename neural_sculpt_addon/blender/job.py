@@ -40,6 +40,8 @@ class Job:
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
+    keep:    puts the strokes into the history as muted, when they cannot be applied
+    deaths:  of workers that had the job; after the second it ends
     quick:   the quick result, while the job is refining
     begun:   when the worker got it, on the clock of `time.monotonic`
     """
@@ -52,6 +54,8 @@ class Job:
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None
+    keep: Callable[[], None] | None = None
+    deaths: int = 0
     status: JobStatus = JobStatus.QUEUED
     fraction: float = 0.0
     message: str = ""

@@ -96,7 +96,8 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
 
 
 def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
-    """Load a preset that was chosen. Data-blocks may be made here, never while drawing a panel."""
+    """Load a preset that was chosen. Blender makes an undo step of what the artist chooses, so curves
+    may be made here."""
     for shape in (Profile, Modulation):
         choice = getattr(brush, shape.WORD)
         if (preset := chosen_preset(shape, choice)) is not None:
@@ -252,7 +253,8 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
 
 
 def ensure_curves(brush: NEURAL_SCULPT_PG_brush) -> NodeTree:
-    """The curves of the brush, made when there are none; not to be called while drawing."""
+    """The curves of the brush, made when there are none: what calls this is about to become an undo
+    step, so neither drawing nor a dialog that may be cancelled does."""
     if brush.curves is None:
         brush.curves = curve_store.make_curves()
     return brush.curves

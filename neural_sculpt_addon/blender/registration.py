@@ -39,6 +39,7 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
+from .operators.make_curves import NEURAL_SCULPT_OT_make_curves
 from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
 from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.open_files import (
@@ -97,6 +98,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_edit_stroke,
     NEURAL_SCULPT_OT_apply_to_base,
     NEURAL_SCULPT_OT_absorb,
+    NEURAL_SCULPT_OT_make_curves,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,

@@ -77,6 +77,7 @@ def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
         return fields, {"field": np.frombuffer(group.base_weights, np.uint8)}
 
     def apply(result: Message) -> None:
+        native_edits.refuse(found(target))
         set_history(found(target), changed(), label, result)
 
     return Replay(JobKind.REPLAY, label, request, apply, target=target, changes=changes)

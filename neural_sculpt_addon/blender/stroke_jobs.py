@@ -6,7 +6,8 @@ from bpy.types import Object
 
 from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
-from .commit import add_strokes, new_revision
+from . import native_edits
+from .commit import add_strokes, keep_strokes, new_revision
 from .job import Job, Request, found
 from .properties import field_of
 from .stroke_list import state_after
@@ -46,6 +47,10 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
         return fields, {"field": np.frombuffer(group.weights, np.uint8)}
 
     def apply(result: Message) -> None:
+        native_edits.refuse(found(target))
         add_strokes(found(target), strokes, result, label)
 
-    return Job(JobKind.EDIT, label, request, apply, target=target, strokes=strokes)
+    def keep() -> None:
+        keep_strokes(found(target), strokes, label)
+
+    return Job(JobKind.EDIT, label, request, apply, target=target, strokes=strokes, keep=keep)

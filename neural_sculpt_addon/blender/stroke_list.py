@@ -98,11 +98,11 @@ def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
     return [replace(entry, stroke=stroke) if entry.uid == uid else entry for entry in listed]
 
 
-def append(ob: Object, strokes: Iterable[Stroke]) -> None:
+def append(ob: Object, strokes: Iterable[Stroke], muted: bool = False) -> None:
     """Add strokes at the end, the last of which becomes the active one."""
     group = field_of(ob)
     for stroke in strokes:
-        _add(ob, Entry(stroke))
+        _add(ob, Entry(stroke, muted))
     group.active_stroke = len(group.strokes) - 1
 
 

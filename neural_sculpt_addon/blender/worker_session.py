@@ -5,7 +5,11 @@ Jobs run one at a time in the order of their coming. A job makes its request onl
 comes, so a stroke drawn while the last one is still computed works on the last one's result. A job
 that edits an object remembers the object's session_uid and the revision it must find there, never
 a Blender reference: when the object is gone or an undo brought another revision, the result is
-dropped.
+dropped. In Edit Mode, whose undo steps hold nothing else, and in Dyntopo results wait.
+
+When the worker dies, or answers nonsense, the job that it had is sent to a new one. When that one
+dies, too, the job fails and the next one has its turn. A stroke that fails for no reason of its own
+stays in the history, muted.
 
 A quick result is applied as the job's result. While the worker goes on to the final one the job is
 refining: it stands in nobody's way, and ends at once when another job is about to change the same
@@ -22,12 +26,22 @@ from collections.abc import Callable
 from functools import partial
 
 import bpy
+from bpy.app.translations import pgettext_n as n_
 
 from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
-from ..worker import environment
-from ..worker.client import Client, JobKind, Message, MessageKind, WorkerState
-from . import hints, preferences, preview, redraw
+from ..worker import answers, environment
+from ..worker.client import (
+    Client,
+    JobKind,
+    Message,
+    MessageKind,
+    WorkerGone,
+    WorkerState,
+)
+from ..worker.protocol import ProtocolError
+from . import hints, preferences, preview, proxy_mesh, redraw
+from .commit import in_edit_mode
 from .finals import Finals
 from .folders import log_file
 from .job import Job, JobStatus, find
@@ -119,13 +133,25 @@ class Session:
     def poll_once(self) -> bool:
         """Take what the worker sent: whether there was news.
 
-        Never blocks, but for the time that it takes to read a result, or to show it.
+        Never blocks, but for the time that it takes to read a result, or to show it. Raises nothing:
+        Blender would drop the timer, and all jobs wait forever.
         """
+        try:
+            return self._poll()
+        except Exception:
+            log.exception("the worker's news could not be taken")
+            self._recover()
+            return True
+
+    def _poll(self) -> bool:
         heard = False
+        preview.refresh()
         fresh = [] if self.client is None else self.client.poll_once()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
         while self._news and not read and not self._foresee(self._news[0]):
+            if self._must_wait(self._news[0]):
+                break
             message = self._news.popleft()
             self._hear(message)
             heard = True
@@ -133,6 +159,19 @@ class Session:
                 break  # likewise
         self._advance()
         return heard
+
+    def _recover(self) -> None:
+        """After a defect: end the job that it was met in, and the worker that may be at fault."""
+        if self.jobs:
+            job = self.jobs.popleft()
+            job.status = JobStatus.FAILED
+            job.message = f"{job.title} failed; the system console says why."
+            self.last_error = job.message
+            notice.tell(job.message)
+        if self.client is not None:
+            self.client.stop()
+            self.client = None
+        self._news.clear()
 
     def restart(self) -> None:
         """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""
@@ -186,7 +225,11 @@ class Session:
         self._ensure_worker()
         assert self.client is not None
         fields, arrays = job.request()
-        job.number = self.client.submit(job.kind, fields, arrays)
+        try:
+            job.number = self.client.submit(job.kind, fields, arrays)
+        except WorkerGone as error:  # just now
+            self._lose(job, str(error))
+            return
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
 
     def _foresee(self, message: Message) -> bool:
@@ -201,11 +244,32 @@ class Session:
             return False
         return preview.foresee(job.target, arrays["vertices"], arrays["triangles"], waiting)
 
+    def _must_wait(self, message: Message) -> bool:
+        """Whether a result cannot be shown before the artist has left a mode."""
+        if self.waits or not self.jobs or message.job != self.jobs[0].number:
+            return False
+        job = self.jobs[0]
+        if message.kind not in {MessageKind.RESULT, MessageKind.QUICK} or job.quick:
+            return False
+        ob = None if job.target is None else find(job.target)
+        if in_edit_mode():
+            job.message = n_("Waits until Edit Mode is left")
+        elif ob is not None and proxy_mesh.in_dyntopo(ob):
+            job.message = n_("Waits until Dyntopo is off")
+        else:
+            return False
+        return True
+
     def _hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""
         if not self.jobs or message.job != self.jobs[0].number:
             return
         job = self.jobs[0]
+        try:
+            answers.check(job.kind, message)
+        except ProtocolError as error:
+            self._lose(job, f"The worker answered nonsense: {error}")
+            return
         if message.kind is MessageKind.PROGRESS:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
@@ -218,7 +282,13 @@ class Session:
             text = message.fields["message"]
             if job.quick:
                 text = f"{job.title} keeps its quick result. {text}"
-            self._end(job, JobStatus.FAILED, text)
+                self._end(job, JobStatus.FAILED, text)
+            elif message.fields.get("died"):
+                self._lose(job, text)
+            elif message.fields["detail"]:  # a defect, or no memory
+                self._fail(job, text)
+            else:
+                self._end(job, JobStatus.FAILED, text)
         elif job.quick:
             self._finals.remember(job.quick, message)
             self._end(job, JobStatus.DONE, "")
@@ -238,14 +308,36 @@ class Session:
             self._check_target(job)
             step()
         except SculptError as error:
-            self._end(job, JobStatus.FAILED, str(error))
+            self._fail(job, str(error))
             return False
         except Exception:  # a defect: the jobs to come must not suffer for it
             log.exception("%s failed", job.label)
-            text = f"{job.title} failed; the system console says why."
-            self._end(job, JobStatus.FAILED, text)
+            self._fail(job, f"{job.title} failed; the system console says why.")
             return False
         return True
+
+    def _lose(self, job: Job, why: str) -> None:
+        """The worker died with the job: let a new one try, once."""
+        if self.client is not None:
+            self.client.stop()  # one that answers nonsense may live
+        job.deaths += 1
+        if job.deaths > 1 or job.quick:
+            self._fail(job, why)
+            return
+        job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
+        redraw.tag_panels()
+        log.warning("%s is sent again: %s", job.label, why)
+        notice.tell(f"{job.title} is sent to a new worker. {why}")
+
+    def _fail(self, job: Job, why: str) -> None:
+        """End a job; its strokes, which are not at fault, stay in the history."""
+        if job.keep is not None and not job.quick and find(job.target or 0) is not None:
+            try:
+                job.keep()
+                why = f"{why} {job.title} is in the history, muted."
+            except SculptError as error:  # the object cannot be changed at all
+                log.warning("%s cannot be kept: %s", job.label, error)
+        self._end(job, JobStatus.FAILED, why)
 
     def _bring_finals(self) -> None:
         """Show final results where their quick ones are, and tell the jobs that build on those."""

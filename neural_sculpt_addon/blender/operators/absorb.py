@@ -2,7 +2,7 @@
 """Take what Blender's own brushes did to the proxy into the field.
 
 The strokes so far become part of the base, since they cannot be replayed to what was sculpted over
-them.
+them. Muted ones are no part of the field and stay in the history.
 """
 
 # pyright: reportOptionalMemberAccess=false
@@ -15,7 +15,7 @@ from bpy.types import Context, Event, Mesh, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import native_edits, proxy_mesh
+from .. import native_edits, proxy_mesh, stroke_list
 from ..commit import new_revision, set_history
 from ..job import Job, Request, found
 from ..properties import field_of
@@ -49,7 +49,7 @@ part of its base"""
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask before the strokes leave the list."""
-        count = len(field_of(active_field(context)).strokes)
+        count = sum(not item.muted for item in field_of(active_field(context)).strokes)
         if not count:
             return self.execute(context)
         return context.window_manager.invoke_confirm(
@@ -66,6 +66,7 @@ part of its base"""
         if proxy_mesh.in_dyntopo(ob):
             bpy.ops.sculpt.dynamic_topology_toggle()  # only then the mesh has what was sculpted
         target = ob.session_uid
+        absorbed: list[int] = []
 
         def request() -> Request:
             ob = found(target)
@@ -74,14 +75,15 @@ part of its base"""
             group = field_of(ob)
             fields = {"resolution": group.resolution, "result_revision": new_revision()}
             assert isinstance(ob.data, Mesh)
+            absorbed.append(native_edits.mark(ob))
             vertices, triangles = proxy_mesh.read(ob.data)
             arrays = {"vertices": vertices, "triangles": triangles}
             return fields, {"field": np.frombuffer(group.weights, np.uint8), **arrays}
 
         def apply(result: Message) -> None:
             ob = found(target)
-            proxy_mesh.refuse_locked(ob)
-            field_of(ob).base_weights = result.arrays["field"].tobytes()
-            set_history(ob, (), LABEL, result)
+            native_edits.refuse_since(ob, absorbed[-1])
+            muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
+            set_history(ob, muted, LABEL, result, as_base=True)
 
         return launch(self, Job(JobKind.ABSORB, LABEL, request, apply, target=target))

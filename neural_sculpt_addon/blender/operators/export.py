@@ -134,9 +134,10 @@ def _stand_in(ob: Object, result: Message) -> Iterator[None]:
     selected = [*(bpy.context.selected_objects or ())]
     for other in selected:
         other.select_set(False)
-    mesh = bpy.data.meshes.new(ob.name)
     arrays = (result.arrays[name] for name in PROXY)
-    proxy_mesh.fill(mesh, *arrays, smooth=field_of(ob).smooth)
+    geometry = proxy_mesh.geometry(*arrays, smooth=field_of(ob).smooth)
+    mesh = bpy.data.meshes.new(ob.name)
+    proxy_mesh.fill(mesh, geometry)
     assert isinstance(ob.data, Mesh)
     for material in ob.data.materials:
         mesh.materials.append(material)

@@ -46,8 +46,9 @@ class NEURAL_SCULPT_OT_remesh(Operator):
 
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""
-        target, resolution = active_field(context).session_uid, self.resolution
-        smooth = self.smooth
+        ob = active_field(context)
+        target, resolution, smooth = ob.session_uid, self.resolution, self.smooth
+        dropped = native_edits.mark(ob) if native_edits.edited(ob) else None
 
         def request() -> Request:
             group = field_of(found(target))
@@ -55,6 +56,9 @@ class NEURAL_SCULPT_OT_remesh(Operator):
             return fields, {"field": np.frombuffer(group.weights, np.uint8)}
 
         def apply(result: Message) -> None:
-            set_proxy(found(target), resolution, smooth, result)
+            ob = found(target)
+            if native_edits.edited(ob):
+                native_edits.refuse_since(ob, dropped)
+            set_proxy(ob, resolution, smooth, result)
 
         return launch(self, Job(JobKind.MESH, "Remesh Proxy", request, apply, target=target))
