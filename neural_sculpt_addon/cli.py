@@ -172,7 +172,7 @@ def _show(fraction: float, message: str) -> None:
 def _finish(summary: dict[str, Any], report_path: Path | None, report: object) -> None:
     """Print the summary as one line of JSON, write the report where one is wanted."""
     if report_path:
-        from .field.checkpoint import write_whole
+        from .field.whole_file import write_whole
 
         write_whole(report_path, json.dumps(report, indent=1, allow_nan=False).encode())
     if sys.stderr.isatty():

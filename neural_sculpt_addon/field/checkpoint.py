@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fields as files and as bytes.
 
-Our own format is safetensors: float32 tensors `layers.K.weight`, `layers.K.bias` and the metadata
-`format`, `version` and `omegas`. The authors' `.pth` checkpoints (plain and weight norm) are read
-and written as well. Files come from outside and are untrusted: nothing in them is executed, sizes
-are bounded, shapes and numbers checked.
+Our own format is safetensors: float32 tensors `layers.K.weight`, `layers.K.bias`, the metadata
+`format`, `version` and `omegas`, and for a field with detail a uint8 tensor `detail`, which holds
+what `layer_bytes` makes of its coefficients. The version is 1 without detail, 2 with it. The
+authors' `.pth` checkpoints (plain and weight norm) are read and written as well; they hold networks
+only. Files come from outside and are untrusted: nothing in them is executed, sizes are bounded,
+shapes and numbers checked.
 """
 
 import io
@@ -12,7 +14,6 @@ import json
 import math
 import os
 import struct
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,13 +26,21 @@ from safetensors import SafetensorError
 from torch import Tensor
 
 from ..stroke.errors import SculptError
+from .detail import Detail
+from .field import Field
+from .layer_bytes import layer_from_bytes, layer_to_bytes
 from .network import Siren
+from .whole_file import write_whole
 
 FORMAT = "neural-sculpt-field"
-VERSION = 1
+VERSION, VERSION_WITH_DETAIL = "1", "2"
 SUFFIXES = (".safetensors", ".pth")
 LARGEST_FILE = 256 << 20  # bytes
+LARGEST_HEADER = 256 << 10  # bytes of a header or a pickle, which grow by the number of tensors
+MOST_ENTRIES = 1000  # of an archive
 WIDEST, DEEPEST = 4096, 16
+LARGEST_NUMBER = 1e4  # of omegas, weights and biases
+STEEPEST = 1e30  # bound of |grad f|, as the weights allow it; float32 ends at 3e38
 
 # What readers raise on damaged files, besides their own errors.
 DAMAGE = (
@@ -40,35 +49,46 @@ DAMAGE = (
 )
 
 
-def to_bytes(network: Siren) -> bytes:
-    """The field in our own format (safetensors); the same field always gives the same bytes."""
-    tensors = {}
+def to_bytes(field: Field) -> bytes:
+    """The field in our own format (safetensors); the same field always gives the same bytes.
+
+    SculptError when its detail is more than `from_bytes` would read.
+    """
+    network, tensors = field.network, {}
     for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
         tensors[f"layers.{layer}.weight"] = weight.detach().cpu().contiguous()
         tensors[f"layers.{layer}.bias"] = bias.detach().cpu().contiguous()
+    if coefficients := field.detail.to("cpu").coefficients:
+        packed = bytearray(layer_to_bytes(coefficients))
+        tensors["detail"] = torch.frombuffer(packed, dtype=torch.uint8)
     metadata = {
         "format": FORMAT,
-        "version": str(VERSION),
+        "version": VERSION_WITH_DETAIL if coefficients else VERSION,
         "omegas": json.dumps([float(omega) for omega in network.omegas]),
         "sign": "negative inside",
     }
     return _sorted_metadata(safetensors.torch.save(tensors, metadata))
 
 
-def from_bytes(data: bytes) -> Siren:
+def from_bytes(data: bytes) -> Field:
     """The field that `to_bytes` wrote. SculptError when the bytes hold no such field."""
+    if LARGEST_HEADER < int.from_bytes(data[:8], "little") <= len(data):
+        raise SculptError("This safetensors file holds more tensors than any field.")
     try:
-        tensors = _plain(safetensors.torch.load(data))
+        tensors = safetensors.torch.load(data)
     except DAMAGE as error:
         raise SculptError("This is no readable safetensors file; it is damaged.") from error
     metadata = _metadata(data)
     if metadata.get("format") != FORMAT:
         raise SculptError("This safetensors file holds no neural field of Neural Sculpt.")
-    if metadata.get("version") != str(VERSION):
+    version = metadata.get("version")
+    if version not in (VERSION, VERSION_WITH_DETAIL):
         raise SculptError(
-            f"This field was written in format version {metadata.get('version')}, this add-on reads"
-            f" version {VERSION}. Update Neural Sculpt to open it."
+            f"This field was written in format version {version!s:.100}, this add-on reads version"
+            f" {VERSION_WITH_DETAIL}. Update Neural Sculpt to open it."
         )
+    detail = _detail(tensors) if version == VERSION_WITH_DETAIL else Detail()
+    tensors = _plain(tensors)
     count = len(tensors) // 2
     try:
         omegas = tuple(float(omega) for omega in json.loads(metadata["omegas"]))
@@ -76,61 +96,47 @@ def from_bytes(data: bytes) -> Siren:
         biases = [tensors[f"layers.{layer}.bias"] for layer in range(count)]
     except DAMAGE as error:
         raise SculptError("This field file lacks a part of the network; it is damaged.") from error
-    return _checked(weights, biases, omegas)
+    return Field(_checked(weights, biases, omegas), detail)
 
 
-def load(path: str | os.PathLike[str]) -> Siren:
+def _detail(tensors: dict[str, Tensor]) -> Detail:
+    """The detail, taken out of `tensors`."""
+    packed = tensors.pop("detail", None)
+    if packed is None or packed.dtype != torch.uint8 or packed.dim() != 1:
+        raise SculptError("This field file lacks its detail; it is damaged.")
+    return Detail.of(layer_from_bytes(packed.numpy().tobytes()))
+
+
+def load(path: str | os.PathLike[str]) -> Field:
     """Read a field from a `.safetensors` or `.pth` file. SculptError when that fails."""
     path = Path(path)
+    name = f"{path.name:.100}"
     read = {".safetensors": from_bytes, ".pth": _from_pth}.get(path.suffix.lower())
     if read is None:
-        raise SculptError(f"{path.name} is no field file; choose a .safetensors or .pth file.")
+        raise SculptError(f"{name} is no field file; choose a .safetensors or .pth file.")
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise SculptError(f"{path.name} is larger than any field file (256 MiB).")
+            raise SculptError(f"{name} is larger than any field file (256 MiB).")
         data = path.read_bytes()
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
     try:
         return read(data)
     except SculptError as error:
-        raise SculptError(f"{path.name}: {error}") from error
+        raise SculptError(f"{name}: {error}") from error
 
 
-def save(network: Siren, path: str | os.PathLike[str]) -> None:
+def save(field: Field, path: str | os.PathLike[str]) -> None:
     """Write a field; the suffix chooses our format (.safetensors) or the authors' (.pth).
 
-    The file appears whole or not at all. SculptError when it cannot be written.
+    The file appears whole or not at all. SculptError when it cannot be written, or when the format
+    has no place for the field's detail.
     """
     path = Path(path)
     write = {".safetensors": to_bytes, ".pth": _to_pth}.get(path.suffix.lower())
     if write is None:
-        raise SculptError(f"{path.name}: fields are saved as .safetensors or .pth files.")
-    write_whole(path, write(network))
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write `data` to `path` by way of a temporary file beside it. SculptError when that fails."""
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-            os.chmod(temporary, 0o666 & ~_umask())
-            os.replace(temporary, path)
-        except OSError:
-            os.unlink(temporary)
-            raise
-    except OSError as error:
-        raise SculptError(
-            f"{path} cannot be written: {error.strerror}. Choose another folder or file name."
-        ) from error
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+        raise SculptError(f"{path.name:.100}: fields are saved as .safetensors or .pth files.")
+    write_whole(path, write(field))
 
 
 def _sorted_metadata(data: bytes) -> bytes:
@@ -148,7 +154,7 @@ def _metadata(data: bytes) -> dict[str, str]:
     return json.loads(data[8 : 8 + size]).get("__metadata__", {})
 
 
-def _from_pth(data: bytes) -> Siren:
+def _from_pth(data: bytes) -> Field:
     """The authors' checkpoint: a dict of architecture and `state_dict`."""
     _bound_archive(data)
     try:
@@ -168,18 +174,22 @@ def _from_pth(data: bytes) -> Siren:
         biases = [state[f"{name}.bias"] for name in names]
     except DAMAGE as error:
         raise SculptError("This checkpoint holds no SIREN network of the authors' form.") from error
-    return _checked(weights, biases, (first, *[hidden] * (count - 2)))
+    return Field(_checked(weights, biases, (first, *[hidden] * (count - 2))))
 
 
 def _bound_archive(data: bytes) -> None:
     """Refuse an archive that would unpack to more than a field can hold."""
+    if data.count(b"PK\1\2") > MOST_ENTRIES:
+        raise SculptError("This checkpoint holds more tensors than any field.")
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
+            entries = archive.infolist()
     except (zipfile.BadZipFile, *DAMAGE) as error:
         raise SculptError("This checkpoint is truncated or damaged.") from error
-    if size > LARGEST_FILE:
+    if sum(entry.file_size for entry in entries) > LARGEST_FILE:
         raise SculptError("This checkpoint unpacks to more than any field file (256 MiB).")
+    if any(e.file_size > LARGEST_HEADER for e in entries if e.filename.endswith(".pkl")):
+        raise SculptError("This checkpoint holds more tensors than any field.")
 
 
 def _plain(tensors: Mapping[str, object]) -> dict[str, Tensor]:
@@ -207,7 +217,13 @@ def _plain_weight(state: Mapping[str, Tensor], name: str) -> Tensor:
     return g * v / v.norm(dim=1, keepdim=True)
 
 
-def _to_pth(network: Siren) -> bytes:
+def _to_pth(field: Field) -> bytes:
+    if field.detail.coefficients:
+        raise SculptError(
+            "The .pth format has no place for detail. Save as .safetensors, sculpt with --solver"
+            " network, or choose Consolidate, which fits a plain network to the field."
+        )
+    network = field.network
     first, *others = network.omegas
     if len(set(others)) > 1:
         raise SculptError(
@@ -245,10 +261,22 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
         fan_out = 1 if layer == len(weights) - 1 else bias.numel()
         if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST:
             raise SculptError(
-                f"This network's layer {layer + 1} has weights {tuple(weight.shape)} and biases"
-                f" {tuple(bias.shape)}; a field leads from 3 coordinates to 1 value."
+                f"This network's layer {layer + 1} has weights {tuple(weight.shape)!s:.50} and"
+                f" biases {tuple(bias.shape)!s:.50}; a field leads from 3 coordinates to 1 value."
             )
         fan_in = fan_out
     if not all(bool(torch.isfinite(tensor).all()) for tensor in (*weights, *biases)):
         raise SculptError("This network's weights hold NaN or infinite numbers; it is damaged.")
-    return Siren(tuple(weights), tuple(biases), omegas)
+    network = Siren(tuple(weights), tuple(biases), omegas)
+    if max(*omegas, *(float(tensor.abs().max()) for tensor in network.parameters)) > LARGEST_NUMBER:
+        raise SculptError("This network's omegas or weights are beyond 10000; no field has such.")
+    if _steepness(network) > STEEPEST:
+        raise SculptError("This network is steeper than any field; its values could be NaN.")
+    return network
+
+
+def _steepness(network: Siren) -> float:
+    """A bound of |grad f|: the product of the layers' largest row sums."""
+    factors = (*network.omegas, 1.0)
+    rows = (weight.double().abs().sum(dim=1).max() for weight in network.weights)
+    return math.prod(omega * float(row) for omega, row in zip(factors, rows, strict=True))

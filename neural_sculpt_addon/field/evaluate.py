@@ -7,20 +7,23 @@ are divided depends on their number alone, so any number of cores gives the same
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
 
-from .field import Field
 from .threads import in_pool, pool
+
+if TYPE_CHECKING:  # a field samples itself by these functions
+    from .field import Field
 
 CHUNK = 2048
 GRADIENT_CHUNK = 1536  # takes three times the memory
 DEVICE_CHUNK = 1 << 18
 
 
-def values(field: Field, points: ArrayLike) -> NDArray[np.float32]:
+def values(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
     """f at `points` (N, 3) -> (N,) float32."""
     out = np.empty(len(x := _points(points)), np.float32)
 
@@ -32,7 +35,7 @@ def values(field: Field, points: ArrayLike) -> NDArray[np.float32]:
 
 
 def values_and_gradients(
-    field: Field, points: ArrayLike
+    field: "Field", points: ArrayLike
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """f (N,) and grad f (N, 3), both float32, at `points` (N, 3)."""
     x = _points(points)

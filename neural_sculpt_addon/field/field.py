@@ -6,12 +6,24 @@ The network holds the smooth whole, the detail what was sculpted or fitted beyon
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
+import numpy as np
 import torch
+from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
+from ..stroke.errors import SculptError
 from .detail import Coefficients, Detail
+from .evaluate import values_and_gradients
 from .network import FoldedSiren, Siren
+
+
+class Sampled(NamedTuple):
+    """A field at N points of model space."""
+
+    f: NDArray[np.float32]  # (N,), negative inside
+    gradient: NDArray[np.float32]  # (N, 3)
 
 
 @dataclass(frozen=True)
@@ -50,3 +62,10 @@ class Field:
         value, gradient = self.folded.value_and_gradient(x)
         self.detail.add_value_and_gradient(x, value, gradient)
         return value, gradient
+
+    def sample(self, points: ArrayLike) -> Sampled:
+        """f and its gradient at `points` (N, 3). SculptError when they are no such array."""
+        x = np.asarray(points)
+        if x.ndim != 2 or x.shape[1] != 3 or x.dtype.kind not in "fiu":
+            raise SculptError(f"Points are numbers (N, 3), not {x.dtype!s:.30} {x.shape!s:.30}.")
+        return Sampled(*values_and_gradients(self, x))

@@ -12,8 +12,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
-from .checkpoint import write_whole
 from .proxy import Proxy
+from .whole_file import write_whole
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes
@@ -30,7 +30,7 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror or error}.") from error
     except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
-        raise SculptError(f"{path.name} is no readable mesh ({error}).") from error
+        raise SculptError(f"{path.name} is no readable mesh ({error!s:.100}).") from error
     vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
     triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     if not len(triangles):

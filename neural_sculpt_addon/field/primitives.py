@@ -10,14 +10,16 @@ from pathlib import Path
 
 from ..stroke.errors import SculptError
 from .checkpoint import load
-from .network import Siren
+from .field import Field
 
 PRIMITIVES = ("sphere", "torus", "box", "capsule", "suzanne")
 FOLDER = Path(__file__).parent.parent / "primitives"
 
 
-def primitive(name: str) -> Siren:
+def primitive(name: str) -> Field:
     """The ready field called `name`. SculptError when there is none of that name."""
     if name not in PRIMITIVES:
-        raise SculptError(f"There is no primitive {name!r}; there are {', '.join(PRIMITIVES)}.")
+        raise SculptError(
+            f"There is no primitive {name!r:.100}; there are {', '.join(PRIMITIVES)}."
+        )
     return load(FOLDER / f"{name}.safetensors")

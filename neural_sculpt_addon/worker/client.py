@@ -4,8 +4,8 @@
 NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
 ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
 whatever happens to the worker: when it dies the client answers in its place. Ahead of that come any
-progress and at most one quick result. An error of a worker that died says `died`: the job was not
-at fault, or not known to be.
+progress and previews. An error of a worker that died says `died`: the job was not at fault, or not
+known to be.
 """
 
 import math
@@ -139,9 +139,9 @@ class Client:
     ) -> Message:
         """Block until `job` has ended and return its final message.
 
-        A Cancelled raised by `on_progress` cancels the job; what comes ahead of the final message
-        is passed over. News of other jobs is kept for `poll_once`. TimeoutError after `timeout`
-        seconds, ValueError for a job that is not open.
+        A Cancelled raised by `on_progress` cancels the job; previews are passed over. News of other
+        jobs is kept for `poll_once`. TimeoutError after `timeout` seconds, ValueError for a job
+        that is not open.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -150,7 +150,7 @@ class Client:
                 self._inbox.remove(message)
                 if message.kind in FINAL:
                     return message
-                if message.kind in (MessageKind.QUICK, MessageKind.PREVIEW):
+                if message.kind is MessageKind.PREVIEW:
                     continue
                 try:
                     on_progress(message.fields["fraction"], message.fields["message"])
