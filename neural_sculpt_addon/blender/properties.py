@@ -58,7 +58,7 @@ def smooth_property() -> Any:
     )
 
 
-def strength_property() -> Any:
+def strength_property(**given: Any) -> Any:
     """How much of a layer the field has."""
     return FloatProperty(
         name="Strength",
@@ -67,6 +67,7 @@ def strength_property() -> Any:
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        **given,
     )
 
 

@@ -15,7 +15,7 @@ from bpy.types import Object
 
 from ..worker.client import JobKind, Message
 from . import redraw
-from .job import Job, Request, find
+from .job import Job, Request
 from .properties import field_of, is_field
 from .worker_session import session
 
@@ -68,8 +68,7 @@ def follow() -> None:
             field_of(ob).report = known
 
 
-def measure_again(target: int) -> None:
+def measure_again(ob: Object) -> None:
     """After undo and redo: measure what was not, because something else was wanted then."""
-    ob = find(target)
-    if ob is not None and _known.get(field_of(ob).revision) == "":
+    if _known.get(field_of(ob).revision) == "":
         measure(ob)

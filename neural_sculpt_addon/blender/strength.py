@@ -9,23 +9,31 @@ which Blender makes no undo steps.
 # pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
 
 import time
+from functools import partial
 
 import bpy
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object, WindowManager
 
 from ..stroke.errors import SculptError
 from . import stroke_list
+from .job import find
+from .operators import notice
 from .properties import field_of, is_field, strength_property
+from .replay import change_history
 from .worker_session import session
 
 NAME = "neural_sculpt_strength"
 """Of the slider: WindowManager.neural_sculpt_strength."""
+
+LABEL = n_("Stroke Strength")
 
 REST = 0.25
 """Seconds without a change after which the slider is taken to be released."""
 
 
 class _State:
+    waiting: bool = False  # for the slider to rest
     target: int = -1  # session_uid of the object
     uid: str = ""
     strength: float = 1.0
@@ -43,8 +51,9 @@ def _get(_: WindowManager) -> float:
     if (chosen := _chosen()) is None:
         return 1.0
     ob, uid = chosen
-    if _State.uid == uid and _State.target == ob.session_uid:
-        return _State.strength
+    if (ob.session_uid, uid) == (_State.target, _State.uid):
+        if _State.waiting or session.pending(ob.session_uid):
+            return _State.strength
     return field_of(ob).strokes[field_of(ob).active_stroke].strength
 
 
@@ -52,9 +61,9 @@ def _set(_: WindowManager, strength: float) -> None:
     if (chosen := _chosen()) is None:
         return
     ob, uid = chosen
-    if _State.uid and _State.uid != uid:
+    if _State.waiting and _State.uid != uid:
         _apply()
-    _State.target, _State.uid = ob.session_uid, uid
+    _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
     _State.strength, _State.changed = strength, time.monotonic()
     if session.waits:
         _apply()
@@ -64,7 +73,35 @@ def _set(_: WindowManager, strength: float) -> None:
 
 def _tick() -> float | None:
     left = _State.changed + REST - time.monotonic()
-    if _State.uid and left > 0:
+    if left > 0:
         return left
-    _apply()
+    if _State.waiting:
+        _apply()
     return None
+
+
+def _apply() -> None:
+    """Change the stroke, and what the field is then."""
+    ob, uid = find(_State.target), _State.uid
+    _State.waiting = False
+    if ob is None or uid not in {item.uid for item in field_of(ob).strokes}:
+        return
+    change = partial(stroke_list.weakened, uid=uid, strength=_State.strength)
+    try:
+        if (job := change_history(ob, LABEL, change)) is not None:
+            session.submit(job)
+            if session.waits:
+                session.wait(job)
+    except SculptError as error:
+        notice.tell(str(error))
+
+
+def register() -> None:
+    """Add the slider."""
+    slider = strength_property(get=_get, set=_set)
+    setattr(WindowManager, NAME, slider)
+
+
+def unregister() -> None:
+    """Remove it."""
+    delattr(WindowManager, NAME)

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
-_RESULTS = frozenset({MessageKind.RESULT, MessageKind.QUICK, MessageKind.PREVIEW})
+_RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
+_STATES = frozenset({JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB, JobKind.CONSOLIDATE})
+"""Jobs whose result is another state of the field."""
 
 
 def why_malformed(message: Message) -> str:
@@ -38,22 +40,30 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
-    if job in {JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB}:
-        _require(type(fields.get("revision")) is str and fields["revision"], "revision")
-        _require(_is_list_of(fields.get("reports"), lambda each: type(each) is dict), "reports")
-        _check_model(arrays)
-    elif job is JobKind.FIT:
-        center = fields.get("center")
-        _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
-        _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
-        _require(type(fields.get("report")) is dict, "report")
-        if message.kind is MessageKind.PREVIEW:
-            _check_proxy(arrays)
-        else:
-            _check_model(arrays)
-    elif job is JobKind.LOAD:
-        _require(type(fields.get("report", {})) is dict, "report")
-        _check_model(arrays)
+    if job in _STATES:
+        _require(_is_name(fields.get("revision")), "revision")
+        _check_report(fields, required=job is JobKind.CONSOLIDATE)
+        _check_parts(fields, arrays)
+        _check_proxy(arrays)
+    if job is JobKind.EDIT:
+        _require("layer" in fields or "base" in fields, "layer")
+    elif job is JobKind.ABSORB:
+        _require("layer" in fields, "layer")
+    elif job is JobKind.REPLAY:
+        _require("layers" in fields or "base" in fields, "layers")
+    elif job in {JobKind.FIT, JobKind.LOAD}:
+        if job is JobKind.FIT:
+            _check_place(fields)
+        _check_report(fields, required=job is JobKind.FIT)
+        if message.kind is not MessageKind.PREVIEW:
+            _require(_is_name(fields.get("id")), "id")
+            _check_parts(fields, arrays)
+        _check_proxy(arrays)
+    elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
+        _require(_is_name(fields.get("id")), "id")
+        _check_parts(fields, arrays)
+    elif job is JobKind.MEASURE:
+        _check_report(fields, required=True)
     elif job is JobKind.MESH:
         _check_proxy(arrays)
     elif job is JobKind.SAMPLE:
@@ -62,9 +72,31 @@ def check(job: JobKind, message: Message) -> None:
         _require_finite(band, "band")
 
 
-def _check_model(arrays: Mapping[str, NDArray[Any]]) -> None:
-    _require(len(_array(arrays, "field", "u", 1)) > 0, "field")
-    _check_proxy(arrays)
+def _check_place(fields: Mapping[str, Any]) -> None:
+    """Where a fitted field belongs."""
+    center = fields.get("center")
+    _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
+    _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
+
+
+def _check_report(fields: Mapping[str, Any], required: bool) -> None:
+    _require(type(fields.get("report", None if required else {})) is dict, "report")
+
+
+def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Names of fields and layers, and the bytes that they name."""
+    for name, array in (("id", "field"), ("base", "field"), ("layer", "layer")):
+        if name in fields:
+            _require(_is_name(fields[name]), name)
+            _require(len(_array(arrays, array, "u", 1)) > 0, array)
+    if "layer" in fields:
+        _require(type(fields.get("context")) is str, "context")
+    layers = fields.get("layers", [])
+    _require(_is_list_of(layers, lambda each: type(each) is dict), "layers")
+    for number, layer in enumerate(layers):
+        _require(_is_name(layer.get("id")) and type(layer.get("context")) is str, "layers")
+        if (name := f"layer.{number}") in arrays:
+            _require(len(_array(arrays, name, "u", 1)) > 0, name)
 
 
 def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -113,6 +145,10 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 def _is_number(value: object) -> bool:
     return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore
+
+
+def _is_name(value: object) -> bool:
+    return type(value) is str and bool(value)
 
 
 def _is_list_of(value: object, is_right: Callable[[object], bool]) -> bool:

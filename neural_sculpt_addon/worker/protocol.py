@@ -54,6 +54,8 @@ class JobKind(StrEnum):
     SAVE = "save"
     SAMPLE = "sample"
     PREPARE = "prepare"
+    FLATTEN = "flatten"
+    CONSOLIDATE = "consolidate"
 
 
 class ControlKind(StrEnum):

@@ -5,7 +5,7 @@
 
 from bpy.types import Context, Operator
 
-from .. import field_header
+from ..field_header import header_of
 from ..commit import set_solver
 from ..properties import NETWORK, field_of, solver_property
 from .launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
@@ -32,7 +32,7 @@ class NEURAL_SCULPT_OT_choose_solver(Operator):
     def execute(self, context: Context) -> Outcome:
         """Choose it for the strokes to come."""
         ob = active_field(context)
-        if self.solver == NETWORK and field_header.of(ob).coefficients:
+        if self.solver == NETWORK and header_of(ob).detail:
             return fail(
                 self, "This field has detail, which a network cannot hold. Consolidate it first."
             )
