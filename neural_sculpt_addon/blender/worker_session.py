@@ -24,6 +24,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import bpy
 from bpy.app.translations import pgettext_n as n_
@@ -36,7 +37,7 @@ from ..worker.client import (
     JobKind,
     Message,
     MessageKind,
-    WorkerGone,
+    WorkerGoneError,
     WorkerState,
 )
 from ..worker.protocol import ProtocolError
@@ -133,8 +134,8 @@ class Session:
     def poll_once(self) -> bool:
         """Take what the worker sent: whether there was news.
 
-        Never blocks, but for the time that it takes to read a result, or to show it. Raises nothing:
-        Blender would drop the timer, and all jobs wait forever.
+        Never blocks, but for the time that it takes to read a result, or to show it. Raises
+        nothing: Blender would drop the timer, and all jobs wait forever.
         """
         try:
             return self._poll()
@@ -162,16 +163,18 @@ class Session:
 
     def _recover(self) -> None:
         """After a defect: end the job that it was met in, and the worker that may be at fault."""
-        if self.jobs:
-            job = self.jobs.popleft()
-            job.status = JobStatus.FAILED
-            job.message = f"{job.title} failed; the system console says why."
-            self.last_error = job.message
-            notice.tell(job.message)
         if self.client is not None:
             self.client.stop()
             self.client = None
         self._news.clear()
+        if self.jobs:
+            job = self.jobs[0]
+            try:
+                self._fail(job, f"{job.title} failed; the system console says why.")
+            except Exception:
+                log.exception("%s cannot be ended", job.label)
+                job.status = JobStatus.FAILED
+                self.jobs = deque(other for other in self.jobs if other is not job)
 
     def restart(self) -> None:
         """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""
@@ -227,7 +230,7 @@ class Session:
         fields, arrays = job.request()
         try:
             job.number = self.client.submit(job.kind, fields, arrays)
-        except WorkerGone as error:  # just now
+        except WorkerGoneError as error:  # just now
             self._lose(job, str(error))
             return
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
@@ -279,16 +282,7 @@ class Session:
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
-            text = message.fields["message"]
-            if job.quick:
-                text = f"{job.title} keeps its quick result. {text}"
-                self._end(job, JobStatus.FAILED, text)
-            elif message.fields.get("died"):
-                self._lose(job, text)
-            elif message.fields["detail"]:  # a defect, or no memory
-                self._fail(job, text)
-            else:
-                self._end(job, JobStatus.FAILED, text)
+            self._hear_error(job, message.fields)
         elif job.quick:
             self._finals.remember(job.quick, message)
             self._end(job, JobStatus.DONE, "")
@@ -301,6 +295,18 @@ class Session:
                 self._end(job, JobStatus.DONE, "")
         else:
             self._silence(job)
+
+    def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
+        text = fields["message"]
+        if job.quick:
+            text = f"{job.title} keeps its quick result. {text}"
+            self._end(job, JobStatus.FAILED, text)
+        elif fields.get("died"):
+            self._lose(job, text)
+        elif fields["detail"]:  # a defect, or no memory
+            self._fail(job, text)
+        else:  # what was asked for cannot be
+            self._end(job, JobStatus.FAILED, text)
 
     def _try(self, job: Job, step: Callable[[], None]) -> bool:
         """Take a step of a job; when that cannot be, end the job."""

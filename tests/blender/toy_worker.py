@@ -3,9 +3,11 @@
 
 Started as `python -I -u toy_worker.py ROOT GO`: it serves the package's own protocol. A "field" is
 some bytes, an edit appends one, and the proxy is what the bytes are the seed of: so a test can tell
-whether an object's mesh belongs to its weights. A refinement ends when the file GO exists.
+whether an object's mesh belongs to its weights. A refinement ends when the file GO exists. A file
+`spoil` beside it has the name of a way to answer an edit wrongly, and `once` when only once.
 """
 
+import os
 import sys
 import time
 import zlib
@@ -21,6 +23,7 @@ from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
 
 GO = Path(sys.argv[2])
+SPOIL = GO.with_name("spoil")
 QUICK, FINAL = 1, 2
 
 
@@ -54,7 +57,8 @@ def edit(job, progress):
     def result(kind, revision):
         field = np.append(job.arrays["field"], np.uint8(kind))
         reports = [{"kind": kind, "field": len(field)}]
-        return Payload({"revision": job.fields[revision], "reports": reports}, model(field, job))
+        fields = {"revision": job.fields[revision], "reports": reports}
+        return spoiled(Payload(fields, model(field, job)))
 
     if "quick_revision" in job.fields:
         job.quick(result(QUICK, "quick_revision"))
@@ -62,6 +66,31 @@ def edit(job, progress):
             progress(0.5, "Refining")
             time.sleep(0.005)
     return result(FINAL, "result_revision")
+
+
+def spoiled(result):
+    """An answer that no worker should give, when the test wants one."""
+    how, _, times = SPOIL.read_text().partition(" ") if SPOIL.exists() else ("", "", "")
+    if times:
+        SPOIL.unlink()
+    fields, arrays = dict(result.fields), dict(result.arrays)
+    if how == "nan":
+        arrays["vertices"][3, 1] = np.nan
+    elif how == "index":
+        arrays["triangles"][0, 0] = 10**6
+    elif how == "shape":
+        arrays["normals"] = arrays["normals"][:-1]
+    elif how == "missing":
+        del fields["reports"]
+    elif how == "revision":
+        fields["revision"] = ["cannot", "be", "hashed"]
+    elif how == "full":  # as on a full disk
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, resource.RLIM_INFINITY))
+    elif how == "death":
+        os._exit(7)
+    return Payload(fields, arrays)
 
 
 def mesh(job, progress):
