@@ -146,8 +146,7 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
 
 
 def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
-    """Load a preset that was chosen. Blender makes an undo step of what the artist chooses, so curves
-    may be made here."""
+    """Load a preset that was chosen. The choice becomes an undo step: curves may be made here."""
     for shape in (Profile, Modulation):
         choice = getattr(brush, shape.WORD)
         if (preset := chosen_preset(shape, choice)) is not None:

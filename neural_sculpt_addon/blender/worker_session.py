@@ -23,6 +23,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 import bpy
 import numpy as np
@@ -36,7 +37,7 @@ from ..worker.client import (
     JobKind,
     Message,
     MessageKind,
-    WorkerGone,
+    WorkerGoneError,
     WorkerState,
 )
 from ..worker.protocol import ProtocolError
@@ -147,8 +148,8 @@ class Session:
     def poll_once(self) -> bool:
         """Take what the worker sent: whether there was news.
 
-        Never blocks, but for the time that it takes to read a result, or to show it. Raises nothing:
-        Blender would drop the timer, and all jobs wait forever.
+        Never blocks, but for the time that it takes to read a result, or to show it. Raises
+        nothing: Blender would drop the timer, and all jobs wait forever.
         """
         try:
             return self._poll()
@@ -176,16 +177,19 @@ class Session:
 
     def _recover(self) -> None:
         """After a defect: end the job that it was met in, and the worker that may be at fault."""
-        if self.jobs:
-            job = self.jobs.popleft()
-            job.status = JobStatus.FAILED
-            job.message = f"{job.title} failed; the system console says why."
-            self.last_error = job.message
-            notice.tell(job.message)
         if self.client is not None:
             self.client.stop()
             self.client = None
         self._news.clear()
+        self.behind = None
+        if self.jobs:
+            job = self.jobs[0]
+            try:
+                self._fail(job, f"{job.title} failed; the system console says why.")
+            except Exception:
+                log.exception("%s cannot be ended", job.label)
+                job.status = JobStatus.FAILED
+                self.jobs = deque(other for other in self.jobs if other is not job)
 
     def restart(self) -> None:
         """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""
@@ -246,7 +250,7 @@ class Session:
         job.kind = request.kind or job.kind
         try:
             self._send(job, request)
-        except WorkerGone as error:  # just now
+        except WorkerGoneError as error:  # just now
             self._lose(job, str(error))
 
     def _send(self, job: Job, request: Request) -> None:
@@ -309,7 +313,7 @@ class Session:
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
-            self._hear_error(job, message)
+            self._hear_error(job, message.fields)
         else:
             self._held.update(_ids(message))
             if self._try(job, partial(job.apply, message)):
@@ -317,18 +321,18 @@ class Session:
             else:
                 self._silence(job)
 
-    def _hear_error(self, job: Job, message: Message) -> None:
-        text = message.fields["message"]
-        if message.fields.get("missing") and not job.resent:
+    def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
+        text = fields["message"]
+        if fields.get("missing") and not job.resent:
             log.info("%s is sent again, for the worker lacks bytes", job.label)
             self._held.clear()
             job.resent = True
             self._queue_again(job)
-        elif message.fields.get("died"):
+        elif fields.get("died"):
             self._lose(job, text)
-        elif message.fields["detail"]:  # a defect, or no memory
+        elif fields["detail"]:  # a defect, or no memory
             self._fail(job, text)
-        else:
+        else:  # what was asked for cannot be
             self._end(job, JobStatus.FAILED, text)
 
     def _hear_behind(self, job: Job, message: Message) -> None:

@@ -24,7 +24,7 @@ from . import answers
 from .process import Exit, WorkerProcess
 from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind
 
-__all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerGone", "WorkerState"]
+__all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerGoneError", "WorkerState"]
 
 _TICK = 0.005  # seconds between two looks while waiting
 _READING = 0.004  # seconds that one poll reads a message for, and the array that it is at
@@ -39,7 +39,7 @@ class WorkerState(StrEnum):
     DEAD = "dead"  # it ended by itself; `problem` says why, `start` begins anew
 
 
-class WorkerGone(SculptError):
+class WorkerGoneError(SculptError):
     """There is no worker to take a job; it may have ended just now."""
 
 
@@ -103,11 +103,11 @@ class Client:
     ) -> int:
         """Queue a job and return its number. The arrays are copied.
 
-        WorkerGone without a worker, SculptError without room for the job; ProtocolError when fields or arrays cannot
-        be sent.
+        WorkerGoneError without a worker, SculptError without room for the job; ProtocolError when
+        fields or arrays cannot be sent.
         """
         if self._process is None or not self.alive:
-            raise WorkerGone("The worker is not running; start it again.")
+            raise WorkerGoneError("The worker is not running; start it again.")
         job = self._last_job + 1
         self._process.send(Message(kind, job, dict(fields), dict(arrays or {})))
         self._last_job = job
@@ -200,7 +200,8 @@ class Client:
         self.state = WorkerState.DEAD
         self.hello = None
         self.problem = (
-            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; see {self.log}."
+            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; see"
+            f" {self.log}."
         )
         fields = {"message": self.problem, "detail": log_tail, "died": True}
         for job in sorted(self._open):

@@ -137,7 +137,9 @@ class Server:
         except SculptError as error:
             return _error(job.job, str(error))
         except MemoryError:
-            return _error(job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError")
+            return _error(
+                job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError"
+            )
         except Exception as error:  # a defect in one job must not take the worker with it
             logger.exception("%s failed", job.kind)
             return _error(

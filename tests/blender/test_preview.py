@@ -113,7 +113,7 @@ class Displaced(unittest.TestCase):
         self.assertEqual(len(result.vertices), 0)
 
 
-class Preview(SteeredCase):
+class SquareCase(SteeredCase):
     """A square stands for the proxy; the worker's answer is not heard until it is asked for."""
 
     def setUp(self) -> None:
@@ -143,6 +143,8 @@ class Preview(SteeredCase):
         names = [attribute.name for attribute in field("Sphere").data.attributes]
         self.assertFalse([name for name in names if "neural" in name])
 
+
+class Preview(SquareCase):
     def test_is_there_at_once_and_gives_way_to_the_result(self) -> None:
         self.draw()
         self.assert_shown()

@@ -8,11 +8,13 @@ whose first points have the same sign of x touch. The proxy shows the sum of bas
 coordinates of its first vertices. So a test can tell whether a mesh belongs to its object.
 
 What changes a field ends when the file `go` exists, and measures do when `measured` does. The file
-`forget` lets the worker forget all bytes.
+`forget` lets the worker forget all bytes; `spoil` has the name of a way to answer an edit wrongly,
+and `once` when only once.
 """
 
 import hashlib
 import json
+import os
 import sys
 import time
 import zlib
@@ -116,15 +118,42 @@ def edit(job, progress):
     beneath = [(name, strength, sides.get(name, 0.0)) for name, strength in layers]
     context = context_of(job.fields["state"]["base"], side_of(stroke), beneath)
     layer = solved(stroke, context)
+    cells = job.fields["resolution"]
     fields = {"revision": job.fields["result_revision"], "seconds": 0.0}
     edits[fields["revision"]] = {"stroke": stroke.get("name", "")}
     if job.fields["solver"] == "network":
         fields["base"], data = named(field + layer)
-        return Payload(fields, {"field": data, **proxy(field + layer, job.fields["resolution"])})
+        return Payload(fields, {"field": data, **proxy(field + layer, cells)})
     fields["layer"], data = named(layer)
     fields["context"] = context
     sides[fields["layer"]] = side_of(stroke)
-    return Payload(fields, {"layer": data, **proxy(field + layer, job.fields["resolution"])})
+    return spoiled(Payload(fields, {"layer": data, **proxy(field + layer, cells)}))
+
+
+def spoiled(result):
+    """An answer that no worker should give, when the test wants one."""
+    spoil = FOLDER / "spoil"
+    how, _, times = spoil.read_text().partition(" ") if spoil.exists() else ("", "", "")
+    if times:
+        spoil.unlink()
+    fields, arrays = dict(result.fields), dict(result.arrays)
+    if how == "nan":
+        arrays["vertices"][3, 1] = np.nan
+    elif how == "index":
+        arrays["triangles"][0, 0] = 10**6
+    elif how == "shape":
+        arrays["normals"] = arrays["normals"][:-1]
+    elif how == "missing":
+        del arrays["layer"]
+    elif how == "revision":
+        fields["revision"] = ["cannot", "be", "hashed"]
+    elif how == "full":  # as on a full disk
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (500, resource.RLIM_INFINITY))
+    elif how == "death":
+        os._exit(7)
+    return Payload(fields, arrays)
 
 
 def replay(job, progress):

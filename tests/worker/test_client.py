@@ -15,7 +15,14 @@ import pytest
 
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker import protocol
-from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind, WorkerState
+from neural_sculpt_addon.worker.client import (
+    Client,
+    JobKind,
+    Message,
+    MessageKind,
+    WorkerGoneError,
+    WorkerState,
+)
 from neural_sculpt_addon.worker.mailbox import Inbox, Outbox
 from neural_sculpt_addon.worker.process import ANSWERS, REQUESTS
 from neural_sculpt_addon.worker.protocol import FINAL, ProtocolError
@@ -227,7 +234,8 @@ def test_a_worker_that_dies_answers_every_open_job_once_and_starts_again(client)
     assert client.state is WorkerState.DEAD
     assert client.problem == finals[0].fields["message"]
     assert not client.alive
-    with pytest.raises(SculptError, match="not running"):
+    assert all(message.fields["died"] for message in finals)
+    with pytest.raises(WorkerGoneError, match="not running"):
         client.submit(JobKind.MESH, {})
     client.start()
     assert client.problem == ""
@@ -320,6 +328,26 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     client.start()
     answer = finish(client, client.submit(JobKind.MESH, {}))
     assert "ends after 6 of 16 bytes" in answer.fields["message"]
+    assert not client.alive
+
+
+def test_a_worker_whose_progress_says_nothing_is_ended(tmp_path):
+    script = textwrap.dedent("""
+        import sys
+        from pathlib import Path
+        sys.path.insert(0, sys.argv[1])
+        from neural_sculpt_addon.worker.mailbox import Outbox
+        from neural_sculpt_addon.worker.protocol import Message, MessageKind
+        answers = Outbox(Path(input()) / "answers")
+        sys.stdin.read(1)
+        answers.put(Message(MessageKind.PROGRESS, 1, {"fraction": "half"}))
+        sys.stdin.read()
+    """)
+    client = Client([sys.executable, "-c", script, str(ROOT)], tmp_path / "log")
+    client.start()
+    answer = finish(client, client.submit(JobKind.MESH, {}))
+    assert answer.fields["died"]
+    assert "its progress has no 'fraction'" in answer.fields["message"]
     assert not client.alive
 
 

@@ -101,7 +101,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
-                draw_curve(layout, brush_of(context), word)
+                draw_curve(self.layout, brush_of(context), word)  # pyright: ignore
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender believes of the worker's answers."""
+
+import time
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.worker import answers
+from neural_sculpt_addon.worker.protocol import JobKind, Message, MessageKind, ProtocolError
+
+EDITED = {"revision": "r", "reports": [{"drift_mean": 0.1}]}
+
+
+def proxy(count=3):
+    points = np.zeros((count, 3), "<f4")
+    triangles = np.zeros((count, 3), "<i4")
+    edges = np.zeros((count, 2), "<i4")
+    return {
+        "vertices": points,
+        "normals": points.copy(),
+        "triangles": triangles,
+        "edges": edges,
+        "corner_edges": triangles.copy(),
+    }
+
+
+def model(count=3):
+    return {"field": np.ones(5, "u1"), **proxy(count)}
+
+
+def result(fields, arrays):
+    return Message(MessageKind.RESULT, 1, fields, arrays)
+
+
+PLACED = {"scale": 2.0, "center": [0.0, 1, 2.0], "report": {}}
+GOOD = [
+    (JobKind.EDIT, EDITED, model()),
+    (JobKind.REPLAY, {**EDITED, "reports": []}, model()),
+    (JobKind.ABSORB, EDITED, model()),
+    (JobKind.FIT, PLACED, model()),
+    (JobKind.LOAD, {"widths": [1]}, model()),
+    (JobKind.MESH, {}, proxy()),
+    (JobKind.SAMPLE, {}, {"band": np.zeros((4, 4, 4), "<f4")}),
+    (JobKind.SAVE, {}, {}),
+    (JobKind.PREPARE, {}, {}),
+]
+
+
+@pytest.mark.parametrize(("job", "fields", "arrays"), GOOD)
+def test_what_the_worker_answers_is_believed(job, fields, arrays):
+    answers.check(job, result(fields, arrays))
+    answers.check(job, Message(MessageKind.CANCELLED, 1))
+
+
+@pytest.mark.parametrize(("job", "fields", "arrays"), [good for good in GOOD if good[2]])
+def test_nothing_may_be_missing(job, fields, arrays):
+    for name in arrays:
+        with pytest.raises(ProtocolError, match=name):
+            answers.check(job, result(fields, {k: v for k, v in arrays.items() if k != name}))
+    for name in fields if job is not JobKind.LOAD else ():
+        with pytest.raises(ProtocolError, match=name):
+            answers.check(job, result({k: v for k, v in fields.items() if k != name}, arrays))
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("vertices", np.full((3, 3), np.nan, "<f4")),
+        ("vertices", np.full((3, 3), np.inf, "<f4")),
+        ("vertices", np.zeros((3, 2), "<f4")),
+        ("vertices", np.zeros((3, 3), "<i4")),
+        ("normals", np.full((3, 3), -np.inf, "<f4")),
+        ("normals", np.zeros((2, 3), "<f4")),
+        ("triangles", np.full((3, 3), 3, "<i4")),
+        ("triangles", np.full((3, 3), -1, "<i4")),
+        ("triangles", np.zeros(9, "<i4")),
+        ("edges", np.full((3, 2), 3, "<i4")),
+        ("corner_edges", np.full((3, 3), 3, "<i4")),
+        ("corner_edges", np.zeros((2, 3), "<i4")),
+        ("field", np.zeros(0, "u1")),
+        ("field", np.zeros(5, "<f4")),
+    ],
+)
+def test_arrays_that_blender_cannot_show_are_refused(name, wrong):
+    with pytest.raises(ProtocolError, match=name):
+        answers.check(JobKind.EDIT, result(EDITED, {**model(), name: wrong}))
+
+
+@pytest.mark.parametrize(
+    ("job", "field", "wrong"),
+    [
+        (JobKind.EDIT, "revision", ["a"]),
+        (JobKind.EDIT, "revision", ""),
+        (JobKind.EDIT, "reports", [1]),
+        (JobKind.EDIT, "reports", {}),
+        (JobKind.FIT, "scale", 0.0),
+        (JobKind.FIT, "scale", True),
+        (JobKind.FIT, "center", [0.0, 1.0]),
+        (JobKind.FIT, "center", [0.0, 1.0, "2"]),
+    ],
+)
+def test_fields_of_another_kind_are_refused(job, field, wrong):
+    good = EDITED if job is JobKind.EDIT else PLACED
+    with pytest.raises(ProtocolError, match=field):
+        answers.check(job, result({**good, field: wrong}, model()))
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Message(MessageKind.PROGRESS, 1, {"fraction": "0.5", "message": ""}),
+        Message(MessageKind.PROGRESS, 1, {"fraction": 0.5}),
+        Message(MessageKind.ERROR, 1, {"message": 3, "detail": ""}),
+        Message(MessageKind.HELLO, 0, {}),
+        Message(JobKind.EDIT, 1),
+    ],
+)
+def test_messages_without_what_belongs_to_them(message):
+    assert answers.why_malformed(message)
+
+
+def test_a_large_proxy_is_looked_at_within_a_few_milliseconds():
+    arrays, times = model(100_000), []
+    for _ in range(5):
+        start = time.perf_counter()
+        answers.check(JobKind.EDIT, result(EDITED, arrays))
+        times.append(time.perf_counter() - start)
+    assert min(times) < 0.008
