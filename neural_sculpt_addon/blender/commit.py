@@ -178,9 +178,7 @@ def _edited(ob: Object, result: Message) -> _State:
     return replace(state, weights=_bytes(result, "field"), weights_id=fields["base"])
 
 
-def _computed(
-    listed: Sequence[Entry], result: Message
-) -> tuple[list[Entry], dict[str, bytes]]:
+def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
     """The entries with the layers that a replay came to, and the bytes of new ones.
 
     A replay of the network's weights has none.

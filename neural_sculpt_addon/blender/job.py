@@ -14,6 +14,7 @@ from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
 from .translations import translated
 
+
 @dataclass(frozen=True)
 class Request:
     """What a job asks of the worker, as the protocol names it.

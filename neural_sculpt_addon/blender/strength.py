@@ -51,9 +51,9 @@ def _get(_: WindowManager) -> float:
     if (chosen := _chosen()) is None:
         return 1.0
     ob, uid = chosen
-    if (ob.session_uid, uid) == (_State.target, _State.uid):
-        if _State.waiting or session.pending(ob.session_uid):
-            return _State.strength
+    dragged = (ob.session_uid, uid) == (_State.target, _State.uid)
+    if dragged and (_State.waiting or session.pending(ob.session_uid)):
+        return _State.strength
     return field_of(ob).strokes[field_of(ob).active_stroke].strength
 
 

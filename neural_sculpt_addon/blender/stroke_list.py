@@ -111,7 +111,9 @@ def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
 def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
     """The list with another stroke in the place of one, which is to be computed again."""
     return [
-        replace(e, stroke=stroke, layer="", context="") if e.uid == uid and e.stroke != stroke else e
+        replace(e, stroke=stroke, layer="", context="")
+        if e.uid == uid and e.stroke != stroke
+        else e
         for e in listed
     ]
 
@@ -186,8 +188,8 @@ def _found(listed: Sequence[Entry], uid: str) -> Entry:
 def _stroke(entry: Entry) -> Stroke:
     if entry.stroke is None:
         raise SculptError(
-            f"{entry.name} was absorbed from other brushes and is no stroke. It can be muted, moved,"
-            " weakened and deleted."
+            f"{entry.name} was absorbed from other brushes and is no stroke. It can be muted,"
+            " moved, weakened and deleted."
         )
     return entry.stroke
 

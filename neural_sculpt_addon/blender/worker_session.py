@@ -34,7 +34,6 @@ from ..stroke.stroke import Stroke
 from ..worker import answers, environment
 from ..worker.client import (
     Client,
-    JobKind,
     Message,
     MessageKind,
     WorkerGoneError,

@@ -274,22 +274,17 @@ class Layers(SteeredCase):
             bpy.ops.wm.open_mainfile(filepath=path)
             push_undo("Open")
             return 0, 0
-        if word in {"undo", "redo"}:
-            return done, undone
         before = state(active())
-        if word == "stroke" or not len(listed):
+        if word == "worker":
+            self.session.stop()
+        elif word == "stroke" or not len(listed):
             self.stroke(rng.choice((-0.5, 0.5)))
         elif word == "base":
             ops.apply_to_base()
-        elif word == "worker":
-            self.session.stop()
-            return done, undone
-        else:
-            uid = rng.choice(listed).uid
-            changes[word](uid, rng)
-            if state(active()) == before:
-                return done, undone
-        return done + 1, 0
+            return done + 1, 0
+        elif word in changes:
+            changes[word](rng.choice(listed).uid, rng)
+        return (done, undone) if state(active()) == before else (done + 1, 0)
 
 
 LESS = ("delete", "duplicate", "move", "move", "file", "base", "worker")

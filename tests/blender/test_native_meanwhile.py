@@ -67,17 +67,19 @@ class Meanwhile(SquareCase):
         self.draw()
         self.assert_shown()
         bpy.ops.object.mode_set(mode="EDIT")
+        self.say("go")
         self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
         bm = bmesh.from_edit_mesh(field("Sphere").data)
         np.testing.assert_array_equal([v.co[:] for v in bm.verts], self.flat)
         self.assertEqual(self.listed(), [])
         bpy.ops.object.mode_set(mode="OBJECT")
-        self.until_quick()
+        self.finish()
         self.assertEqual(self.listed(), [("One", False)])
 
     def test_vertices_moved_in_edit_mode_stay_and_are_a_native_edit(self) -> None:
         self.draw()
         bpy.ops.object.mode_set(mode="EDIT")
+        self.say("go")
         self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
         self.pull_in_edit_mode()
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -108,13 +110,14 @@ class Meanwhile(SquareCase):
 
     def test_a_linked_duplicate_gets_no_mesh_outside_an_undo_step(self) -> None:
         stroke(np.eye(3), name="One")
-        self.until_quick()
+        self.finish()
         other = field("Sphere").copy()
         other.name = "Linked"
         bpy.context.collection.objects.link(other)
         push_undo("Duplicate Linked")
         field("Linked").location.x = 2.0
         push_undo("Move")
+        stroke(np.eye(3), name="Two")
         self.finish()
         for step in (undo, redo, undo, undo, redo, redo):
             step()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Take what Blender's own brushes did to the proxy into the field, as one more entry of its history.
+"""Take what Blender's own brushes did to the proxy into the field, as an entry of its history.
 
 In a file that is older than layers the strokes so far become part of the base, for a replay would
 change what was sculpted over. Muted ones are no part of the field and stay in the history.

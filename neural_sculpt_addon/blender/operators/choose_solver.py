@@ -5,8 +5,8 @@
 
 from bpy.types import Context, Operator
 
-from ..field_header import header_of
 from ..commit import set_solver
+from ..field_header import header_of
 from ..properties import NETWORK, field_of, solver_property
 from .launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
 

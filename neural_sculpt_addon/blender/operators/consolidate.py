@@ -18,8 +18,8 @@ WIDEST = 1024
 
 
 class NEURAL_SCULPT_OT_consolidate(Operator):
-    """Fit a network without detail to the field. That loses some of the detail; the strokes become \
-part of it"""
+    """Fit a network without detail to the field, which loses some of it. The strokes become part \
+of the base"""
 
     bl_idname = "neural_sculpt.consolidate"
     bl_label = "Consolidate"

@@ -74,7 +74,9 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
                 slider.enabled = not proxy_mesh.why_locked(context.active_object)
                 slider.prop(context.window_manager, strength.NAME, slider=True)
             if group.strokes[group.active_stroke].data:
-                points = layout.operator("neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA")
+                points = layout.operator(
+                    "neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA"
+                )
                 points.uid = uid
         if (job := job_of(context)) is not None and job.kind in (JobKind.REPLAY, JobKind.FLATTEN):
             draw_job(layout, job)
