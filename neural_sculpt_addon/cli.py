@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: fit, apply, mesh and info, without Blender.
+"""The command line: fit, apply, mesh, sample, consolidate and info, without Blender.
 
-    python -m neural_sculpt_addon apply NETWORK STROKES.json -o OUT.safetensors --mesh OUT.ply
+    python -m neural_sculpt_addon apply FIELD STROKES.json -o OUT.safetensors --mesh OUT.ply
 
-Networks are `.safetensors` (ours) or `.pth` (the authors') files; strokes are JSON in model space.
+Fields are `.safetensors` (ours) or `.pth` (the authors') files; strokes are JSON in model space.
 """
 
 import argparse
@@ -34,7 +34,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m neural_sculpt_addon", description="Sculpt neural fields with strokes."
     )
-    commands = parser.add_subparsers(required=True, metavar="{fit,apply,mesh,info}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     fit = commands.add_parser("fit", help="fit a field to a mesh")
     fit.add_argument("mesh", type=Path, help="triangle mesh: obj, ply, stl, glb, off")
@@ -48,31 +48,46 @@ def _parser() -> argparse.ArgumentParser:
     fit.set_defaults(run=_fit)
 
     apply = commands.add_parser("apply", help="apply strokes to a field")
-    apply.add_argument("network", type=Path)
+    apply.add_argument("field", type=Path)
     apply.add_argument("strokes", type=Path, help="stroke file (JSON)")
     apply.add_argument("-o", "--output", type=Path, required=True, help=".safetensors or .pth")
     apply.add_argument("--mesh", type=Path, help="also write the proxy")
     apply.add_argument("--resolution", type=int, default=128, help="cells per axis of the proxy")
-    apply.add_argument("--solver", default="gauss_newton", help="or quick, or paper")
+    apply.add_argument("--solver", default="local", help="or network, or paper")
     apply.add_argument("--epochs", type=int, help="of the paper's solver")
     apply.add_argument("--report", type=Path, help="write the measures of each stroke as JSON")
     apply.add_argument("--chamfer", action="store_true", help="report the Chamfer distance, too")
     apply.set_defaults(run=_apply)
 
     mesh = commands.add_parser("mesh", help="extract the surface of a field")
-    mesh.add_argument("network", type=Path)
+    mesh.add_argument("field", type=Path)
     mesh.add_argument("-o", "--output", type=Path, required=True, help="ply, obj, stl, glb or off")
     mesh.add_argument("--resolution", type=int, default=128, help="cells per axis")
     mesh.set_defaults(run=_mesh)
 
+    sample = commands.add_parser("sample", help="evaluate a field at points")
+    sample.add_argument("field", type=Path)
+    sample.add_argument("points", type=Path, help="NumPy array (N, 3) in model space (.npy)")
+    sample.add_argument("-o", "--output", type=Path, required=True, help=".npz: f and gradient")
+    sample.set_defaults(run=_sample)
+
+    consolidate = commands.add_parser("consolidate", help="fit a plain network to a field")
+    consolidate.add_argument("field", type=Path)
+    consolidate.add_argument("--width", type=int, default=128, help="units of each of two layers")
+    consolidate.add_argument("-o", "--output", type=Path, required=True, help="a field file")
+    consolidate.add_argument("--seed", type=int, default=0)
+    consolidate.add_argument("--report", type=Path, help="write what was lost as JSON")
+    consolidate.set_defaults(run=_consolidate)
+
     info = commands.add_parser("info", help="describe a field as JSON")
-    info.add_argument("network", type=Path)
+    info.add_argument("field", type=Path)
     info.set_defaults(run=_info)
     return parser
 
 
 def _fit(options: argparse.Namespace) -> None:
     from .field import checkpoint, fit, mesh_file
+    from .field.field import Field
 
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.report)
@@ -87,7 +102,7 @@ def _fit(options: argparse.Namespace) -> None:
         seed=options.seed,
         progress=_show,
     )
-    checkpoint.save(result.network, options.output)
+    checkpoint.save(Field(result.network), options.output)
     report = {"scale": result.scale, "center": list(result.center), **result.report}
     _finish({"network": str(options.output), **report}, options.report, report)
 
@@ -100,20 +115,20 @@ def _apply(options: argparse.Namespace) -> None:
     _check_output(options.mesh, mesh_file.SUFFIXES)
     _check_output(options.report)
     proxy.check_cells(options.resolution)
-    network = checkpoint.load(options.network)
+    field = checkpoint.load(options.field)
     strokes = parse_strokes(_read_text(options.strokes))
-    result = edit.edit(
-        network,
+    field, reports = edit.edit(
+        field,
         strokes,
         solver=options.solver,
         epochs=options.epochs,
         chamfer=options.chamfer,
         progress=_show,
     )
-    checkpoint.save(result.network, options.output)
+    checkpoint.save(field, options.output)
     if options.mesh:
-        mesh_file.write(options.mesh, proxy.extract(result.network, options.resolution))
-    report = {"network": str(options.network), "strokes": list(result.reports)}
+        mesh_file.write(options.mesh, proxy.extract(field, options.resolution))
+    report = {"network": str(options.field), "strokes": list(reports)}
     _finish({"network": str(options.output), "strokes": len(strokes)}, options.report, report)
 
 
@@ -121,22 +136,54 @@ def _mesh(options: argparse.Namespace) -> None:
     from .field import checkpoint, mesh_file, proxy
 
     _check_output(options.output, mesh_file.SUFFIXES)
-    network = checkpoint.load(options.network)
-    surface = proxy.extract(network, options.resolution, _show)
+    surface = proxy.extract(checkpoint.load(options.field), options.resolution, _show)
     mesh_file.write(options.output, surface)
     triangles = len(surface.triangles)
     _finish({"mesh": str(options.output), "triangles": triangles}, None, None)
 
 
-def _info(options: argparse.Namespace) -> None:
-    from .field import checkpoint, pieces, proxy
+def _sample(options: argparse.Namespace) -> None:
+    from .field import checkpoint, points_file
 
-    network = checkpoint.load(options.network)
-    surface = proxy.extract(network)
+    _check_output(options.output, (".npz",))
+    field = checkpoint.load(options.field)
+    sampled = field.sample(points_file.read(options.points))
+    points_file.write(options.output, sampled)
+    _finish({"samples": str(options.output), "points": len(sampled.f)}, None, None)
+
+
+def _consolidate(options: argparse.Namespace) -> None:
+    from .field import checkpoint, consolidate
+
+    _check_output(options.output, checkpoint.SUFFIXES)
+    _check_output(options.report)
+    field = checkpoint.load(options.field)
+    result = consolidate.consolidate(field, options.width, seed=options.seed, progress=_show)
+    checkpoint.save(result.field, options.output)
+    _finish({"network": str(options.output), **result.report}, options.report, result.report)
+
+
+def _info(options: argparse.Namespace) -> None:
+    from .field import checkpoint, detail, pieces, proxy
+
+    field = checkpoint.load(options.field)
+    surface = proxy.extract(field)
+    levels = [
+        {"level": level, "spacing": detail.spacing(level), "coefficients": len(part.index)}
+        for level, part in field.detail.coefficients.items()
+    ]
+    parameters = sum(tensor.numel() for tensor in field.network.parameters)
     description = {
-        "widths": list(network.widths),
-        "parameters": sum(tensor.numel() for tensor in network.parameters),
-        "omegas": list(network.omegas),
+        "widths": list(field.network.widths),
+        "parameters": parameters,
+        "omegas": list(field.network.omegas),
+        "levels": levels,
+        "coefficients": sum(level["coefficients"] for level in levels),
+        "bytes": {
+            "network": 4 * parameters,
+            "detail": len(checkpoint.layer_to_bytes(field.detail.coefficients)) if levels else 0,
+            "detail_in_memory": sum(4 * grid.bricks.numel() for grid in field.detail.grids),
+        },
         "components": pieces.components(surface),
         "low": surface.vertices.min(axis=0).tolist(),
         "high": surface.vertices.max(axis=0).tolist(),

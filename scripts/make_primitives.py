@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.course import Course, follow
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit import fit_mesh
 from neural_sculpt_addon.field.fit_distance import BOX, Learner, Samples
 from neural_sculpt_addon.field.network import Siren
@@ -64,7 +65,7 @@ CLOSED_FORMS: dict[str, Callable[[Array], Array]] = {
 }
 
 
-def fit_closed_form(distance: Callable[[Array], Array]) -> Siren:
+def fit_closed_form(distance: Callable[[Array], Array]) -> Field:
     """A field that learned `distance`, a function of points (N, 3) -> (N,)."""
     rng = np.random.default_rng(0)
     count = int(SHARE_NEAR * COURSE.samples)
@@ -80,12 +81,13 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Siren:
     network = Siren.random(omega=(COURSE.omega, 30.0), generator=torch.Generator().manual_seed(0))
     learner = Learner(samples, network, COURSE.batch, seed=0)
     follow(learner, COURSE, silent)
-    error = np.abs(values(learner.network, points) - distance(points))[: len(near)]
+    field = Field(learner.network)
+    error = np.abs(values(field, points) - distance(points))[: len(near)]
     print(f"  error near the surface: mean {error.mean():.1e}, max {error.max():.1e}")
-    return learner.network
+    return field
 
 
-def fit_suzanne() -> Siren:
+def fit_suzanne() -> Field:
     """A field that learned Blender's monkey, subdivided twice."""
     import bpy
 
@@ -104,7 +106,7 @@ def fit_suzanne() -> Siren:
     mesh.loop_triangles.foreach_get("vertices", triangles)
     fit = fit_mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3), preset="fine")
     print(f"  {fit.report}")
-    return fit.network
+    return Field(fit.network)
 
 
 def main() -> None:

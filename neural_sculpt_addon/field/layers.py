@@ -15,7 +15,8 @@ Absorbed sculpting has no stroke that could be solved again: it keeps its coeffi
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterable, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, MutableMapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -26,10 +27,10 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from ..stroke.stroke import Stroke
-from .checkpoint import layer_from_bytes, layer_to_bytes
 from .detail import MARGIN, Coefficients, Level, cells_per_axis, linear, places, scaled
 from .edit import Edit, Solver, sculpt
 from .field import Field
+from .layer_bytes import layer_from_bytes, layer_to_bytes
 from .prepare import Preparation, prepare
 from .proxy import update
 
@@ -45,7 +46,7 @@ class Layer:
     """The coefficients that one stroke added."""
 
     id: str  # `digest` of the data
-    data: bytes  # as of `checkpoint.layer_to_bytes`
+    data: bytes  # as of `layer_to_bytes`
     coefficients: Coefficients
 
     @staticmethod
@@ -121,7 +122,9 @@ class State:
     preparation: Preparation
 
     @staticmethod
-    def made(base: str, field: Field, terms: Sequence[Term], progress: Progress = silent) -> "State":
+    def made(
+        base: str, field: Field, terms: Sequence[Term], progress: Progress = silent
+    ) -> "State":
         """The state of the base `field` and `terms`, from nothing."""
         return State(base, tuple(terms), prepare(summed(field, terms), progress))
 
@@ -170,20 +173,32 @@ def replay(
     for number, entry in enumerate(entries):
         solved = _valid(entry, known.base, terms, memo)
         if solved is None:
-            start, end = 0.9 * number / len(entries), 0.9 * (number + 1) / len(entries)
-            share = _named(sub_progress(progress, start, end), number, len(entries))
-            try:
+            if entry.stroke is None:
+                raise SculptError("What was sculpted by other brushes is missing in the history.")
+            share = numbered(sub_progress(progress, 0.0, 0.9), number, len(entries))
+            with naming(entry.stroke, number):
                 state = state.moved(terms, sub_progress(share, 0.0, 0.3))
-                if entry.stroke is None:
-                    raise SculptError("What was sculpted here is missing.")
                 share = sub_progress(share, 0.3, 1.0)
                 state, solved, _ = state.sculpted(entry.stroke, memo, share)
-            except SculptError as error:
-                name = (entry.stroke and entry.stroke.name) or f"Stroke {number + 1}"
-                raise SculptError(f"{name}: {error} Nothing was changed.") from error
         found.append(solved)
         terms.append(Term(solved.layer, entry.strength))
     return state.moved(terms, sub_progress(progress, 0.9, 1.0)), tuple(found)
+
+
+@contextmanager
+def naming(stroke: Stroke, number: int) -> Iterator[None]:
+    """Let a SculptError say which stroke of a replay it is about."""
+    try:
+        yield
+    except SculptError as error:
+        name = stroke.name or f"Stroke {number + 1}"
+        raise SculptError(f"{name}: {error} Nothing was changed.") from error
+
+
+def numbered(progress: Progress, number: int, count: int) -> Progress:
+    """Progress of one of the strokes of a replay."""
+    share = sub_progress(progress, number / count, (number + 1) / count)
+    return lambda fraction, message: share(fraction, f"Stroke {number + 1} of {count}: {message}")
 
 
 def context(base: str, beneath: Iterable[Term], layer: Layer) -> str:
@@ -254,7 +269,3 @@ def _valid(entry: Entry, base: str, beneath: Sequence[Term], memo: Memo) -> Solv
         return Solved(layer, context(base, beneath, layer))
     known = (*memo.get(stroke_key(entry.stroke), ()), *filter(None, [entry.solved]))
     return next((s for s in reversed(known) if s.context == context(base, beneath, s.layer)), None)
-
-
-def _named(progress: Progress, number: int, count: int) -> Progress:
-    return lambda fraction, message: progress(fraction, f"Stroke {number + 1} of {count}: {message}")

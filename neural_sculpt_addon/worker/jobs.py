@@ -16,8 +16,8 @@ from ..stroke.stroke import Stroke
 from .cache import Cache
 from .payload import Handler, Payload, Task, as_array, proxy_arrays, read, read_array
 from .protocol import JobKind
-from .replay import replay_network, result_key
-from .store import Store, read_strength, state_bytes
+from .replay import replay, result_key
+from .store import Store, preparation_bytes
 
 if TYPE_CHECKING:
     import torch
@@ -25,20 +25,19 @@ if TYPE_CHECKING:
     from ..field.edit import Edit
     from ..field.field import Field
     from ..field.fit import Fit
-    from ..field.layers import Memo, Solved, State
+    from ..field.layers import Solved, State
     from ..field.proxy import Proxy
 
 PREVIEW_CELLS = 64
 """Of a proxy that is only looked at for a moment."""
 
-EDITS, RESULTS, SOLUTIONS = 128 << 20, 128 << 20, 128 << 20
-"""Bytes of edits that can still be measured, of fields that the network's solver made, and of
-layers that strokes were solved to."""
+EDITS = 128 << 20
+"""Bytes of edits that can still be measured."""
 
 
 def warm_up() -> None:
     """Import what the jobs need, so that the first one need not wait for it."""
-    from ..field import absorb, checkpoint, fit, layers, primitives  # noqa: F401
+    from ..field import absorb, fit, layers, primitives  # noqa: F401
 
 
 class Jobs:
@@ -47,9 +46,7 @@ class Jobs:
     def __init__(self, device: "torch.device") -> None:
         """Nothing is known yet; `device` is what strokes are sculpted on."""
         self._store = Store(device)
-        self._memo: Memo = Cache(SOLUTIONS, _solved_bytes)
-        self._results: Cache[str, State] = Cache(RESULTS, state_bytes)
-        self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)
+        self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)  # by the revision they made
         self._shown: tuple[State, Proxy] | None = None
 
     def handlers(self) -> dict[JobKind, Handler]:
@@ -65,12 +62,13 @@ class Jobs:
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
+            JobKind.FLATTEN: self.flatten,
+            JobKind.CONSOLIDATE: self.consolidate,
         }
 
     def edit(self, job: Task, progress: Progress) -> Payload:
-        """state, stroke, solver, resolution, result_revision -> revision, seconds, and
-
-        of the local solver layer, context <layer, proxy>, of others base <field, proxy>.
+        """state, stroke, solver, resolution, result_revision -> revision, seconds and, of the local
+        solver, layer, context <layer, proxy>; of another one base <field, proxy>.
         """
         from ..field.edit import Solver, sculpt
 
@@ -78,62 +76,195 @@ class Jobs:
         stroke = Stroke.from_json(read(job, "stroke", dict))
         solver, share = read(job, "solver", str), sub_progress(progress, 0.1, 0.9)
         if solver == Solver.LOCAL:
-            state, solved, edit = before.sculpted(stroke, self._memo, share)
+            state, solved, edit = before.sculpted(stroke, self._store.memo, share)
             fields, arrays = _layer(solved)
         else:
             edit = sculpt(before.preparation, stroke, solver=solver, progress=share)
-            state, arrays = self._new_base(edit)
-            fields = {"base": state.base}
-            self._results[result_key(before.base, stroke, solver)] = state
+            state, data = self._store.new_base(edit.preparation)
+            self._store.results[result_key(before.base, stroke, solver)] = state
+            fields, arrays = {"base": state.base}, {"field": as_array(data)}
         self._edits[read(job, "result_revision", str)] = edit
         return self._answer(state, {"seconds": edit.seconds, **fields}, arrays, job, progress)
 
     def replay(self, job: Task, progress: Progress) -> Payload:
-        """base, entries, solver, resolution, result_revision -> revision, and
+        """base, entries, solver, resolution, result_revision -> revision and what `replay` says."""
+        state, fields, arrays = replay(self._store, job, sub_progress(progress, 0.0, 0.9))
+        return self._answer(state, fields, arrays, job, progress)
 
-        of the local solver layers <proxy, layer.N of each new layer>, of others base <field, proxy>.
+    def measure(self, job: Payload, progress: Progress) -> Payload:
+        """revision, a result_revision of an edit -> report."""
+        revision = read(job, "revision", str)
+        if revision not in self._edits:
+            raise SculptError("The worker has forgotten this stroke; it cannot be measured.")
+        return Payload({"report": self._edits[revision].report(progress=progress)})
+
+    def mesh(self, job: Payload, progress: Progress) -> Payload:
+        """state, resolution -> <proxy>."""
+        return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
+
+    def fit(self, job: Task, progress: Progress) -> Payload:
+        """primitive, or preset, width, thickness, seed, resolution <mesh> -> id, scale, center,
+        report <field, proxy>.
+
+        Without a width the mesh decides; without a thickness sheets are refused. With `preview`,
+        scale, center, report <proxy> come now and then.
         """
-        from ..field.edit import Solver
-        from ..field.layers import Entry, Solved, Term, replay
+        from ..field.fit import Fit, fit_mesh
+        from ..field.primitives import primitive
+        from ..field.proxy import extract
 
-        entries = read(job, "entries", list)
-        if not all(isinstance(entry, dict) for entry in entries):
-            raise SculptError("The job's entries must be objects.")
-        known = [entry for entry in entries if entry.get("layer") is not None]
-        base, found = self._store.load(job, read(job, "base", str), [e["layer"] for e in known])
-        strokes = [_stroke(entry) for entry in entries]
-        solver, share = read(job, "solver", str), sub_progress(progress, 0.0, 0.9)
-        if solver != Solver.LOCAL:
-            if None in strokes or known:
-                raise SculptError(f"The solver {solver!r:.60} has no layers.")
-            state = replay_network(
-                base[0],
-                lambda progress: self._store.made(base, (), progress),
-                [stroke for stroke in strokes if stroke is not None],
-                self._results,
-                lambda edit: self._new_base(edit)[0],
-                solver,
-                share,
+        if "primitive" in job.fields:
+            result = Fit(primitive(read(job, "primitive", str)), 1.0, (0.0, 0.0, 0.0), {})
+        else:
+
+            def show(fit: "Fit") -> None:
+                with suppress(SculptError):  # there is no surface yet
+                    proxy = extract(fit.field, PREVIEW_CELLS)
+                    job.preview(Payload(_place(fit), proxy_arrays(proxy)))
+
+            result = fit_mesh(
+                read_array(job, "vertices"),
+                read_array(job, "triangles"),
+                preset=read(job, "preset", str),
+                width=job.fields.get("width"),
+                thickness=job.fields.get("thickness"),
+                seed=read(job, "seed", int),
+                progress=sub_progress(progress, 0.0, 0.9),
+                preview=show if job.fields.get("preview") else lambda _: None,
+                enough=job.enough,
             )
-            _, data = self._store.keep_base(state.preparation.field)
-            return self._answer(state, {"base": state.base}, {"field": as_array(data)}, job, progress)
-        solutions = iter(found)
-        history = [
-            Entry(
-                stroke,
-                Solved(next(solutions), str(entry.get("context"))) if entry in known else None,
-                read_strength(entry.get("strength")),
-            )
-            for stroke, entry in zip(strokes, entries, strict=True)
-        ]
-        terms = [Term(e.solved.layer, e.strength) for e in history if e.solved]
-        start = self._store.made(base, terms, sub_progress(share, 0.0, 0.1))
-        state, solved = replay(start, history, self._memo, sub_progress(share, 0.1, 1.0))
-        pairs = [(each.layer.id, each.context) for each in solved]
-        arrays = {
-            f"layer.{number}": as_array(each.layer.data)
-            for number, (each, entry) in enumerate(zip(solved, entries, strict=True))
-            if each.layer.id != entry.get("layer")
-        }
-        layers = [{"id": name, "context": context} for name, context in pairs]
-        return self._answer(state, {"layers": layers}, arrays, job, progress)
+        return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
+
+    def absorb(self, job: Payload, progress: Progress) -> Payload:
+        """state, resolution, result_revision <vertices, triangles of the proxy as sculpted> ->
+        revision, layer, context, report <layer, proxy>.
+        """
+        from ..field.absorb import absorb
+        from ..field.layers import Term
+
+        before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
+        result = absorb(
+            before.preparation.field,
+            read_array(job, "vertices"),
+            read_array(job, "triangles"),
+            progress=sub_progress(progress, 0.1, 0.8),
+        )
+        solved = before.solved(result.layer)
+        terms = (*before.terms, Term(solved.layer, 1.0))
+        state = before.moved(terms, sub_progress(progress, 0.8, 0.9))
+        fields, arrays = _layer(solved)
+        return self._answer(state, {"report": result.report, **fields}, arrays, job, progress)
+
+    def load(self, job: Payload, progress: Progress) -> Payload:
+        """path, resolution -> id, widths <field, proxy>."""
+        from ..field.checkpoint import load
+
+        field = load(read(job, "path", str))
+        return self._found(field, {"widths": list(field.network.widths)}, job, progress)
+
+    def save(self, job: Payload, progress: Progress) -> Payload:
+        """state, path -> path."""
+        from ..field.checkpoint import save
+
+        path = read(job, "path", str)
+        save(self._store.field(job), path)
+        return Payload({"path": path})
+
+    def sample(self, job: Payload, progress: Progress) -> Payload:
+        """state, resolution -> <band>, see field.volume."""
+        from ..field.volume import sample_band
+
+        band = sample_band(self._store.field(job), read(job, "resolution", int), progress)
+        return Payload({}, {"band": band})
+
+    def prepare(self, job: Payload, progress: Progress) -> Payload:
+        """state -> nothing; the next edit of it starts at once."""
+        self._store.state(job, progress)
+        return Payload()
+
+    def flatten(self, job: Payload, progress: Progress) -> Payload:
+        """state -> id <field>: base and layers as one base."""
+        name, data = self._store.keep_base(self._store.field(job))
+        return Payload({"id": name}, {"field": as_array(data)})
+
+    def consolidate(self, job: Payload, progress: Progress) -> Payload:
+        """state, width, resolution, result_revision -> id, revision, report <field, proxy>: a plain
+        network, and what was lost.
+        """
+        from ..field.consolidate import consolidate
+
+        share = sub_progress(progress, 0.0, 0.9)
+        result = consolidate(self._store.field(job), read(job, "width", int), progress=share)
+        fields = {"revision": read(job, "result_revision", str), "report": result.report}
+        return self._found(result.field, fields, job, sub_progress(progress, 0.9, 1.0))
+
+    def _found(
+        self, field: "Field", fields: dict[str, Any], job: Payload, progress: Progress
+    ) -> Payload:
+        """A field that comes from elsewhere: it becomes a base."""
+        from ..field.prepare import CELLS, Preparation
+
+        field = self._store.on_device(field)
+        proxy = _extract(field, job, progress)
+        if proxy.active.cells == CELLS:
+            state, data = self._store.new_base(Preparation(field, proxy))
+            self._store.keep(state.base, state)
+            name = state.base
+        else:
+            name, data = self._store.keep_base(field)
+        arrays = {"field": as_array(data), **proxy_arrays(proxy)}
+        return Payload({"id": name, **fields}, arrays)
+
+    def _answer(
+        self,
+        state: "State",
+        fields: dict[str, Any],
+        arrays: dict[str, np.ndarray],
+        job: Payload,
+        progress: Progress,
+    ) -> Payload:
+        """The result of a job that made a state, which is remembered."""
+        revision = read(job, "result_revision", str)
+        self._store.keep(revision, state)
+        proxy = self._proxy(state, job, sub_progress(progress, 0.9, 1.0))
+        return Payload({"revision": revision, **fields}, {**arrays, **proxy_arrays(proxy)})
+
+    def _proxy(self, state: "State", job: Payload, progress: Progress) -> "Proxy":
+        """The proxy of a state, which is known already at the usual resolution.
+
+        At another one it is that of the state that was shown last, updated, when both have the same
+        base.
+        """
+        from ..field.prepare import CELLS
+        from ..field.proxy import update
+
+        if read(job, "resolution", int) == CELLS:
+            return state.preparation.proxy
+        shown, last = self._shown or (state, state.preparation.proxy)
+        if shown.base == state.base and last.active.cells == job.fields["resolution"]:
+            proxy = update(last, state.preparation.field, progress)
+        else:
+            proxy = _extract(state.preparation.field, job, progress)
+        self._shown = state, proxy
+        return proxy
+
+
+def _extract(field: "Field", job: Payload, progress: Progress) -> "Proxy":
+    from ..field.proxy import extract
+
+    return extract(field, read(job, "resolution", int), progress)
+
+
+def _layer(solved: "Solved") -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """A layer on top as it travels."""
+    fields = {"layer": solved.layer.id, "context": solved.context}
+    return fields, {"layer": as_array(solved.layer.data)}
+
+
+def _place(fit: "Fit") -> dict[str, Any]:
+    """Where a fitted field belongs, and how good it is."""
+    return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
+
+
+def _edit_bytes(edit: "Edit") -> int:
+    return preparation_bytes(edit.problem.preparation) + preparation_bytes(edit.preparation)

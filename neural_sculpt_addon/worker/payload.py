@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What goes into a job and what comes out of it: fields and arrays.
 
-A base travels as the bytes of `field.checkpoint.to_bytes`, a layer as those of `layer_to_bytes`, in
-uint8 arrays; proxies as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges` (E, 2) and, from each
-corner to the next, `corner_edges` (F, 3) int32, in model space.
+A base travels as the bytes of `field.checkpoint.to_bytes`, a layer as those of `layer_to_bytes`,
+both in uint8 arrays; a proxy as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges`
+(E, 2) and, from each corner to the next, `corner_edges` (F, 3) int32, in model space.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +41,7 @@ class Task(Payload):
     enough: Callable[[], bool] = field(kw_only=True)
 
 
-class Missing(SculptError):
+class MissingError(SculptError):
     """The worker lacks bytes that a job names: those with the `ids`."""
 
     def __init__(self, ids: Sequence[str]) -> None:

@@ -32,7 +32,7 @@ from .device import choose
 from .environment import Device
 from .jobs import Jobs, warm_up
 from .mailbox import Inbox, Outbox
-from .payload import Handler, Missing, Payload, Task
+from .payload import Handler, MissingError, Payload, Task
 from .process import ANSWERS, REQUESTS
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
 
@@ -132,7 +132,7 @@ class Server:
             result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
-        except Missing as error:
+        except MissingError as error:
             return _error(job.job, str(error), missing=error.ids)
         except SculptError as error:
             return _error(job.job, str(error))

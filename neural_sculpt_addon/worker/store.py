@@ -12,19 +12,20 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress
 from .cache import Cache
-from .payload import Missing, Payload, read
+from .payload import MissingError, Payload, read
 
 if TYPE_CHECKING:
     import torch
 
     from ..field.field import Field
-    from ..field.layers import Layer, State, Term
+    from ..field.layers import Layer, Memo, Solved, State, Term
+    from ..field.prepare import Preparation
 
     Base = tuple[str, Field]
 
 V = TypeVar("V")
 
-BASES, LAYERS, STATES = 64 << 20, 256 << 20, 512 << 20
+BASES, LAYERS, STATES, SOLUTIONS, RESULTS = (n << 20 for n in (64, 128, 512, 128, 128))
 """Bytes of each kind; a state with 100 strokes takes some 50 MB, one without detail 10."""
 
 SAMPLES = 4 << 20
@@ -32,24 +33,40 @@ SAMPLES = 4 << 20
 
 
 class Store:
-    """The caches of one worker."""
+    """The caches of one worker.
+
+    memo:    what strokes were solved to
+    results: what strokes made of networks, see `replay.result_key`
+    """
 
     def __init__(self, device: "torch.device") -> None:
         """Nothing is known yet; fields are kept on `device`."""
         self._device = device
-        self._bases: Cache[str, Field] = Cache(BASES, field_bytes)
+        self.memo: Memo = Cache(SOLUTIONS, _solved_bytes)
+        self.results: Cache[str, State] = Cache(RESULTS, _state_bytes)
+        self._bases: Cache[str, Field] = Cache(BASES, _field_bytes)
         self._layers: Cache[str, Layer] = Cache(LAYERS, _layer_bytes)
-        self._states: Cache[str, State] = Cache(STATES, state_bytes)
+        self._states: Cache[str, State] = Cache(STATES, _state_bytes)
+
+    def on_device(self, field: "Field") -> "Field":
+        """A field where fields are kept."""
+        return field.to(self._device)
 
     def keep_base(self, field: "Field") -> tuple[str, bytes]:
-        """Remember a field that a job made, as a base; its id and bytes."""
+        """Remember a field that a job made as a base; its id and bytes."""
         from ..field.checkpoint import to_bytes
         from ..field.layers import digest
 
         data = to_bytes(field)
-        name = digest(data)
-        self._bases[name] = field.to(self._device)
+        self._bases[name := digest(data)] = field
         return name, data
+
+    def new_base(self, preparation: "Preparation") -> "tuple[State, bytes]":
+        """The same, and the state without layers."""
+        from ..field.layers import State
+
+        name, data = self.keep_base(preparation.field)
+        return State(name, (), preparation), data
 
     def keep(self, revision: str, state: "State") -> None:
         """Remember a state and its layers."""
@@ -92,7 +109,7 @@ class Store:
     def load(
         self, job: Payload, base: object, layers: Sequence[object]
     ) -> "tuple[Base, list[Layer]]":
-        """A base and layers by their ids. Missing when neither worker nor job has all of them."""
+        """A base and layers by their ids. MissingError when the worker lacks some."""
         from ..field.checkpoint import from_bytes
         from ..field.layers import Layer
 
@@ -104,7 +121,9 @@ class Store:
         there = [layer for layer in found if layer is not None]
         if field is None or len(there) < len(found):
             pairs = zip((base, *layers), (field, *found), strict=True)
-            raise Missing(list(dict.fromkeys(str(name) for name, value in pairs if value is None)))
+            raise MissingError(
+                list(dict.fromkeys(str(name) for name, value in pairs if value is None))
+            )
         return (str(base), field), there
 
     def _parts(self, job: Payload) -> "tuple[Base, list[Term]]":
@@ -127,18 +146,21 @@ def read_strength(value: object) -> float:
     return float(value)  # type: ignore[arg-type]
 
 
-def field_bytes(field: "Field") -> int:
-    """Memory that a field takes."""
+def preparation_bytes(preparation: "Preparation") -> int:
+    """Memory that a field, its proxy and its samples take."""
+    field, proxy = preparation.field, preparation.proxy
+    mesh = [proxy.vertices, proxy.normals, proxy.slopes, proxy.triangles, proxy.edges]
+    arrays = [proxy.active.index, proxy.active.values, *mesh]
+    return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLES
+
+
+def _field_bytes(field: "Field") -> int:
     grids = [array for grid in field.detail.grids for array in (grid.table, grid.bricks)]
     return sum(array.nbytes for array in (*field.network.parameters, *grids))
 
 
-def state_bytes(state: "State") -> int:
-    """Memory that a state takes, without its layers."""
-    proxy = state.preparation.proxy
-    arrays = [proxy.vertices, proxy.normals, proxy.slopes, proxy.triangles, proxy.edges]
-    arrays += [proxy.active.index, proxy.active.values]
-    return field_bytes(state.preparation.field) + sum(array.nbytes for array in arrays) + SAMPLES
+def _state_bytes(state: "State") -> int:
+    return preparation_bytes(state.preparation)
 
 
 def _layer_bytes(layer: "Layer") -> int:
@@ -146,13 +168,15 @@ def _layer_bytes(layer: "Layer") -> int:
     return len(layer.data) + sum(part.index.nbytes + part.values.nbytes for part in parts)
 
 
+def _solved_bytes(known: "tuple[Solved, ...]") -> int:
+    return sum(_layer_bytes(solved.layer) for solved in known)
+
+
 def _is_pair(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 2
 
 
-def _find(
-    job: Payload, name: object, known: Cache[str, V], make: Callable[[bytes], V]
-) -> V | None:
+def _find(job: Payload, name: object, known: Cache[str, V], make: Callable[[bytes], V]) -> V | None:
     """What has that id, if the worker or the job has it."""
     from ..field.layers import digest
 

@@ -25,8 +25,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.field.edges import find_edges
-from neural_sculpt_addon.worker.payload import Missing as MissingError
-from neural_sculpt_addon.worker.payload import Payload
+from neural_sculpt_addon.worker.payload import MissingError, Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
 
@@ -186,7 +185,7 @@ def absorb(job, progress):
     wait("go", progress)
     layer = np.rint(job.arrays["vertices"][:-1].ravel()).astype("<i4") - field
     name, data = named(layer)
-    fields = {"revision": job.fields["result_revision"], "layer": name, "context": ""}
+    fields = {"revision": job.fields["result_revision"], "layer": name, "context": "absorbed"}
     fields["report"] = {"error_mean": 0.0}
     return Payload(fields, {"layer": data, **proxy(field + layer, job.fields["resolution"])})
 

@@ -19,10 +19,13 @@ from hypothesis import strategies as st
 from torch.nn.utils import weight_norm
 
 from neural_sculpt_addon.field.checkpoint import from_bytes, load, save, to_bytes
+from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import MODELS, pretrained
+from tests.field.random_layers import layers, random_layer, same
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*weight_norm. is deprecated")
 
@@ -85,49 +88,90 @@ def refused(path, data, match=None):
 
 
 def identical(a, b):
-    return a.omegas == b.omegas and all(map(torch.equal, a.parameters, b.parameters))
+    return (
+        a.network.omegas == b.network.omegas
+        and all(map(torch.equal, a.network.parameters, b.network.parameters))
+        and same(a.detail.coefficients, b.detail.coefficients)
+    )
 
 
-def some_network(widths=(12, 9), omega=30.0):
-    return Siren.random(widths, omega, torch.Generator().manual_seed(0))
+def some_field(widths=(12, 9), omega=30.0, detail=None):
+    network = Siren.random(widths, omega, torch.Generator().manual_seed(0))
+    return Field(network, detail or Detail())
+
+
+def detailed():
+    return some_field(detail=Detail.of(random_layer(0), random_layer(1)))
 
 
 @pytest.mark.parametrize("suffix", [".safetensors", ".pth", ".PTH"])
 @pytest.mark.parametrize(
-    "network", [some_network(), some_network((7,)), some_network((5, 6, 7), (30.0, 20.0, 20.0))]
+    "field", [some_field(), some_field((7,)), some_field((5, 6, 7), (30.0, 20.0, 20.0))]
 )
-def test_files_round_trip_bit_by_bit(tmp_path, suffix, network):
-    save(network, tmp_path / f"field{suffix}")
-    assert identical(load(str(tmp_path / f"field{suffix}")), network)
+def test_files_round_trip_bit_by_bit(tmp_path, suffix, field):
+    save(field, tmp_path / f"field{suffix}")
+    assert identical(load(str(tmp_path / f"field{suffix}")), field)
 
 
 @settings(deadline=None, max_examples=20)
 @given(
     st.lists(st.tuples(st.integers(1, 9), st.floats(0.1, 100)), min_size=1, max_size=5),
     st.integers(0, 99),
+    st.lists(layers(), max_size=2),
 )
-def test_bytes_round_trip_bit_by_bit(layers, seed):
-    widths, omegas = zip(*layers, strict=True)
+def test_bytes_round_trip_bit_by_bit(shape, seed, added):
+    widths, omegas = zip(*shape, strict=True)
     network = Siren.random(widths, omegas, torch.Generator().manual_seed(seed))
-    assert identical(from_bytes(to_bytes(network)), network)
+    field = Field(network, Detail.of(*added))
+    assert identical(from_bytes(to_bytes(field)), field)
 
 
 def test_learning_and_float64_networks_are_written_as_plain_float32():
-    network = some_network()
+    network = some_field().network
     learning = network.with_parameters([p.clone().requires_grad_() for p in network.parameters])
-    assert identical(from_bytes(to_bytes(learning)), network)
+    assert identical(from_bytes(to_bytes(Field(learning))), Field(network))
     double = network.with_parameters([p.double() for p in network.parameters])
-    read = from_bytes(to_bytes(double))
+    read = from_bytes(to_bytes(Field(double))).network
     assert all(p.dtype == torch.float32 and not p.requires_grad for p in read.parameters)
 
 
-def test_the_same_field_gives_the_same_bytes():
-    network = Siren.random((8, 8), generator=torch.Generator().manual_seed(1))
-    assert len({to_bytes(network) for _ in range(20)}) == 1
+@pytest.mark.parametrize("field", [some_field(), detailed()])
+def test_the_same_field_gives_the_same_bytes(field):
+    assert len({to_bytes(field) for _ in range(20)}) == 1
+    assert to_bytes(from_bytes(to_bytes(field))) == to_bytes(field)
+
+
+def test_a_field_with_detail_samples_alike_after_saving(tmp_path):
+    field = detailed()
+    save(field, tmp_path / "field.safetensors")
+    x = np.random.default_rng(0).uniform(-1, 1, (5000, 3))
+    before, after = field.sample(x), load(tmp_path / "field.safetensors").sample(x)
+    np.testing.assert_array_equal(before.f, after.f)
+    np.testing.assert_array_equal(before.gradient, after.gradient)
+    assert (before.f != values(Field(field.network), x)).any()
+
+
+def test_detail_that_was_taken_away_again_leaves_no_trace():
+    field = some_field(detail=Detail.of(random_layer(0)).plus(random_layer(0), -1))
+    assert to_bytes(field) == to_bytes(some_field())
+
+
+def test_only_fields_with_detail_need_the_new_format(tmp_path):
+    for field, version in ((some_field(), "1"), (detailed(), "2")):
+        save(field, tmp_path / "field.safetensors")
+        with safetensors.safe_open(tmp_path / "field.safetensors", "np") as file:
+            assert file.metadata()["version"] == version
+            assert ("detail" in file.keys()) == (version == "2")  # noqa: SIM118
+
+
+def test_detail_has_no_place_in_the_authors_format(tmp_path):
+    with pytest.raises(SculptError, match=r"--solver network.*Consolidate"):
+        save(detailed(), tmp_path / "field.pth")
+    assert not list(tmp_path.iterdir())
 
 
 def test_our_format_is_safetensors_that_others_can_read(tmp_path):
-    save(some_network(), tmp_path / "field.safetensors")
+    save(some_field(), tmp_path / "field.safetensors")
     with safetensors.safe_open(tmp_path / "field.safetensors", "np") as file:
         assert set(file.keys()) == {f"layers.{k}.{w}" for k in range(3) for w in ("weight", "bias")}
         assert file.get_tensor("layers.1.weight").shape == (9, 12)
@@ -141,18 +185,18 @@ def test_our_format_is_safetensors_that_others_can_read(tmp_path):
 def test_the_authors_checkpoints(tmp_path, norm, widths):
     net, checkpoint = authors_network(norm, widths)
     (tmp_path / "net.pth").write_bytes(pth(checkpoint))
-    network = load(tmp_path / "net.pth")
-    assert network.widths == widths
+    field = load(tmp_path / "net.pth")
+    assert field.network.widths == widths
     x = torch.rand(200, 3, generator=torch.Generator().manual_seed(3)) * 2 - 1
     expected = net.double()(x.double())[:, 0].detach()
     rough = 4e-3 if len(widths) > 2 else 2e-4  # float32 through omega = 30, layer by layer
-    np.testing.assert_allclose(values(network, x.numpy()), expected, atol=rough)
+    np.testing.assert_allclose(values(field, x.numpy()), expected, atol=rough)
 
 
 def test_what_is_written_as_pth_loads_into_the_authors_module(tmp_path):
     net, checkpoint = authors_network(norm=False)
-    network = some_network((16, 12), (30.0, 20.0))
-    save(network, tmp_path / "out.pth")
+    field = some_field((16, 12), (30.0, 20.0))
+    save(field, tmp_path / "out.pth")
     written = torch.load(tmp_path / "out.pth", weights_only=True)
     assert set(written) == set(checkpoint)
     assert {k: v for k, v in written.items() if k != "state_dict"} == {
@@ -162,16 +206,16 @@ def test_what_is_written_as_pth_loads_into_the_authors_module(tmp_path):
     holder.net = net
     holder.load_state_dict(written["state_dict"])
     x = torch.rand(100, 3)
-    np.testing.assert_allclose(network.value(x), net(x)[:, 0].detach(), atol=1e-5)
+    np.testing.assert_allclose(field.value(x), net(x)[:, 0].detach(), atol=1e-5)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_pretrained_networks(model):
-    network = pretrained(model)
-    assert network.widths == (128, 128)
-    assert network.omegas == (30.0, 30.0)
+    field = pretrained(model)
+    assert field.network.widths == (128, 128)
+    assert field.network.omegas == (30.0, 30.0)
     x = np.random.default_rng(0).uniform(-1, 1, (4000, 3))
-    outside = values(network, x[np.linalg.norm(x, axis=1) > 1.2])
+    outside = values(field, x[np.linalg.norm(x, axis=1) > 1.2])
     assert (outside > 0).mean() > 0.99  # negative inside
 
 
@@ -180,7 +224,7 @@ def test_half_precision_weights_are_read(tmp_path):
     state = checkpoint["state_dict"]
     checkpoint["state_dict"] = {k: v.to(torch.bfloat16) for k, v in state.items()}
     (tmp_path / "half.pth").write_bytes(pth(checkpoint))
-    network = load(tmp_path / "half.pth")
+    network = load(tmp_path / "half.pth").network
     assert all(p.dtype == torch.float32 for p in network.parameters)
     torch.testing.assert_close(
         network.weights[0], state["net.0.linear.weight"], rtol=0.01, atol=0.01
@@ -217,7 +261,7 @@ def test_a_whole_module_is_refused(tmp_path):
 @pytest.mark.parametrize("suffix", [".safetensors", ".pth"])
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.1, 0.5, 0.9, 0.999])
 def test_truncated_files(tmp_path, suffix, share):
-    save(some_network(), tmp_path / f"whole{suffix}")
+    save(some_field(), tmp_path / f"whole{suffix}")
     data = (tmp_path / f"whole{suffix}").read_bytes()
     refused(tmp_path / f"cut{suffix}", data[: int(share * len(data))])
 
@@ -230,7 +274,7 @@ def test_files_of_another_kind(tmp_path, suffix):
 
 
 def test_an_archive_that_unpacks_to_gigabytes(tmp_path):
-    save(some_network(), tmp_path / "plain.pth")
+    save(some_field(), tmp_path / "plain.pth")
     buffer = io.BytesIO()
     with (
         zipfile.ZipFile(tmp_path / "plain.pth") as plain,
@@ -340,8 +384,8 @@ def test_checkpoints_of_something_else(tmp_path, checkpoint):
     refused(tmp_path / "other.pth", pth(checkpoint))
 
 
-def ours(change=lambda tensors, metadata: None):
-    data = to_bytes(some_network())
+def ours(change=lambda tensors, metadata: None, field=None):
+    data = to_bytes(field or some_field())
     tensors = safetensors.torch.load(data)
     size = int.from_bytes(data[:8], "little")
     metadata = json.loads(data[8 : 8 + size])["__metadata__"]
@@ -354,7 +398,9 @@ def ours(change=lambda tensors, metadata: None):
     [
         (lambda t, m: m.update(format="other"), "no neural field"),
         (lambda t, m: m.clear(), "no neural field"),
-        (lambda t, m: m.update(version="2"), "version 2.*Update Neural Sculpt"),
+        (lambda t, m: m.update(version="3"), "version 3.*Update Neural Sculpt"),
+        (lambda t, m: m.update(version="v" * 5000), "Update Neural Sculpt"),
+        (lambda t, m: m.update(version="2"), "lacks its detail"),
         (lambda t, m: m.pop("version"), "version"),
         (lambda t, m: m.pop("omegas"), "lacks a part"),
         *((lambda t, m, o=o: m.update(omegas=o), None) for o in ("[30.0]", "[30, -1]", "[NaN, 1]")),
@@ -372,11 +418,55 @@ def ours(change=lambda tensors, metadata: None):
         ),
         (lambda t, m: t["layers.0.weight"].fill_(float("nan")), "NaN"),
         (lambda t, m: t.update({"layers.0.weight": torch.zeros(12, 4)}), "layer 1"),
+        (lambda t, m: t.update({"layers.0.weight": torch.zeros([1] * 5000)}), "layer 1"),
+        (lambda t, m: m.update(omegas="[30.0, 1e30]"), "beyond 10000"),
+        (lambda t, m: t["layers.1.bias"].fill_(-1e30), "beyond 10000"),
+        (lambda t, m: t["layers.1.weight"].fill_(1e38), "beyond 10000"),
         (lambda t, m: t.update({"layers.2.bias": torch.zeros(1, dtype=torch.int8)}), "floating"),
     ],
 )
 def test_safetensors_of_something_else(tmp_path, change, match):
     refused(tmp_path / "wrong.safetensors", ours(change), match)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda t, m: t.pop("detail"),
+        lambda t, m: t.update(detail=torch.zeros(0, dtype=torch.uint8)),
+        lambda t, m: t.update(detail=t["detail"][:-1].clone()),
+        lambda t, m: t.update(detail=t["detail"].view(1, -1)),
+        lambda t, m: t.update(detail=t["detail"].float()),
+        lambda t, m: m.update(version="1"),
+    ],
+)
+def test_detail_of_something_else(tmp_path, change):
+    refused(tmp_path / "wrong.safetensors", ours(change, detailed()))
+
+
+def test_numbers_that_would_overflow_are_refused(tmp_path):
+    """Each number is within its bound; together they are steeper than float32 can tell."""
+    network = some_field((64,) * 8, 1e4).network
+    steep = network.with_parameters([torch.full_like(p, 5e3) for p in network.parameters])
+    x = torch.rand(10, 3)
+    assert not torch.isfinite(steep.value_and_gradient(x)[1]).all()
+    refused(tmp_path / "steep.safetensors", to_bytes(Field(steep)), "steeper")
+
+
+def test_a_million_tensors_are_refused_at_once(tmp_path):
+    entry = {"dtype": "F32", "shape": [0], "data_offsets": [0, 0]}
+    header = {f"layers.{k}.bias": entry for k in range(10**5)}
+    text = json.dumps({"__metadata__": {"format": "neural-sculpt-field"}, **header}).encode()
+    data = struct.pack("<Q", len(text)) + text
+    refused(tmp_path / "many.safetensors", data, "more tensors")
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for number in range(5000):
+            archive.writestr(f"archive/data/{number}", b"")
+    refused(tmp_path / "many.pth", buffer.getvalue(), "more tensors")
+    shared = torch.zeros(1)
+    state = {f"net.{k}.weight": shared for k in range(10**4)}
+    refused(tmp_path / "shared.pth", pth({"state_dict": state}), "more tensors")
 
 
 def test_safetensors_with_a_lying_header(tmp_path):
@@ -396,7 +486,7 @@ def test_safetensors_with_a_lying_header(tmp_path):
 @given(st.data())
 def test_any_damage_is_a_field_or_a_sculpt_error(tmp_path_factory, data):
     """Bytes overwritten anywhere in a file, the pickle of a .pth included."""
-    suffix = data.draw(st.sampled_from([".pth", ".safetensors"]))
+    suffix = data.draw(st.sampled_from(list(GOOD)))
     whole = bytearray(GOOD[suffix])
     # Half of the damage goes into the pickle, or the header.
     first = whole.find(b"state_dict") - 200 if suffix == ".pth" else 0
@@ -406,14 +496,20 @@ def test_any_damage_is_a_field_or_a_sculpt_error(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / f"damaged{suffix}"
     path.write_bytes(whole)
     try:
-        network = load(path)
+        field = load(path)
     except SculptError as error:
         assert "\n" not in str(error)
         return
-    assert all(bool(torch.isfinite(p).all()) for p in network.parameters)
+    x = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    f, gradient = field.sample(x)
+    assert np.isfinite(f).all() and np.isfinite(gradient).all()
 
 
-GOOD = {".pth": pth(authors_network(norm=True)[1]), ".safetensors": to_bytes(some_network())}
+GOOD = {
+    ".pth": pth(authors_network(norm=True)[1]),
+    ".safetensors": to_bytes(some_field()),
+    "-detail.safetensors": to_bytes(detailed()),
+}
 
 
 @pytest.mark.parametrize("name", ["field.obj", "field", "field.pth.txt"])
@@ -422,7 +518,7 @@ def test_other_suffixes(tmp_path, name):
     with pytest.raises(SculptError, match="safetensors"):
         load(tmp_path / name)
     with pytest.raises(SculptError, match="safetensors"):
-        save(some_network(), tmp_path / name)
+        save(some_field(), tmp_path / name)
 
 
 def test_what_cannot_be_read(tmp_path):
@@ -442,13 +538,13 @@ def test_devices_are_not_read_to_their_end():
 
 def test_what_cannot_be_written_leaves_nothing_behind(tmp_path):
     with pytest.raises(SculptError, match="cannot be written"):
-        save(some_network(), tmp_path / "absent" / "field.pth")
+        save(some_field(), tmp_path / "absent" / "field.pth")
     (tmp_path / "folder.pth").mkdir()
     (tmp_path / "folder.pth" / "full").touch()
     with pytest.raises(SculptError, match="cannot be written"):
-        save(some_network(), tmp_path / "folder.pth")
+        save(some_field(), tmp_path / "folder.pth")
     with pytest.raises(SculptError, match="cannot be written"):
-        save(some_network(), tmp_path / f"{'long' * 100}.pth")
+        save(some_field(), tmp_path / f"{'long' * 100}.pth")
     assert [path.name for path in tmp_path.iterdir()] == ["folder.pth"]
 
 
@@ -460,34 +556,34 @@ def test_an_unwritable_folder(tmp_path):
         os.seteuid(65534)
     try:
         with pytest.raises(SculptError, match="cannot be written: Permission denied"):
-            save(some_network(), folder / "field.pth")
+            save(some_field(), folder / "field.pth")
     finally:
         os.seteuid(user)
 
 
 def test_two_omegas_do_not_fit_the_authors_format(tmp_path):
     with pytest.raises(SculptError, match="safetensors"):
-        save(some_network((4, 4, 4), (30.0, 20.0, 10.0)), tmp_path / "field.pth")
+        save(some_field((4, 4, 4), (30.0, 20.0, 10.0)), tmp_path / "field.pth")
     assert not list(tmp_path.iterdir())
 
 
 def test_a_file_appears_whole_or_not_at_all(tmp_path):
     """While a field is written again and again, every look at the file finds a whole one."""
     path = tmp_path / "field.safetensors"
-    networks = [some_network((200, 100 + k)) for k in range(2)]
-    save(networks[0], path)
+    fields = [some_field((200, 100 + k)) for k in range(2)]
+    save(fields[0], path)
     done = threading.Event()
 
     def write():
         for turn in range(60):
-            save(networks[turn % 2], path)
+            save(fields[turn % 2], path)
         done.set()
 
     writer = threading.Thread(target=write)
     writer.start()
     sizes = set()
     while not done.is_set():
-        sizes.add(load(path).widths)
+        sizes.add(load(path).network.widths)
     writer.join()
     assert sizes <= {(200, 100), (200, 101)}
     assert [file.name for file in tmp_path.iterdir()] == ["field.safetensors"]
@@ -495,5 +591,5 @@ def test_a_file_appears_whole_or_not_at_all(tmp_path):
 
 def test_files_have_the_usual_permissions(tmp_path):
     (tmp_path / "usual").touch()
-    save(some_network(), tmp_path / "field.pth")
+    save(some_field(), tmp_path / "field.pth")
     assert (tmp_path / "field.pth").stat().st_mode == (tmp_path / "usual").stat().st_mode

@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.field import mesh_file
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import ball
@@ -15,7 +16,7 @@ from tests.field.analytic import ball
 
 @pytest.fixture(scope="module")
 def proxy():
-    return extract(ball(0.5), 16)
+    return extract(Field(ball(0.5)), 16)
 
 
 @pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES, primitive
@@ -79,6 +80,15 @@ def test_every_file_is_small_and_has_a_name():
     assert max(files.values()) < 100_000
 
 
+@pytest.mark.parametrize("name", PRIMITIVES)
+def test_they_have_no_detail_and_are_written_as_ever(name):
+    field = primitive(name)
+    assert not field.detail.levels
+    assert to_bytes(field) == (FOLDER / f"{name}.safetensors").read_bytes()
+
+
 def test_an_unknown_name_lists_the_known_ones():
-    with pytest.raises(SculptError, match="capsule"):
-        primitive("../sphere")
+    for name in ("../sphere", "x" * 10_000):
+        with pytest.raises(SculptError, match="capsule") as caught:
+            primitive(name)
+        assert len(str(caught.value)) < 250
