@@ -85,13 +85,6 @@ def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
     return np.stack([x, column - n * x, points - n * column])
 
 
-def cells_at(points: NDArray[np.float32], cells: int) -> NDArray[np.int32]:
-    """The cells (P,) of a lattice of `cells` cells per axis around `points` (P', 3) in the box."""
-    place = np.floor((points + 1) * np.float32(cells / 2)) + 1
-    place = place[((place >= 1) & (place <= cells)).all(axis=1)]
-    return place.astype(np.int32) @ steps(cells)
-
-
 def find_active(field: Field, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `field`. SculptError when it yields values that are not finite."""
     search = Search(field, cells, progress)

@@ -33,6 +33,9 @@ UNIT = 2.0**-22
 LARGEST = 2.0
 """Bound of |coefficient|; float32 holds sums of them up to 4 exactly."""
 
+SUPPORT = 5
+"""Level of the cells that tell where a layer reaches: finer ones are closer and take more memory."""
+
 BRICK = 8  # cells along the edge of a brick
 MARGIN = BRICK  # cells outside of the box, on each side
 _HALO = BRICK + 2  # nodes along the edge of a brick with its halo
@@ -95,6 +98,27 @@ def scaled(coefficients: Coefficients, strength: float) -> Coefficients:
     if strength == 1:
         return coefficients
     return {k: Level(c.index, quantised(strength * c.values)) for k, c in coefficients.items()}
+
+
+def support(coefficients: Coefficients) -> NDArray[np.int32]:
+    """The `linear` numbers (S,) of the cells of level SUPPORT that coefficients reach, rising."""
+    size = cells_per_axis(SUPPORT)
+    reached = np.zeros(size**3, bool)
+    for level, part in coefficients.items():
+        # A node reaches the cells beside its own. Of three fine cells in a row, the outer two lie
+        # in all coarse cells that the row meets.
+        steps = (-1, 1) if level > SUPPORT else (-1, 0, 1)
+        around = np.array([(i, j, k) for i in steps for j in steps for k in steps])
+        cells = (places(part.index, level)[:, None] + around).reshape(-1, 3) - MARGIN
+        cells >>= max(level - SUPPORT, 0)
+        for _ in range(SUPPORT - level):  # the eight children
+            cells = np.unique(cells, axis=0)
+            halves = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+            cells = (2 * cells[:, None] + halves).reshape(-1, 3)
+        cells += MARGIN
+        cells = cells[((cells >= 0) & (cells < size)).all(axis=1)].astype(np.int32)
+        reached[linear(cells, SUPPORT)] = True
+    return np.flatnonzero(reached).astype(np.int32)
 
 
 class Grid:

@@ -17,12 +17,17 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from ..stroke.stroke import Stroke
 from . import metrics
-from .detail import Coefficients
+from .detail import Coefficients, support
 from .field import Field
+from .pieces import Asked, components, find_islands
 from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
 from .proxy import Proxy, extract, update
-from .solvers import gauss_newton, local, paper
+from .solvers import gauss_newton, paper
+from .solvers.local import LocalEdit
+
+REPAIRS = 3
+"""How often at most islands are looked for and solved away."""
 
 
 class Solver(StrEnum):
@@ -83,27 +88,38 @@ def sculpt(
     """
     chosen = _solver(solver, epochs)
     started = time.perf_counter()
-    field, layer = preparation.field, None
-    share = sub_progress(progress, 0.1, 0.8)
     problem = pose(preparation, stroke, lambda: progress(0.0, "Sculpting"))
+    share = sub_progress(progress, 0.1, 0.8)
     if chosen is Solver.LOCAL:
-        layer = local.solve(problem, share)
-        field = field.plus(layer)
+        return _sculpt_detail(problem, started, share)
+    field = preparation.field
+    refuse_detail(field)
+    if chosen is Solver.NETWORK:
+        network = gauss_newton.solve(problem, share)
     else:
-        refuse_detail(field)
-        if chosen is Solver.NETWORK:
-            field = Field(gauss_newton.solve(problem, share))
-        else:
-            field = Field(
-                paper.solve(problem, share, **({} if epochs is None else {"epochs": epochs}))
-            )
+        network = paper.solve(problem, share, **({} if epochs is None else {"epochs": epochs}))
     seconds = time.perf_counter() - started
-    share = sub_progress(progress, 0.8, 1.0)
-    if layer is not None:
-        proxy = update(preparation.proxy, field, share)
-    else:
-        proxy = extract(field, CELLS, share)
-    return Edit(problem, chosen, field, layer, proxy, seconds)
+    proxy = extract(Field(network), CELLS, sub_progress(progress, 0.8, 1.0))
+    return Edit(problem, chosen, Field(network), None, proxy, seconds)
+
+
+def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit:
+    """The edit by the local solver; pieces of surface that nobody asked for are solved away."""
+    before = problem.preparation
+    edit = LocalEdit(problem, progress)
+    layer = edit.solve()
+    for repair in range(REPAIRS + 1):
+        seconds = time.perf_counter() - started
+        field = before.field.plus(layer)
+        proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
+        if repair == REPAIRS or components(proxy) == components(before.proxy):
+            break
+        held = before.surface.points[problem.untouched(before.surface)]
+        islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
+        if not len(islands.points):
+            break
+        layer = edit.forbid(islands)
+    return Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
 
 
 def edit(

@@ -32,7 +32,7 @@ BESIDE = 1e-3  # how far outside of a sample the winding number is taken
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 2.0  # of their series, and from how many radii of a part it stands for that
-FEW = 8  # points at a time: where a stroke lies many times upon itself, each takes up to 4 ms
+FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to 4 ms
 
 
 def crossings(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
@@ -60,32 +60,55 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
     return through | over | in_pieces(is_close, len(far), check, size=SEARCHED)
 
 
+class SweptVolume:
+    """The volume between tubes and their targets: +1 where it is added, -1 where it is carved.
+
+    It is the sum of the winding numbers of either half of its surface: a tree of all of it takes
+    50 ms to make, in which no cancel is heard.
+    """
+
+    def __init__(self, tubes: Sequence[Tube], check: Check) -> None:
+        """Close the gap between each tube and its targets by walls along its rim."""
+        self._check = check
+        nothing = np.full((1, 3), 2.0), np.zeros((1, 3), np.int64)  # igl takes no empty mesh
+        vertices, faces, count = [nothing[0]], [nothing[1]], 1
+        for tube in tubes:
+            size, top = len(tube.surface.points), tube.triangles()
+            rim = _rim(top)
+            start, end = rim.T
+            walls = (end, start, start + size), (end, start + size, end + size)
+            bottom = top[:, ::-1] + size
+            faces += [count + part for part in (top, bottom, *(np.stack(w, 1) for w in walls))]
+            vertices += [tube.target.points, tube.surface.points]
+            count += 2 * size
+        places, self._trees = np.concatenate(vertices).astype(float), []
+        for half in filter(len, np.array_split(np.concatenate(faces), 2)):
+            check()
+            self._trees.append(igl.FastWindingNumberBVH())
+            self._trees[-1].init(places, half, ORDER)
+
+    def winding(self, points: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Winding numbers (N,) at points (N, 3)."""
+
+        def wind(part: slice) -> NDArray[np.float64]:
+            place = points[part].astype(float)
+            halves = [np.asarray(half.winding_number(place, REACH)) for half in self._trees]
+            return np.sum(halves, axis=0)
+
+        return in_pieces(wind, len(points), self._check, light=True, size=FEW)
+
+
 def lost(
-    field: Field, tubes: Sequence[Tube], crossing: Sequence[NDArray[np.bool_]], check: Check
-) -> list[NDArray[np.bool_]]:
-    """Which targets of `tubes` bound nothing, given those that have run through the surface."""
-    if not any(found.any() for found in crossing):
-        return list(crossing)
-    swept = _sweep(tubes, check)
-    return [_lost(field, swept, *one, check) for one in zip(tubes, crossing, strict=True)]
-
-
-def _lost(
     field: Field,
-    swept: Sequence[igl.FastWindingNumberBVH],
+    swept: SweptVolume,
     tube: Tube,
     crossing: NDArray[np.bool_],
     check: Check,
 ) -> NDArray[np.bool_]:
+    """Which targets of a tube bound nothing, given those that have run through the surface."""
     outside = tube.target.points + BESIDE * tube.target.normals
-
-    def wind(part: slice) -> NDArray[np.float64]:
-        place = outside[part].astype(float)
-        halves = [np.asarray(half.winding_number(place, REACH)) for half in swept]
-        return np.sum(halves, axis=0)
-
     shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(outside), check)
-    volume = in_pieces(wind, len(outside), check, light=True, size=FEW)
+    volume = swept.winding(outside)
     buried = (np.abs(shape + volume) > BOUND) | _turned_over(tube.surface, tube.target)
     grid = np.append(buried, False)[tube.grid]  # (rows, columns)
     parts = cast(NDArray[np.int64], label(grid, connectivity=1))  # 0 where it bounds
@@ -102,31 +125,6 @@ def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
     way = after.points - before.points
     outward = np.sign((way * before.normals).sum(axis=1))
     return outward * (way * after.normals).sum(axis=1) < -ROUNDING
-
-
-def _sweep(tubes: Sequence[Tube], check: Check) -> list[igl.FastWindingNumberBVH]:
-    """The volume between tubes and their targets: +1 where it is added, -1 where it is carved.
-
-    It is the sum of the winding numbers of either half of its surface: a tree of all of it takes
-    50 ms to make, in which no cancel is heard.
-    """
-    nothing = np.full((1, 3), 2.0), np.zeros((1, 3), np.int64)  # igl takes no empty mesh
-    vertices, faces, count = [nothing[0]], [nothing[1]], 1
-    for tube in tubes:
-        size, top = len(tube.surface.points), tube.triangles()
-        rim = _rim(top)
-        start, end = rim.T
-        walls = (end, start, start + size), (end, start + size, end + size)
-        bottom = top[:, ::-1] + size
-        faces += [count + part for part in (top, bottom, *(np.stack(wall, 1) for wall in walls))]
-        vertices += [tube.target.points, tube.surface.points]
-        count += 2 * size
-    places, trees = np.concatenate(vertices).astype(float), []
-    for half in filter(len, np.array_split(np.concatenate(faces), 2)):
-        check()
-        trees.append(igl.FastWindingNumberBVH())
-        trees[-1].init(places, half, ORDER)
-    return trees
 
 
 def _rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -35,7 +35,6 @@ class RawMesh:
 
     vertices: NDArray[np.float32]  # (V, 3)
     normals: NDArray[np.float32]  # (V, 3), unit, outward, rough
-    slopes: NDArray[np.float32]  # (V,), |grad f|, rough
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
     edges: NDArray[np.int64]  # (V,), rising
     held: NDArray[np.bool_]  # (V, 3), coordinates that stay on their box face
@@ -75,7 +74,7 @@ def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMe
     vertices.ravel()[along] += np.where(cap, 0, part * spacing)
     normals[cap] = held[cap] * vertices[cap]
     normals[cap] /= np.linalg.norm(normals[cap], axis=1, keepdims=True)
-    return RawMesh(vertices, normals, slopes / spacing, triangles, edges, held, cap)
+    return RawMesh(vertices, normals, triangles, edges, held, cap)
 
 
 def weld_caps(mesh: RawMesh) -> RawMesh:
@@ -90,7 +89,6 @@ def weld_caps(mesh: RawMesh) -> RawMesh:
     return RawMesh(
         mesh.vertices[used],
         mesh.normals[used],
-        mesh.slopes[used],
         triangles.reshape(-1, 3).astype(np.int32),
         mesh.edges[used],
         mesh.held[used],

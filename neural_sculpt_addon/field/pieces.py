@@ -10,11 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from .march import RawMesh
 from .proxy import Proxy
 
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
@@ -23,25 +20,9 @@ CRUMB = 50  # vertices; a smaller piece of what was one piece was torn off, not 
 HELD = 5e-3  # how near to an untouched sample a piece comes that has some of the old surface
 
 
-class Pieces(NamedTuple):
-    """The connected pieces of a proxy."""
-
-    total: int
-    labels: NDArray[np.int32]  # (V,), the piece of each vertex
-
-
-def find_pieces(proxy: Proxy | RawMesh) -> Pieces:
-    """The connected pieces of `proxy`."""
-    a, b, c = proxy.triangles.T
-    edges = np.concatenate([a, b]), np.concatenate([b, c])
-    size = len(proxy.vertices)
-    graph = coo_array((np.ones(len(edges[0]), bool), edges), shape=(size, size))
-    return Pieces(*connected_components(graph, directed=False))
-
-
 def components(proxy: Proxy) -> int:
     """How many pieces a proxy has."""
-    return find_pieces(proxy).total
+    return proxy.components.total
 
 
 class Islands(NamedTuple):
@@ -64,13 +45,13 @@ class Asked(NamedTuple):
         return np.concatenate([self.displaced, self.held])
 
 
-def find_islands(proxy: Proxy | RawMesh, asked: Asked) -> Islands:
+def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     """The islands and bubbles of `proxy`.
 
     A piece that was asked for is the nearest to its share of the samples, and to some of those that
     are held; unless there was one that the stroke covers wholly.
     """
-    count, labels = find_pieces(proxy)
+    count, labels = proxy.components
     if count == 1:
         return Islands(np.empty((0, 3), np.float32), np.empty(0))
     tree = KDTree(proxy.vertices)
@@ -78,7 +59,7 @@ def find_islands(proxy: Proxy | RawMesh, asked: Asked) -> Islands:
     attracted = np.bincount(labels[tree.query(everywhere)[1]], minlength=count) / len(everywhere)
     size = np.bincount(labels, minlength=count)
     spurious = attracted < MATCHED * size / len(labels)
-    known = find_pieces(asked.before)
+    known = asked.before.components
     held = known.labels[KDTree(asked.before.vertices).query(asked.held)[1]]
     if len(np.unique(held)) == known.total:
         distance, nearest = tree.query(asked.held, distance_upper_bound=HELD)
@@ -97,7 +78,7 @@ def find_islands(proxy: Proxy | RawMesh, asked: Asked) -> Islands:
     return Islands(points, distance)
 
 
-def _volumes(proxy: Proxy | RawMesh, labels: NDArray[np.int32], count: int) -> NDArray[np.float64]:
+def _volumes(proxy: Proxy, labels: NDArray[np.int32], count: int) -> NDArray[np.float64]:
     """Signed volume of each piece (count,): negative for a bubble, whose normals point inward."""
     a, b, c = proxy.vertices[proxy.triangles].astype(float).swapaxes(0, 1)  # (F, 3) each
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6

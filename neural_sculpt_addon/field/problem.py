@@ -22,7 +22,7 @@ from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Ends, Stroke
 from .evaluate import values_and_gradients
 from .field import Field
-from .fold import crossings, lost
+from .fold import SweptVolume, crossings, lost
 from .lay import lay
 from .prepare import Preparation
 from .surface import Samples
@@ -37,6 +37,17 @@ class Laid(NamedTuple):
 
     stroke: Stroke
     path: Path
+
+
+class DisplacedTubes(NamedTuple):
+    """The tube of each copy of a stroke, and what tells inside from outside of the result.
+
+    swept: the volume between tubes and targets; None where the displaced surface does not run
+           through itself, so that the planes of its samples tell
+    """
+
+    tubes: list[Tube]
+    swept: SweptVolume | None
 
 
 @dataclass(frozen=True)
@@ -67,19 +78,26 @@ class Problem:
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
+        """The tube of each copy, as of `displaced_tubes`."""
+        return self.displaced_tubes(rows, columns, jitter).tubes
+
+    def displaced_tubes(
+        self, rows: int, columns: int, jitter: np.random.Generator | None = None
+    ) -> "DisplacedTubes":
         """The tube of each copy, without what another copy displaces farther, and without what
         bounds nothing where the displaced surface runs through itself.
 
         SculptError when nothing is left.
         """
         tubes = self._whole_tubes(rows, columns, jitter)
-        tubes = [tube.where(~lost) for tube, lost in zip(tubes, self._lost(tubes), strict=True)]
+        lost, swept = self._lost(tubes)
+        tubes = [tube.where(~gone) for tube, gone in zip(tubes, lost, strict=True)]
         if not any(len(tube.surface.points) for tube in tubes):
             raise SculptError(
                 "The stroke leaves nothing of the surface under it: its radius is too small, or its"
                 " intensity so large that the surface runs through itself. Change one of them."
             )
-        return tubes
+        return DisplacedTubes(tubes, swept)
 
     def _whole_tubes(
         self, rows: int, columns: int, jitter: np.random.Generator | None = None
@@ -98,12 +116,19 @@ class Problem:
             tubes.append(tube.where(wins))
         return tubes
 
-    def _lost(self, tubes: list[Tube]) -> list[NDArray[np.bool_]]:
-        """Which targets of each of the tubes bound nothing of the displaced shape."""
+    def _lost(self, tubes: list[Tube]) -> tuple[list[NDArray[np.bool_]], SweptVolume | None]:
+        """Which targets of each of the tubes bound nothing of the displaced shape, and the volume
+        that tells, where the displaced surface runs through itself at all."""
         before, after = join([(tube.surface, tube.target) for tube in tubes])
-        seeds = crossings(self.field, before, after, self.check)
+        found = crossings(self.field, before, after, self.check)
         ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
-        return lost(self.field, tubes, np.split(seeds, ends), self.check)
+        crossing = np.split(found, ends)
+        if not found.any():
+            return crossing, None
+        swept = SweptVolume(tubes, self.check)
+        return [
+            lost(self.field, swept, *one, self.check) for one in zip(tubes, crossing, strict=True)
+        ], swept
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
@@ -127,7 +152,7 @@ class Problem:
     def _known_lost(self) -> tuple[KDTree, NDArray[np.bool_]]:
         """Where the surface is displaced, and what of it is lost."""
         tubes = self._whole_tubes(ROWS // 2, COLUMNS // 2)
-        return KDTree(join([tube.surface.points for tube in tubes])), join(self._lost(tubes))
+        return KDTree(join([tube.surface.points for tube in tubes])), join(self._lost(tubes)[0])
 
     def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
         """Surface samples with the field's normals, where they shall be, and their stretch."""

@@ -7,15 +7,16 @@ Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each v
 plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
 within 1e-5 of the surface, and its gradients are the normals.
 
-`extract` does so from nothing; `update` after an edit, and only where the surface moved. Elsewhere
-each vertex follows the surface, so all of the mesh lies on the edited one; where it hardly moved,
-along the normal and with the slope that it had, for a value takes half the time of a gradient.
+`extract` does so from nothing; `update` after an edit, and only in the cells that the edit reached:
+nothing else of the field has changed.
 
 Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
 is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
 """
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +26,11 @@ from scipy.sparse import csc_array
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from .again import find_again
-from .cells import ActiveCells, cells_at, find_active, steps
-from .evaluate import values, values_and_gradients
+from .cells import ActiveCells, find_active, steps
+from .components import Components, find_components
+from .detail import SUPPORT, centres, places
+from .detail import spacing as level_spacing
+from .evaluate import values_and_gradients
 from .field import Field
 from .march import RawMesh, march, weld_caps
 from .splice import splice
@@ -35,9 +39,8 @@ RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
 SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
 STEPS = 3
-MOVED = 0.4  # a vertex that an edit moved less, in cells, keeps its place in the mesh
-TURNED = 8e-4  # model units; a vertex that an edit moved less keeps its normal, too
 FLAT = 1e-6  # a gradient below this has no direction
+ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
 NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
 FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 6 GB
 BATCH = 1 << 13  # vertices between two looks at `progress`; some 5 ms, in wide networks 20
@@ -49,10 +52,14 @@ class Proxy:
 
     vertices: NDArray[np.float32]  # (V, 3)
     normals: NDArray[np.float32]  # (V, 3), unit, outward: the direction of grad f
-    slopes: NDArray[np.float32]  # (V,), |grad f|; of caps any
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
     edges: NDArray[np.int64]  # (V,), rising: the lattice edges that the vertices come from
     active: ActiveCells
+
+    @cached_property
+    def components(self) -> Components:
+        """Its connected pieces."""
+        return find_components(self.triangles, len(self.vertices))
 
 
 class Rough(NamedTuple):
@@ -91,35 +98,29 @@ def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
     return _proxy(mesh, active)
 
 
-def update(proxy: Proxy, field: Field, progress: Progress = silent) -> Proxy:
-    """The proxy of `field`, an edit of the one that `proxy` shows, on the same lattice.
+def update(
+    proxy: Proxy, field: Field, reached: NDArray[np.int32], progress: Progress = silent
+) -> Proxy:
+    """The proxy of `field`, which differs from the one that `proxy` shows in `reached` alone.
 
-    Pieces of surface that appear where there was none nearby are not seen; `extract` finds them.
+    reached: (S,) cells as of `detail.support`
+
     Errors as from `extract`.
     """
     known, spacing = proxy.active, proxy.active.spacing
     if np.abs(proxy.vertices).max() >= 1:  # it has caps
         return extract(field, known.cells, progress)
-    shown = _raw(proxy)
-    slid = _slide(field, shown, spacing, sub_progress(progress, 0, 0.4))
-    distance = np.abs(slid)  # (V,)
-    turned, moved = ~(distance < TURNED), ~(distance < MOVED * spacing)  # what is not finite, too
-    if not moved.any():
-        _snap(shown, turned, field, spacing, sub_progress(progress, 0.4, 1))
-        return _proxy(shown, known)
-    changed = _around(proxy.edges[moved] // 3, known)
-    there = proxy.vertices[moved] - slid[moved, None] * proxy.normals[moved]
-    guesses = cells_at(there, known.cells)
-    again = find_again(known, changed, guesses, field, sub_progress(progress, 0.4, 0.6))
+    guesses = _lattice_cells(reached, known.cells)
+    changed = np.isin(known.index, guesses, kind="table")
+    again = find_again(known, changed, guesses, field, sub_progress(progress, 0, 0.6))
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
-    mesh, source = splice(shown, known, again)
+    mesh, source = splice(_raw(proxy), known, again)
     if mesh.cap.any():
         return extract(field, known.cells, sub_progress(progress, 0.6, 1))
-    fresh = source >= len(turned)
+    fresh = source >= len(proxy.vertices)
     _relax(mesh, fresh, spacing)
-    rough = fresh | turned.take(source, mode="clip")
-    _snap(mesh, rough, field, spacing, sub_progress(progress, 0.7, 1))
+    _snap(mesh, fresh, field, spacing, sub_progress(progress, 0.7, 1))
     return _proxy(mesh, again.active)
 
 
@@ -140,7 +141,7 @@ def _mesh(active: ActiveCells) -> RawMesh:
 
 def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
     np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
-    return Proxy(mesh.vertices, mesh.normals, mesh.slopes, mesh.triangles, mesh.edges, active)
+    return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active)
 
 
 def _raw(proxy: Proxy) -> RawMesh:
@@ -148,7 +149,6 @@ def _raw(proxy: Proxy) -> RawMesh:
     return RawMesh(
         proxy.vertices.copy(),
         proxy.normals.copy(),
-        proxy.slopes.copy(),
         proxy.triangles,
         proxy.edges,
         np.zeros_like(proxy.vertices, bool),
@@ -156,13 +156,18 @@ def _raw(proxy: Proxy) -> RawMesh:
     )
 
 
-def _around(owners: NDArray[np.int64], active: ActiveCells) -> NDArray[np.bool_]:
-    """The active cells (A,) that share an edge of `owners` or adjoin one that does.
-
-    Of a cell that owns an edge, these are at most two cells below it and one above, on each axis.
-    """
-    offsets = (np.indices((4, 4, 4)).reshape(3, -1).T - 2) @ steps(active.cells)  # (64,)
-    return np.isin(active.index, np.unique(owners)[:, None] + offsets, kind="table")
+def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
+    """The cells (C,) of a lattice of `cells` cells per axis that meet cells as of `support`."""
+    corner = centres(places(reached, SUPPORT), SUPPORT) - np.float32(level_spacing(SUPPORT) / 2)
+    scale = cells / 2
+    first = np.floor((corner + 1) * scale + ROUNDING).astype(np.int32)  # (S, 3)
+    count = math.ceil(level_spacing(SUPPORT) * scale - ROUNDING)
+    if cells % 2 ** (SUPPORT + 1):  # the lattices do not match: a cell more may be met
+        count += 1
+    block = np.indices((count,) * 3).reshape(3, -1).T.astype(np.int32)
+    place = (first[:, None] + block).reshape(-1, 3)
+    place = place[((place >= 0) & (place < cells)).all(axis=1)]
+    return np.unique((place + 1) @ steps(cells))
 
 
 def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
@@ -204,7 +209,7 @@ def _step(
 ) -> NDArray[np.float32]:
     """One Newton step of the `moving` vertices (P,) onto f = 0; how far each moved (P,).
 
-    Their normals and slopes become those where they were. A vertex held on a box face stays in it.
+    Their normals become those where they were. A vertex held on a box face stays in it.
     """
     moved = np.empty(len(moving), np.float32)
     for start in range(0, len(moving), BATCH):
@@ -215,25 +220,12 @@ def _step(
         slope = _length(gradient)  # (B, 1)
         known = mesh.normals.take(part, axis=0)
         mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
-        mesh.slopes[part] = slope[:, 0]
         gradient *= ~mesh.held.take(part, axis=0)
         slope = np.maximum(_length(gradient), FLAT)
         distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
         mesh.vertices[part] = points - distance / slope * gradient
         moved[start : start + BATCH] = np.abs(distance[:, 0])
     return moved
-
-
-def _slide(field: Field, mesh: RawMesh, spacing: float, progress: Progress) -> NDArray[np.float32]:
-    """A step of all vertices back along the normals that they have; how far it should be (V,)."""
-    distance = np.empty(len(mesh.vertices), np.float32)
-    for start in range(0, len(distance), BATCH):
-        progress(start / len(distance), "Following the surface")
-        part = slice(start, start + BATCH)
-        distance[part] = values(field, mesh.vertices[part]) / np.maximum(mesh.slopes[part], FLAT)
-        step = np.clip(distance[part], -REACH * spacing, REACH * spacing)  # (B,)
-        mesh.vertices[part] -= step[:, None] * mesh.normals[part]
-    return distance
 
 
 def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:

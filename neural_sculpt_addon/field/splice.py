@@ -34,7 +34,6 @@ def splice(
     mesh = RawMesh(
         vertices.apply(shown.vertices, local.vertices),
         vertices.apply(shown.normals, local.normals),
-        vertices.apply(shown.slopes, local.slopes),
         number.take(triangles.apply(shown.triangles, local.triangles + np.int32(count))),
         vertices.apply(shown.edges, local.edges),
         vertices.apply(shown.held, local.held),

@@ -1,149 +1,209 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The local solver: a stroke becomes coefficients near it, and nothing else of the field changes."""
+"""The local solver: a stroke becomes coefficients near it (docs/method.md, section 4).
+
+    choose the level -> active cells -> rows -> solve the coarse level, then the fine one
+
+The level follows from the stroke: its cells are a third of the width of the narrowest rise or fall
+of the profile. Nodes exist in the cells that the surface passes on its way from where it was to
+where it goes, and in those beside them, so the field elsewhere stays what it was to the last bit.
+Model space.
+"""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from ...stroke.errors import SculptError
 from ...stroke.progress import Progress, silent
-from ..detail import FINEST, Coefficients, cells_of, centres, linear, places, spacing
-from ..evaluate import values, values_and_gradients
-from ..problem import Problem
-from ..projection import project
-from ..surface import Samples
+from ..detail import (
+    FINEST,
+    Coefficients,
+    Level,
+    cells_of,
+    cells_per_axis,
+    centres,
+    linear,
+    places,
+    spacing,
+)
+from ..pieces import Islands
+from ..problem import DisplacedTubes, Problem
 from ..threads import join
+from .edit_rows import edit_rows
 from .spline_system import Rows, solve_level
 
-DENSITY = 8.0  # tube samples per h^2
+CELLS_PER_FEATURE = 3.0
+"""Cells at least in the width of the narrowest rise or fall: more are closer, and cost more rows."""
+
+LEAST_FINEST = 6
+"""Level of the widest strokes: they carry details of the surface along, which are finer."""
+
+DENSITY = 8.0
+"""Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
+
 BUDGET = 60_000
-COARSEST = 5
-MARGIN = 1.5  # cells
-PRESERVE, AROUND, STEEP = 1.5, 0.3, 0.5
+"""Tube samples at most: one level coarser where there would be more."""
+
+FEWEST = 7
+"""Tube samples at least along and across a stroke."""
+
+MARGIN = 0.75
+"""Cells beyond both surfaces that are active, before one more on each side."""
+
+STRIDE = 0.7
+"""Cells between the places at which the surface's way is looked at."""
+
+REPAIRS, HEAVIER = 3, 4.0
+"""How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
+
+CLEARING = 1.5
+"""Cells around an island in which all rows are to have the sign that it has not."""
+
+CERTAIN = 0.3
+"""Cells from the surface, from which on a wrong sign counts."""
 
 
-def feature(problem: Problem) -> float:
-    brush = problem.laid[0].stroke.brush
-    b = brush.profile(np.linspace(-1, 1, 257))
-    sign = np.sign(np.diff(b))
-    sign = sign[sign != 0]
-    pieces = 1 + np.count_nonzero(np.diff(sign)) if len(sign) else 1
-    return 2 * brush.radius / max(pieces, 2)
+@dataclass(frozen=True)
+class Resolution:
+    """How fine a stroke is solved.
+
+    level:  the finest one
+    wanted: the level that the stroke asks for; finer where the budget does not reach
+    """
+
+    level: int
+    wanted: int
 
 
-def finest_level(problem: Problem) -> int:
+def resolution(problem: Problem) -> Resolution:
+    """How fine the stroke of `problem` is solved."""
+    brush = problem.stroke.brush
+    wanted = max(LEAST_FINEST, math.ceil(math.log2(CELLS_PER_FEATURE / _feature(problem))))
     area = 0.0
     for stroke, path in problem.laid:
-        r = stroke.brush.radius * stroke.largest_factor
-        area += 2 * r * path.length + math.pi * r * r
-    level = round(math.log2(4 / feature(problem)))
-    most = math.floor(math.log2(BUDGET / (DENSITY * max(area, 1e-9))) / 2)
-    return max(min(level, most, FINEST), COARSEST)
+        radius = brush.radius * stroke.largest_factor
+        area += 2 * radius * path.length + math.pi * radius**2
+    affordable = math.floor(math.log2(BUDGET / (DENSITY * area)) / 2)
+    return Resolution(min(wanted, affordable, FINEST), wanted)
 
 
-def tubes_for(problem, h):
-    spacing_ = h / DENSITY**0.5
-    radius = problem.laid[0].stroke.brush.radius * problem.laid[0].stroke.largest_factor
-    length = max(l.path.length for l in problem.laid)
-    columns = max(math.ceil(2 * radius / spacing_), 7)
-    rows = max(math.ceil((length or 2 * radius) / spacing_), 3)
-    return problem.tubes(rows, columns, np.random.default_rng(problem.seed))
+class LocalEdit:
+    """The equations of one stroke, and its layer so far."""
+
+    def __init__(self, problem: Problem, progress: Progress = silent) -> None:
+        """Draw the rows. SculptError when the stroke is too large, or leaves nothing under it."""
+        self.resolution = resolution(problem)
+        level = self.resolution.level
+        if level < LEAST_FINEST - 1:
+            raise SculptError(
+                "The stroke covers more surface than one edit can hold. Use a smaller radius or"
+                " fewer points."
+            )
+        random = np.random.default_rng(problem.seed)
+        progress(0.0, "Sculpting")
+        displaced = _sample(problem, spacing(level), random)
+        passed = _passed(displaced, level)
+        self._active = dilated(passed, level)
+        self._coarse = numbers(centres(places(passed, level), level), level - 1)
+        progress(0.3, "Sculpting")
+        self._rows = edit_rows(problem, displaced, self._active, self._coarse, level, random)
+        self._problem = problem
+        self.targets = join([tube.target.points for tube in displaced.tubes])
+        """Samples (N, 3) of the displaced surface."""
+
+    def solve(self) -> Coefficients:
+        """The layer: the coarse level first, then the fine one."""
+        level, check = self.resolution.level, self._problem.check
+        coarse = solve_level(level - 1, self._coarse, self._rows, check)
+        self._layer = {
+            level - 1: coarse,
+            level: solve_level(level, self._active, self._rows, check),
+        }
+        for _ in range(REPAIRS):
+            wrong = _wrong_side(self._rows, spacing(level))
+            if not wrong.any():
+                break
+            self._rows.weights[wrong] *= HEAVIER
+            self._improve()
+        return self._layer
+
+    def forbid(self, islands: Islands) -> Coefficients:
+        """The layer without surface where `islands` are, which it has but nobody asked for."""
+        h = spacing(self.resolution.level)
+        near = KDTree(islands.points).query(self._rows.points, distance_upper_bound=CLEARING * h)[1]
+        some = np.flatnonzero(near < len(islands.points))
+        side = np.sign(islands.distance)[near[some]]
+        now = self._rows.targets[some]
+        wanted = np.where(now * side > 0, now, side * h / 2).astype(np.float32)
+        self._rows.residuals[some] += wanted - now
+        self._rows.targets[some] = wanted
+        self._rows.weights[some] *= HEAVIER
+        self._improve()
+        return self._layer
+
+    def _improve(self) -> None:
+        """Solve the fine level once more for what is left of the rows."""
+        level = self.resolution.level
+        more = solve_level(level, self._active, self._rows, self._problem.check)
+        self._layer[level] = Level(self._active, self._layer[level].values + more.values)
 
 
-def solve(problem: Problem, progress: Progress = silent) -> Coefficients:
-    field = problem.field
-    random = np.random.default_rng(problem.seed)
-    finest = finest_level(problem)
-    h = spacing(finest)
-    tubes = tubes_for(problem, h)
-    surface, target = (join([getattr(t, n) for t in tubes]) for n in ("surface", "target"))
-    amount = np.concatenate([t.displacement.amount for t in tubes])
-    out = {}
-    cells = active_cells(surface, target, finest, h)
-    reach = dilated(cells, finest)
-    kept = preserve(problem, reach, finest, random)
-    around = column(field, target, kept, cells, finest, random)
-    pick = random.random(len(target.points)) < 0.5
-    at = target.points[pick]
-    e = random.normal(size=at.shape).astype(np.float32)
-    e /= np.linalg.norm(e, axis=1, keepdims=True)
-    points = np.concatenate([target.points, kept.points, around[0]])
-    want = np.concatenate([np.zeros(len(target.points)), values(field, kept.points), around[1]])
-    w = np.concatenate(
-        [
-            np.ones(len(target.points)),
-            np.full(len(kept.points), PRESERVE),
-            np.full(len(around[0]), AROUND),
-        ]
+def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of a level around `points` (N, 3), each once, rising."""
+    return _distinct(cells_of(points, level), level)
+
+
+def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of a level and all their neighbours, each once, rising."""
+    around = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)])
+    near = places(cells, level)[:, None] + around.astype(np.int32)
+    return _distinct(near.reshape(-1, 3), level)
+
+
+def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The numbers (K,) of cells (N, 3), but those at the edge of the grid, which can have no node."""
+    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
+    return np.unique(linear(cells[inner], level))
+
+
+def _feature(problem: Problem) -> float:
+    """Width of the narrowest rise or fall of the profile, if all were alike, in model units."""
+    brush = problem.stroke.brush
+    slopes = np.sign(np.diff(brush.profile(np.linspace(-1, 1, 257))))
+    slopes = slopes[slopes != 0]
+    turns = np.count_nonzero(np.diff(slopes))
+    return 2 * brush.radius * problem.stroke.largest_factor / max(turns + 1, 2)
+
+
+def _sample(problem: Problem, h: float, random: np.random.Generator) -> DisplacedTubes:
+    """The displaced tube of each copy, DENSITY samples in each h^2."""
+    step = h / DENSITY**0.5
+    width = 2 * problem.stroke.brush.radius * problem.stroke.largest_factor
+    length = max(path.length for _, path in problem.laid)
+    rows, columns = (max(math.ceil(size / step), FEWEST) for size in (length or width, width))
+    return problem.displaced_tubes(rows, columns, random)
+
+
+def _passed(displaced: DisplacedTubes, level: int) -> NDArray[np.int32]:
+    """The cells that the surface passes on its way, and those within MARGIN of it."""
+    h = spacing(level)
+    surface, target = (
+        join([getattr(tube, name) for tube in displaced.tubes]) for name in ("surface", "target")
     )
-    g = values_and_gradients(field, at)[1]
-    rows = Rows(
-        points.astype(np.float32),
-        (want - values(field, points)).astype(np.float32),
-        w.astype(np.float32),
-        at,
-        e,
-        ((target.normals[pick] - g) * e).sum(1).astype(np.float32),
-        np.full(len(at), STEEP * h, np.float32),
-    )
-    for level in (finest - 1, finest):
-        c = cells if level == finest else np.unique(cells // 2 + (0 if True else 0), axis=0)
-        if level != finest:
-            c = np.unique(linear(cells_of(centres(places(cells, finest), finest), level), level))
-        out[level] = solve_level(level, c.astype(np.int32), rows, problem.check)
-    solve.info = dict(
-        finest=finest,
-        tube=len(target.points),
-        kept=len(kept.points),
-        around=len(around[0]),
-        nodes=[len(l.index) for l in out.values()],
-        res=float(np.abs(rows.residuals[: len(target.points)]).mean()),
-    )
-    return out
-
-
-def active_cells(surface, target, level, h):
     way = target.points - surface.points
-    length = np.linalg.norm(way, axis=1)
-    steps = max(int(math.ceil(length.max() / (0.7 * h))), 1) if len(length) else 1
-    pts = [surface.points + t * way for t in np.linspace(0, 1, steps + 1)]
-    for s in (surface, target):
-        for t in (-MARGIN, -MARGIN / 2, MARGIN / 2, MARGIN):
-            pts.append(s.points + t * h * s.normals)
-    pts = np.concatenate(pts)
-    return np.unique(linear(cells_of(pts, level), level))
+    farthest = float(np.linalg.norm(way, axis=1).max())
+    parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
+    found = [numbers(surface.points + part * way, level) for part in parts]
+    for samples in (surface, target):
+        for side in (-MARGIN, MARGIN):
+            found.append(numbers(samples.points + np.float32(side * h) * samples.normals, level))
+    return np.unique(np.concatenate(found))
 
 
-def dilated(index, level):
-    c = places(index, level)
-    steps = np.array(
-        [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)], np.int32
-    )
-    return np.unique(linear((c[:, None] + steps).reshape(-1, 3), level))
-
-
-def preserve(problem: Problem, reach, level, random) -> Samples:
-    h = spacing(level)
-    mid = centres(places(reach, level), level)
-    v = values(problem.field, mid)
-    near = mid[np.abs(v) < 2.0 * h]
-    near = np.repeat(near, 3, axis=0)
-    near = near + random.uniform(-h / 2, h / 2, near.shape).astype(np.float32)
-    found = project(problem.field, near, tolerance=1e-4)
-    ok = found.distance < 1e-3
-    pts, nrm = found.points[ok], found.normals[ok]
-    inside = np.isin(linear(cells_of(pts, level), level), reach)
-    s = Samples(pts[inside], nrm[inside])
-    return s.where(problem.untouched(s))
-
-
-def column(field, target, kept, cells, level, random):
-    h = spacing(level)
-    mid = centres(places(cells, level), level)
-    pts = (mid + random.uniform(-h / 2, h / 2, mid.shape)).astype(np.float32)
-    cloud = join([target, kept])
-    nearest = KDTree(cloud.points).query(pts)[1]
-    d = ((pts - cloud.points[nearest]) * cloud.normals[nearest]).sum(1)
-    keep = nearest < len(target.points)
-    f0 = values(field, pts)
-    return pts, np.where(keep, d, f0)
+def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
+    """Which value rows (N,) lie on the wrong side of the surface, clearly."""
+    after = rows.targets - rows.residuals
+    return (np.abs(rows.targets) > CERTAIN * h) & (after * rows.targets < 0)

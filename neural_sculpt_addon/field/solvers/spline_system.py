@@ -6,10 +6,13 @@
 A value row has the 27 splines that reach its point, a slope row their derivatives along a
 direction. m is the diagonal of A^T W^2 A, nowhere less than a part of its mean: so coefficients
 that few rows touch stay small. Conjugate gradients on the normal equations (Hestenes and Stiefel
-1952), preconditioned by their diagonal. Model space.
+1952), preconditioned by their diagonal. Pieces of rows that depend on their number alone are shared
+by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import torch
@@ -18,6 +21,10 @@ from scipy.sparse import csr_array
 
 from ...stroke.progress import Check, go_on
 from ..detail import Grid, Level, quantised, slopes, spacing, weights
+from ..threads import in_pool, pool
+
+T = TypeVar("T")
+U = TypeVar("U")
 
 Array = NDArray[np.float32]
 
@@ -29,16 +36,21 @@ LEAST_TOUCHED = 0.1
 
 ITERATIONS = 30
 
+PIECE = 1 << 15
+"""Rows that one thread takes at a time: each piece has its own sum over all nodes, to be added."""
+
 
 @dataclass
 class Rows:
     """Equations for a detail: N value rows and M slope rows.
 
-    points, residuals, weights:  (N, 3), (N,), (N,): what is still to be added to f
+    points, targets, weights:    (N, 3), (N,), (N,): what f shall be, and the weights
+    residuals:                   (N,): what is still to be added to f
     at, along, slopes, steep:    (M, 3), (M, 3) unit, (M,), (M,): to grad f . along, and the weights
     """
 
     points: Array
+    targets: Array
     residuals: Array
     weights: Array
     at: Array
@@ -47,7 +59,28 @@ class Rows:
     steep: Array
 
 
-def solve_level(level: int, index: NDArray[np.int32], rows: Rows, check: Check = go_on) -> Level:
+class _Piece(NamedTuple):
+    """Some of the rows: those of them that a node reaches.
+
+    matrix:    (n, K + 1); column 0 stands for all nodes that do not exist
+    weights:   (n,), squared
+    residuals: (m,), a view of those of all rows of the piece
+    some:      (n,), which of them
+    """
+
+    matrix: csr_array
+    weights: Array
+    residuals: Array
+    some: NDArray[np.int64]
+
+
+def solve_level(
+    level: int,
+    index: NDArray[np.int32],
+    rows: Rows,
+    check: Check = go_on,
+    iterations: int = ITERATIONS,
+) -> Level:
     """The best coefficients of the nodes `index` (K,) of a level.
 
     What they add to the rows is taken from their residuals, which are changed in place.
@@ -55,20 +88,50 @@ def solve_level(level: int, index: NDArray[np.int32], rows: Rows, check: Check =
     numbers = Grid.empty(level, torch.int32).plus(
         index, np.arange(1, len(index) + 1, dtype=np.int32)
     )
-    values = _matrix(numbers, rows.points, None, len(index))
-    check()
-    along = _matrix(numbers, rows.at, rows.along, len(index))
-    check()
-    matrix = values, along
-    c = _solve(matrix, rows, check)
-    coefficients = quantised(c)
-    rows.residuals -= values @ coefficients
-    rows.slopes -= along @ coefficients
-    return Level(index, coefficients)
+
+    kinds = (
+        (rows.points, None, rows.weights, rows.residuals),
+        (rows.at, rows.along, rows.steep, rows.slopes),
+    )
+
+    def piece(part: tuple[int, slice]) -> _Piece:
+        kind, chosen = part
+        points, along, weight, residuals = kinds[kind]
+        along = None if along is None else along[chosen]
+        matrix, some = _matrix(numbers, points[chosen], along, len(index) + 1)
+        return _Piece(matrix, weight[chosen][some] ** 2, residuals[chosen], some)
+
+    parts = [(kind, part) for kind in (0, 1) for part in _parts(len(kinds[kind][0]))]
+    pieces = list(_each(piece, parts, check))
+    c = np.zeros(len(index) + 1, np.float32)
+    if pieces:
+        c[1:] = quantised(_solve(pieces, iterations, check)[1:])
+
+    def take_away(piece: _Piece) -> None:
+        piece.residuals[piece.some] -= piece.matrix @ c
+
+    list(_each(take_away, pieces, check))
+    return Level(index, c[1:])
 
 
-def _matrix(numbers: Grid, points: Array, along: Array | None, count: int) -> csr_array:
-    """Rows (N, count) of the splines at `points` (N, 3), or of their slopes in directions (N, 3)."""
+def _parts(count: int) -> list[slice]:
+    """Slices of `count` rows."""
+    parts = -(-count // PIECE)
+    return [slice(i * count // parts, (i + 1) * count // parts) for i in range(parts)]
+
+
+def _each(task: Callable[[T], U], parts: Iterable[T], check: Check) -> Iterator[U]:
+    """What `task` makes of each of the parts, in order."""
+    for result in map(task, parts) if in_pool() else pool().map(task, parts):
+        check()
+        yield result
+
+
+def _matrix(
+    numbers: Grid, points: Array, along: Array | None, count: int
+) -> tuple[csr_array, NDArray[np.int64]]:
+    """Rows of the splines at `points` (N, 3), or of their slopes in directions (N, 3), and which of
+    the points they belong to."""
     some, base, offset = numbers.around(torch.from_numpy(points))
     node = numbers.take(base)  # (27, n), 0 where there is none
     wx, wy, wz = map(weights, offset)
@@ -80,34 +143,32 @@ def _matrix(numbers: Grid, points: Array, along: Array | None, count: int) -> cs
         xy = wx[:, None] * wy
         value = ((sx * ex)[:, None] * wy + wx[:, None] * (sy * ey))[:, :, None] * wz
         value += xy[:, :, None] * (sz * ez)
-    value = value.view(27, -1).T
-    node = node.T
-    exists = node > 0
-    ends = np.zeros(len(points) + 1, np.int32)
-    ends[some.numpy() + 1] = exists.sum(1).numpy()
-    np.cumsum(ends, out=ends)
-    return csr_array(
-        (value[exists].numpy(), node[exists].numpy() - 1, ends), shape=(len(points), count)
-    )
+    values, nodes = (tensor.view(27, -1).T.reshape(-1).numpy() for tensor in (value, node))
+    ends = np.arange(0, 27 * len(some) + 1, 27, dtype=np.int32)
+    return csr_array((values, nodes, ends), shape=(len(some), count)), some.numpy()
 
 
-def _solve(matrix: tuple[csr_array, csr_array], rows: Rows, check: Check) -> Array:
-    values, along = matrix
-    w, s = rows.weights**2, rows.steep**2
+def _solve(pieces: list[_Piece], iterations: int, check: Check) -> Array:
+    def total(task: Callable[[_Piece], Array]) -> Array:
+        sums = _each(task, pieces, check)
+        result = next(sums)
+        for one in sums:
+            result += one
+        result[0] = 0
+        return result
 
     def normal(c: Array) -> Array:
-        return values.T @ (w * (values @ c)) + along.T @ (s * (along @ c))
+        return total(lambda piece: piece.matrix.T @ (piece.weights * (piece.matrix @ c)))
 
-    diagonal = values.power(2).T @ w + along.power(2).T @ s  # (K,)
-    floor = np.maximum(diagonal, LEAST_TOUCHED * diagonal.mean())
+    diagonal = total(lambda piece: piece.matrix.power(2).T @ piece.weights)  # (K + 1,)
+    floor = np.maximum(diagonal, LEAST_TOUCHED * diagonal[1:].mean())
     damping = DAMPING * floor
     scale = 1 / (floor + damping)
-    residual = values.T @ (w * rows.residuals) + along.T @ (s * rows.slopes)
+    residual = total(lambda piece: piece.matrix.T @ (piece.weights * piece.residuals[piece.some]))
     c = np.zeros_like(residual)
     z = scale * residual
     p, rz = z, _dot(residual, z)
-    for _ in range(ITERATIONS):
-        check()
+    for _ in range(iterations):
         if rz < 1e-14:
             break
         q = normal(p) + damping * p
