@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
+_STATES = frozenset({JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB, JobKind.CONSOLIDATE})
+"""Jobs whose result is another state of the field."""
 
 
 def why_malformed(message: Message) -> str:
@@ -40,34 +42,31 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
-    if job in {JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB}:
-        _check_text(fields, "revision")
-        if job is JobKind.EDIT:
-            _require(_is_number(fields.get("seconds")), "seconds")
-        elif job is JobKind.ABSORB:
-            _require(type(fields.get("report")) is dict, "report")
-        _check_state(job, fields, arrays)
+    if job in _STATES:
+        _require(_is_name(fields.get("revision")), "revision")
+        _check_report(fields, required=job in {JobKind.ABSORB, JobKind.CONSOLIDATE})
+        _check_parts(fields, arrays)
         _check_proxy(arrays)
-    elif job is JobKind.FLATTEN:
-        _check_base(fields, arrays, "id")
-    elif job is JobKind.CONSOLIDATE:
-        _check_text(fields, "revision")
-        _require(type(fields.get("report")) is dict, "report")
-        _check_base(fields, arrays, "id")
+    if job is JobKind.EDIT:
+        _require("layer" in fields or "base" in fields, "layer")
+        _require(_is_number(fields.get("seconds")), "seconds")
+    elif job is JobKind.ABSORB:
+        _require("layer" in fields, "layer")
+    elif job is JobKind.REPLAY:
+        _require("layers" in fields or "base" in fields, "layers")
+    elif job in {JobKind.FIT, JobKind.LOAD}:
+        if job is JobKind.FIT:
+            _check_place(fields)
+        _check_report(fields, required=job is JobKind.FIT)
+        if message.kind is not MessageKind.PREVIEW:
+            _require(_is_name(fields.get("id")), "id")
+            _check_parts(fields, arrays)
         _check_proxy(arrays)
+    elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
+        _require(_is_name(fields.get("id")), "id")
+        _check_parts(fields, arrays)
     elif job is JobKind.MEASURE:
-        _require(type(fields.get("report")) is dict, "report")
-    elif job is JobKind.FIT:
-        center = fields.get("center")
-        _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
-        _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
-        _require(type(fields.get("report")) is dict, "report")
-        if message.kind is MessageKind.RESULT:
-            _check_base(fields, arrays, "id")
-        _check_proxy(arrays)
-    elif job is JobKind.LOAD:
-        _check_base(fields, arrays, "id")
-        _check_proxy(arrays)
+        _check_report(fields, required=True)
     elif job is JobKind.MESH:
         _check_proxy(arrays)
     elif job is JobKind.SAMPLE:
@@ -76,36 +75,31 @@ def check(job: JobKind, message: Message) -> None:
         _require_finite(band, "band")
 
 
-def _check_state(
-    job: JobKind, fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
-) -> None:
-    """What an edit, an absorption or a replay made: layers, or a new base."""
-    if "base" in fields and job is not JobKind.ABSORB:
-        _check_base(fields, arrays, "base")
-    elif job is JobKind.REPLAY:
-        layers = fields.get("layers")
-        _require(_is_list_of(layers, lambda each: type(each) is dict), "layers")
-        for layer in layers or ():
-            _check_text(layer, "id")
-            _check_text(layer, "context")
-        for name in arrays:
-            if name.startswith("layer."):
-                number = name.removeprefix("layer.")
-                _require(number.isdecimal() and int(number) < len(layers or ()), name)
-                _require(len(_array(arrays, name, "u", 1)) > 0, name)
-    else:
-        _check_text(fields, "layer")
-        _check_text(fields, "context")
-        _require(len(_array(arrays, "layer", "u", 1)) > 0, "layer")
+def _check_place(fields: Mapping[str, Any]) -> None:
+    """Where a fitted field belongs."""
+    center = fields.get("center")
+    _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
+    _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
 
 
-def _check_base(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], name: str) -> None:
-    _check_text(fields, name)
-    _require(len(_array(arrays, "field", "u", 1)) > 0, "field")
+def _check_report(fields: Mapping[str, Any], required: bool) -> None:
+    _require(type(fields.get("report", None if required else {})) is dict, "report")
 
 
-def _check_text(fields: Mapping[str, Any], name: str) -> None:
-    _require(type(fields.get(name)) is str and fields[name], name)
+def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Names of fields and layers, and the bytes that they name."""
+    for name, array in (("id", "field"), ("base", "field"), ("layer", "layer")):
+        if name in fields:
+            _require(_is_name(fields[name]), name)
+            _require(len(_array(arrays, array, "u", 1)) > 0, array)
+    if "layer" in fields:
+        _require(type(fields.get("context")) is str, "context")
+    layers = fields.get("layers", [])
+    _require(_is_list_of(layers, lambda each: type(each) is dict), "layers")
+    for number, layer in enumerate(layers):
+        _require(_is_name(layer.get("id")) and type(layer.get("context")) is str, "layers")
+        if (name := f"layer.{number}") in arrays:
+            _require(len(_array(arrays, name, "u", 1)) > 0, name)
 
 
 def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -154,6 +148,10 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 def _is_number(value: object) -> bool:
     return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore
+
+
+def _is_name(value: object) -> bool:
+    return type(value) is str and bool(value)
 
 
 def _is_list_of(value: object, is_right: Callable[[object], bool]) -> bool:

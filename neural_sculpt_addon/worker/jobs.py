@@ -183,20 +183,23 @@ class Jobs:
         return Payload()
 
     def flatten(self, job: Payload, progress: Progress) -> Payload:
-        """state -> id <field>: base and layers as one base."""
-        name, data = self._store.keep_base(self._store.field(job))
-        return Payload({"id": name}, {"field": as_array(data)})
+        """state -> id <field>: the sum of base and layers as a base."""
+        state = self._store.state(job, progress)
+        flat, data = self._store.new_base(state.preparation)
+        return Payload({"id": flat.base}, {"field": as_array(data)})
 
     def consolidate(self, job: Payload, progress: Progress) -> Payload:
-        """state, width, resolution, result_revision -> id, revision, report <field, proxy>: a plain
-        network, and what was lost.
-        """
+        """state, width, resolution, result_revision -> revision, id, report <field, proxy>."""
         from ..field.consolidate import consolidate
+        from ..field.prepare import prepare
 
-        share = sub_progress(progress, 0.0, 0.9)
-        result = consolidate(self._store.field(job), read(job, "width", int), progress=share)
-        fields = {"revision": read(job, "result_revision", str), "report": result.report}
-        return self._found(result.field, fields, job, sub_progress(progress, 0.9, 1.0))
+        field, width = self._store.field(job), read(job, "width", int)
+        result = consolidate(field, width, progress=sub_progress(progress, 0.0, 0.9))
+        field = self._store.on_device(result.field)
+        state, data = self._store.new_base(prepare(field, sub_progress(progress, 0.9, 0.95)))
+        fields = {"id": state.base, "report": result.report}
+        share = sub_progress(progress, 0.95, 1.0)
+        return self._answer(state, fields, {"field": as_array(data)}, job, share)
 
     def _found(
         self, field: "Field", fields: dict[str, Any], job: Payload, progress: Progress
@@ -208,7 +211,6 @@ class Jobs:
         proxy = _extract(field, job, progress)
         if proxy.active.cells == CELLS:
             state, data = self._store.new_base(Preparation(field, proxy))
-            self._store.keep(state.base, state)
             name = state.base
         else:
             name, data = self._store.keep_base(field)

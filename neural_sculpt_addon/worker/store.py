@@ -62,11 +62,12 @@ class Store:
         return name, data
 
     def new_base(self, preparation: "Preparation") -> "tuple[State, bytes]":
-        """The same, and the state without layers."""
+        """The same, and the state without layers, which is remembered by the base's id."""
         from ..field.layers import State
 
         name, data = self.keep_base(preparation.field)
-        return State(name, (), preparation), data
+        self._states[name] = state = State(name, (), preparation)
+        return state, data
 
     def keep(self, revision: str, state: "State") -> None:
         """Remember a state and its layers."""
