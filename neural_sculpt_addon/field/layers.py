@@ -27,15 +27,12 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from ..stroke.stroke import Stroke
-from .detail import MARGIN, Coefficients, Level, cells_per_axis, linear, places, scaled
+from .detail import SUPPORT, Coefficients, Level, cells_per_axis, scaled, support
 from .edit import Edit, Solver, sculpt
 from .field import Field
 from .layer_bytes import layer_from_bytes, layer_to_bytes
 from .prepare import Preparation, prepare
 from .proxy import update
-
-SUPPORT = 5
-"""Level of the cells of a support: finer ones tell neighbours apart better and take more memory."""
 
 REMEMBERED = 8
 """Solutions of one stroke in a `Memo`, each in another context."""
@@ -61,25 +58,9 @@ class Layer:
         return Layer(digest(data), data, layer_from_bytes(data))
 
     @cached_property
-    def support(self) -> NDArray[np.intp]:
-        """The numbers (S,) of the cells of level SUPPORT that the layer changes, rising."""
-        size = cells_per_axis(SUPPORT)
-        reached = np.zeros(size**3, bool)
-        for level, part in self.coefficients.items():
-            # A node reaches the cells beside its own. Of three fine cells in a row, the outer two
-            # lie in all coarse cells that the row meets.
-            steps = (-1, 1) if level > SUPPORT else (-1, 0, 1)
-            around = np.array([(i, j, k) for i in steps for j in steps for k in steps])
-            cells = (places(part.index, level)[:, None] + around).reshape(-1, 3) - MARGIN
-            cells >>= max(level - SUPPORT, 0)
-            for _ in range(SUPPORT - level):  # the eight children
-                cells = np.unique(cells, axis=0)
-                halves = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-                cells = (2 * cells[:, None] + halves).reshape(-1, 3)
-            cells += MARGIN
-            cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
-            reached[linear(cells, SUPPORT)] = True
-        return np.flatnonzero(reached)
+    def support(self) -> NDArray[np.int32]:
+        """The cells (S,) that the layer changes, as of `detail.support`."""
+        return support(self.coefficients)
 
 
 class Term(NamedTuple):
@@ -134,7 +115,7 @@ class State:
         if not change:
             return replace(self, terms=tuple(terms))
         field = self.preparation.field.plus(change)
-        proxy = update(self.preparation.proxy, field, progress)
+        proxy = update(self.preparation.proxy, field, support(change), progress)
         return State(self.base, tuple(terms), Preparation(field, proxy))
 
     def solved(self, coefficients: Coefficients) -> Solved:

@@ -237,6 +237,8 @@ class Jobs:
         At another one it is that of the state that was shown last, updated, when both have the same
         base.
         """
+        from ..field.detail import support
+        from ..field.layers import difference
         from ..field.prepare import CELLS
         from ..field.proxy import update
 
@@ -244,7 +246,8 @@ class Jobs:
             return state.preparation.proxy
         shown, last = self._shown or (state, state.preparation.proxy)
         if shown.base == state.base and last.active.cells == job.fields["resolution"]:
-            proxy = update(last, state.preparation.field, progress)
+            reached = support(difference(shown.terms, state.terms))
+            proxy = update(last, state.preparation.field, reached, progress)
         else:
             proxy = _extract(state.preparation.field, job, progress)
         self._shown = state, proxy

@@ -150,7 +150,7 @@ def read_strength(value: object) -> float:
 def preparation_bytes(preparation: "Preparation") -> int:
     """Memory that a field, its proxy and its samples take."""
     field, proxy = preparation.field, preparation.proxy
-    mesh = [proxy.vertices, proxy.normals, proxy.slopes, proxy.triangles, proxy.edges]
+    mesh = [proxy.vertices, proxy.normals, proxy.triangles, proxy.edges]
     arrays = [proxy.active.index, proxy.active.values, *mesh]
     return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLES
 

@@ -10,6 +10,7 @@ import torch
 
 from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.detail import (
+    SUPPORT,
     UNIT,
     Detail,
     Level,
@@ -19,7 +20,6 @@ from neural_sculpt_addon.field.detail import (
     scaled,
 )
 from neural_sculpt_addon.field.layers import (
-    SUPPORT,
     Entry,
     Layer,
     Solved,
@@ -29,6 +29,8 @@ from neural_sculpt_addon.field.layers import (
     digest,
     replay,
 )
+from neural_sculpt_addon.field.prepare import prepare
+from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -180,22 +182,32 @@ def test_the_stroke_that_cannot_be_applied_is_named(base):
         replay(base, [Entry(replace(away, name="Ear"), None)], {})
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_whatever_is_done_the_field_is_the_sum_of_its_layers(base, seed):
-    """Strokes, mutes, strengths, moves, deletions and undo, in any order."""
+@pytest.fixture(scope="module", params=["sphere", "torus"])
+def model(request, base):
+    """A base without layers, and places to sculpt it at."""
+    if request.param == "sphere":
+        return base, [dab(at) for at in (NORTH, BESIDE, SOUTH, EAST)]
+    field = primitive("torus")
+    points = [(0.7, 0.0, 0.0), (0.7, 0.1, 0.0), (-0.7, 0.0, 0.0), (0.0, 0.5, 0.2)]
+    strokes = [Stroke(np.array([point]), Brush(0.1, 0.04)) for point in points]
+    return State(digest(to_bytes(field)), (), prepare(field)), strokes
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_whatever_is_done_the_field_is_the_sum_of_its_layers(model, seed):
+    """Strokes, mutes, strengths, moves, deletions, undo, and files, in any order."""
+    base, strokes = model
     random = np.random.default_rng(seed)
-    places = [NORTH, BESIDE, SOUTH, EAST]
     memo, state, history, visible = {}, base, [], []
-    known = [(state, history, visible)]
+    known = [(history, visible)]
     for _ in range(14):
         history, visible = list(history), list(visible)
         some = int(random.integers(max(len(history), 1)))
-        action = random.choice(["stroke", "mute", "strength", "move", "delete", "undo"])
+        action = random.choice(["stroke", "mute", "strength", "move", "delete", "undo", "load"])
         if action == "undo":
-            state, history, visible = known[int(random.integers(len(known)))]
-            continue
-        if action == "stroke" or not history:
-            history.append(Entry(dab(places[int(random.integers(4))]), None))
+            history, visible = known[int(random.integers(len(known)))]
+        elif action == "stroke" or not history:
+            history.append(Entry(strokes[int(random.integers(4))], None))
             visible.append(True)
         elif action == "mute":
             visible[some] = not visible[some]
@@ -205,16 +217,29 @@ def test_whatever_is_done_the_field_is_the_sum_of_its_layers(base, seed):
             where = int(random.integers(len(history)))
             history.insert(where, history.pop(some))
             visible.insert(where, visible.pop(some))
-        else:
+        elif action == "delete":
             del history[some], visible[some]
+        else:
+            memo = {}
+            history = [replace(e, solved=e.solved and read_back(e.solved)) for e in history]
+            state = State.made(base.base, base.preparation.field, terms_of(history, visible))
         shown = [place for place, seen in enumerate(visible) if seen]
         state, found = replay(state, [history[place] for place in shown], memo)
         for place, solved in zip(shown, found, strict=True):
             history[place] = replace(history[place], solved=solved)
-        terms = [(history[place].solved.layer, history[place].strength) for place in shown]
+        terms = terms_of(history, visible)
         assert units_of(state) == units(*terms)
-        beneath = []
-        for layer, strength in terms:
-            assert found[len(beneath)] == Solved(layer, context(base.base, beneath, layer))
-            beneath.append(Term(layer, strength))
-        known.append((state, history, visible))
+        for number, solved in enumerate(found):
+            assert solved.context == context(base.base, terms[:number], solved.layer)
+        known.append((history, visible))
+
+
+def terms_of(history: list[Entry], visible: list[bool]) -> list[Term]:
+    seen = [entry for entry, shown in zip(history, visible, strict=True) if shown]
+    return [Term(entry.solved.layer, entry.strength) for entry in seen if entry.solved]
+
+
+def read_back(solved: Solved) -> Solved:
+    layer = Layer.read(solved.layer.data)
+    assert layer.id == solved.layer.id
+    return Solved(layer, solved.context)
