@@ -21,6 +21,8 @@ LENGTHS = {
     "error_mean": n_("Distance from the mesh"),
     "error_p95": n_("Distance from the mesh, 95 %"),
     "error_max": n_("Distance from the mesh, largest"),
+    "distance_mean": n_("Lost by consolidating"),
+    "distance_p95": n_("Lost by consolidating, 95 %"),
     "tube_mean": n_("Stroke error"),
     "tube_p95": n_("Stroke error, 95 %"),
     "reverse_p95": n_("Way back, 95 %"),
