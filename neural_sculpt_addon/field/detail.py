@@ -34,7 +34,7 @@ LARGEST = 2.0
 """Bound of |coefficient|; float32 holds sums of them up to 4 exactly."""
 
 SUPPORT = 5
-"""Level of the cells that tell where a layer reaches: finer ones are closer and take more memory."""
+"""Level of the cells that tell where a layer reaches: finer ones are closer, and more."""
 
 BRICK = 8  # cells along the edge of a brick
 MARGIN = BRICK  # cells outside of the box, on each side
@@ -140,7 +140,7 @@ class Grid:
         return Grid(level, table, torch.empty((0, _HALO**3), dtype=dtype))
 
     def plus(self, index: NDArray[np.int32], values: NDArray) -> "Grid":
-        """This grid with `values` (N,) added at the nodes `index` (N,); bricks are made as needed."""
+        """This grid with `values` (N,) added at the nodes `index` (N,), none at its very edge."""
         cells = places(index, self.level)
         brick, place = cells // BRICK, cells % BRICK
         table = self.table.numpy().copy()
@@ -263,7 +263,7 @@ class Detail:
                 value[some] += ((c * wy).sum(1) * wx).sum(0)
 
     def add_value_and_gradient(self, x: Tensor, value: Tensor, gradient: Tensor) -> None:
-        """Add the detail at points x (N, 3) to `value` (N,), and its gradient to `gradient` (N, 3)."""
+        """Add the detail at points x (N, 3) to `value` (N,), its gradient to `gradient` (N, 3)."""
         for grid in self.grids:
             some, base, offset = grid.around(x)
             if len(some):

@@ -17,7 +17,7 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from ..stroke.stroke import Stroke
 from . import metrics
-from .detail import Coefficients, support
+from .detail import Coefficients, spacing, support
 from .field import Field
 from .pieces import Asked, components, find_islands
 from .prepare import CELLS, Preparation, prepare
@@ -26,8 +26,11 @@ from .proxy import Proxy, extract, update
 from .solvers import gauss_newton, paper
 from .solvers.local import LocalEdit
 
-REPAIRS = 3
+REPAIRS = 8
 """How often at most islands are looked for and solved away."""
+
+HELD = 0.05
+"""Cells of the finest level: how close a layer can come at best."""
 
 
 class Solver(StrEnum):
@@ -63,11 +66,21 @@ class Edit:
 
         chamfer: measure the paper's Chamfer distance, too (seconds)
         """
-        measures = metrics.measure(self.problem, self.field, self.proxy, progress)
+        reached, floor = None, 0.0
+        if self.layer is not None:
+            reached, floor = support(self.layer), HELD * spacing(max(self.layer))
+        measures = metrics.measure(self.problem, self.field, self.proxy, reached, floor, progress)
         if chamfer:
             measures |= metrics.chamfer(self.problem, self.field, self.proxy)
         name = self.problem.stroke.name
-        return {"stroke": name, "solver": self.solver.value, "seconds": self.seconds, **measures}
+        return {
+            "stroke": name,
+            "solver": self.solver.value,
+            "seconds": self.seconds,
+            "levels": sorted(self.layer or ()),
+            "widths": list(self.field.network.widths),
+            **measures,
+        }
 
 
 def sculpt(

@@ -12,14 +12,21 @@ Definitions
 tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
          samples are fresh: a jittered grid, not the one that was trained on
 cap      the same around round ends and dabs
-reverse  distance of the edited proxy near the stroke from the displaced surface (a triangle mesh
+reverse  distance of the edited proxy under the stroke from the displaced surface (a triangle mesh
          of the same samples), exact point to triangle
+height   largest |d| of the samples
+gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
+         displacement along n that was
 rim      distance of unedited samples of the rim from the edited zero set
 drift    the same for far samples
+untouched_normal  angle between the normals of far samples before and after, degrees: root mean
+         square, and most, with the place where
 normal   angle between grad f at the tube samples, brought to the edited zero set, and the normal
          of the displaced surface, degrees
 gradient mean | |grad f| - 1 | over the tube samples, after the edit
 components  connected pieces of the proxy before and after
+tolerance_met  tube_p95 and reverse_p95 below `tolerance`, gain at least GAIN, untouched_normal_rms
+         at most TURNED, no piece more or less
 chamfer  mean distance of 100,000 samples of either surface to the nearest sample of the other, both
          directions added (paper, table 2), and the same between two samplings of the target: the
          noise floor, below which nothing can be told
@@ -37,6 +44,8 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.progress import Check, Progress, silent
+from .detail import SUPPORT, cells_of, linear
+from .evaluate import values_and_gradients
 from .field import Field
 from .pieces import components
 from .problem import Problem
@@ -47,6 +56,11 @@ from .threads import SEARCHED, in_pieces, join
 from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4
+INNER = 0.95  # radii, within which the displaced surface is near enough to measure the way back
+TOLERANCE = 1e-3  # model units, of both p95
+OF_HEIGHT = 0.1  # the same, as a share of the stroke's height
+GAIN, TURNED = 0.97, 0.3
+STEEPEST = 0.2  # |grad f . n|, below which the edited surface is all but parallel to n
 MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
@@ -55,11 +69,19 @@ Array = NDArray[np.floating[Any]]
 
 
 def measure(
-    problem: Problem, edited: Field, proxy: Proxy, progress: Progress = silent
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None = None,
+    floor: float = 0.0,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
-    proxy: of `edited`, at CELLS cells per axis
+    proxy:   of `edited`, at CELLS cells per axis
+    reached: (S,) cells as of `detail.support` outside of which the field is what it was; None when
+             all of it may have changed
+    floor:   what the solver can hold at best: no smaller tolerance is asked of it
 
     A measure over an empty region (a closed stroke has no cap) is None.
     """
@@ -68,29 +90,79 @@ def measure(
     share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
     tubes = problem.tubes(round(share * ROWS), round(share * COLUMNS), random)
-    displacement = join([tube.displacement for tube in tubes])
-    core, cap = displacement.core, displacement.beyond
-    target = np.concatenate([tube.target.points for tube in tubes])
-    target_normals = np.concatenate([tube.target.normals for tube in tubes])
+    surface, target, displacement = (
+        join([getattr(tube, name) for tube in tubes])
+        for name in ("surface", "target", "displacement")
+    )
+    core, cap, height = displacement.core, displacement.beyond, np.abs(displacement.amount).max()
     progress(0.3, MEASURING)
-    found = in_pieces(lambda part: find_surface(edited, target[part]), len(target), problem.check)
-    cosine = np.einsum("ij,ij->i", found.normals, target_normals)[core]
-    near = problem.nearness(before.surface)
-    points = before.surface.points
+    found = in_pieces(
+        lambda part: find_surface(edited, target.points[part]), len(core), problem.check
+    )
+    cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
     progress(0.4, MEASURING)
-    moved = in_pieces(lambda part: find_surface(edited, points[part]), len(points), problem.check)
+    near = problem.nearness(before.surface)
+    far = near > FAR
+    moved, turned = _moved(problem, edited, reached)
+    worst = int(np.argmax(np.where(far, turned, 0)))
     progress(0.8, MEASURING)
-    return {
+    measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
         **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
-        **_summary("rim", moved.distance[(near > 1) & (near <= FAR)], mean="mean"),
-        **_summary("drift", moved.distance[near > FAR], mean="mean", p99=99, max="max"),
+        "height": float(height),
+        "gain": _gain(edited, surface, target, displacement.amount),
+        **_summary("rim", moved[(near > 1) & ~far], mean="mean"),
+        **_summary("drift", moved[far], mean="mean", p99=99, max="max"),
+        "untouched_normal_rms": float(np.sqrt((turned[far] ** 2).mean())) if far.any() else 0.0,
+        "untouched_normal_max": float(turned[worst]) if far.any() else 0.0,
+        "untouched_worst": before.surface.points[worst].tolist(),
         "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "components_before": components(before.proxy),
         "components_after": components(proxy),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
     }
+    return {**measures, "tolerance_met": _is_met(measures)}
+
+
+def _is_met(measures: dict[str, Any]) -> bool:
+    return (
+        all((measures[name] or 0.0) < measures["tolerance"] for name in ("tube_p95", "reverse_p95"))
+        and measures["gain"] >= GAIN
+        and measures["untouched_normal_rms"] <= TURNED
+        and measures["components_before"] == measures["components_after"]
+    )
+
+
+def _moved(
+    problem: Problem, edited: Field, reached: NDArray[np.int32] | None
+) -> tuple[Array, Array]:
+    """How far the samples of the unedited surface are from the edited one (N,), and by how many
+    degrees its normals have turned there (N,)."""
+    surface = problem.preparation.surface
+    distance, turned = np.zeros((2, len(surface.points)))
+    some = np.arange(len(surface.points))
+    if reached is not None:
+        some = np.flatnonzero(np.isin(linear(cells_of(surface.points, SUPPORT), SUPPORT), reached))
+    points = surface.points[some]
+    found = in_pieces(lambda part: find_surface(edited, points[part]), len(some), problem.check)
+    cosine = np.einsum("ij,ij->i", found.normals, surface.normals[some])
+    distance[some] = found.distance
+    turned[some] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return distance, turned
+
+
+def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> float:
+    """Share of the displacement `amount` (N,) of surface samples that the edited field reached.
+
+    What is missing along n is f / |grad f| at the target, by the cosine of both normals.
+    """
+    value, gradient = values_and_gradients(edited, target.points)
+    slope = np.einsum("ij,ij->i", gradient, surface.normals)
+    missing = value / np.where(np.abs(slope) < STEEPEST, STEEPEST, slope)
+    reached = amount - np.clip(missing, -np.abs(amount), np.abs(amount))
+    return float((reached * amount).sum() / max((amount**2).sum(), 1e-30))
 
 
 def chamfer(problem: Problem, edited: Field, proxy: Proxy) -> dict[str, float]:
@@ -114,7 +186,8 @@ def _both_ways(a: Array, b: Array) -> float:
 def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
-    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube.
+    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
+    and not beside its border.
     """
     distances = []
     surface = problem.preparation.surface
@@ -128,7 +201,8 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
         vertices = proxy.vertices[np.isfinite(close)].astype(float)
         problem.check()
-        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
+        inner = np.append(tube.displacement.nearness < INNER, np.zeros(len(rest), bool))
+        vertices = vertices[inner[tree.query(vertices)[1]]]
         if len(vertices) and len(triangles):
             mesh = tube.target.points.astype(float), triangles
             distances.append(_to_mesh(vertices, *mesh, problem.check))

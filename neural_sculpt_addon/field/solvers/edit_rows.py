@@ -112,7 +112,7 @@ def _preserved(
 
 
 def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells of `level` that a node in `active` reaches, or one in `coarse` of the next level."""
+    """The cells of `level` that a node in `active` reaches, or one in `coarse` above it."""
     fine = places(active, level)[:, None] + _block(-1, 2)
     parents = (places(coarse, level - 1)[:, None] + _block(-1, 2)).reshape(-1, 3)
     corner = cells_of(centres(parents, level - 1) - np.float32(spacing(level) / 2), level)

@@ -29,6 +29,7 @@ from ..detail import (
     places,
     spacing,
 )
+from ..evaluate import values
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..threads import join
@@ -36,7 +37,7 @@ from .edit_rows import edit_rows
 from .spline_system import Rows, solve_level
 
 CELLS_PER_FEATURE = 3.0
-"""Cells at least in the width of the narrowest rise or fall: more are closer, and cost more rows."""
+"""Cells at least in the width of the narrowest rise or fall: more are closer, and cost rows."""
 
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
@@ -44,8 +45,11 @@ LEAST_FINEST = 6
 DENSITY = 8.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
-BUDGET = 60_000
-"""Tube samples at most: one level coarser where there would be more."""
+ROWS, NODES = 60_000, 40_000
+"""Tube samples and nodes at most: one level coarser where there would be more."""
+
+LAYERS = 5
+"""Active cells above each other, where the surface hardly moves."""
 
 FEWEST = 7
 """Tube samples at least along and across a stroke."""
@@ -59,8 +63,8 @@ STRIDE = 0.7
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
 
-CLEARING = 1.5
-"""Cells around an island in which all rows are to have the sign that it has not."""
+CLEARING, CLEAR = 1.0, 0.5
+"""Cells around an island in which all rows are brought to the other side, and how far: in cells."""
 
 CERTAIN = 0.3
 """Cells from the surface, from which on a wrong sign counts."""
@@ -86,8 +90,14 @@ def resolution(problem: Problem) -> Resolution:
     for stroke, path in problem.laid:
         radius = brush.radius * stroke.largest_factor
         area += 2 * radius * path.length + math.pi * radius**2
-    affordable = math.floor(math.log2(BUDGET / (DENSITY * area)) / 2)
-    return Resolution(min(wanted, affordable, FINEST), wanted)
+    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+
+    def fits(level: int) -> bool:
+        faces = area / spacing(level) ** 2
+        return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
+
+    affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
+    return Resolution(min(wanted, affordable), wanted)
 
 
 class LocalEdit:
@@ -131,16 +141,26 @@ class LocalEdit:
         return self._layer
 
     def forbid(self, islands: Islands) -> Coefficients:
-        """The layer without surface where `islands` are, which it has but nobody asked for."""
-        h = spacing(self.resolution.level)
-        near = KDTree(islands.points).query(self._rows.points, distance_upper_bound=CLEARING * h)[1]
-        some = np.flatnonzero(near < len(islands.points))
-        side = np.sign(islands.distance)[near[some]]
-        now = self._rows.targets[some]
-        wanted = np.where(now * side > 0, now, side * h / 2).astype(np.float32)
-        self._rows.residuals[some] += wanted - now
-        self._rows.targets[some] = wanted
-        self._rows.weights[some] *= HEAVIER
+        """The layer without surface where `islands` are, which it has but nobody asked for.
+
+        Rows are added at their vertices, and those that lie close by are brought to the same side.
+        """
+        h, rows = spacing(self.resolution.level), self._rows
+        side = np.sign(islands.distance).astype(np.float32)  # (N,)
+        near = KDTree(islands.points).query(rows.points, distance_upper_bound=CLEARING * h)[1]
+        some = np.flatnonzero(near < len(side))
+        now, there = rows.targets[some], side[near[some]]
+        wanted = np.where(now * there > 0, now, there * np.float32(CLEAR * h))
+        rows.residuals[some] += wanted - now
+        rows.targets[some] = wanted
+        targets = side * np.float32(CLEAR * h)
+        field = self._problem.field.plus(self._layer)
+        rows.points = np.concatenate([rows.points, islands.points])
+        rows.targets = np.concatenate([rows.targets, targets])
+        residuals = targets - values(field, islands.points)
+        rows.residuals = np.concatenate([rows.residuals, residuals])
+        weights = np.full(len(targets), HEAVIER, np.float32)
+        rows.weights = np.concatenate([rows.weights, weights])
         self._improve()
         return self._layer
 
@@ -164,7 +184,7 @@ def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 
 
 def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The numbers (K,) of cells (N, 3), but those at the edge of the grid, which can have no node."""
+    """The numbers (K,) of cells (N, 3), but those at the grid's edge, which can have no node."""
     inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
     return np.unique(linear(cells[inner], level))
 
