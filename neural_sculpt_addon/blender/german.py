@@ -81,6 +81,8 @@ TEXTS = {
     "Untouched normals off by": "Unberührte Normalen weichen ab um",
     "Way back, 95 %": "Rückweg, 95 %",
     "What strokes change": "Was Striche ändern",
+    "Wait for the end of a drag": "Auf das Ende des Ziehens warten",
+    "Watch Release": "Loslassen abwarten",
     "Width": "Breite",
     "From File": "Aus Datei",
     "Good Enough": "Gut genug",

@@ -18,7 +18,6 @@ MESSAGES = {
     "Measuring the field": "Feld vermessen",
     "Meshing": "Vernetzen",
     "Preparing": "Vorbereiten",
-    "Refining": "Verfeinern",
     "Sampling the field": "Feld abtasten",
     "Sculpting": "Modellieren",
     "Searching the surface": "Oberfläche suchen",
