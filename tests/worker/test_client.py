@@ -300,7 +300,9 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     script = textwrap.dedent("""
         import sys
         from pathlib import Path
-        (Path(input()) / "answers" / "0").write_text("Hello!")
+        answers = Path(input()) / "answers"
+        (answers / "part").write_text("Hello!")
+        (answers / "part").rename(answers / "0")
         sys.stdin.read()
     """)
     client = Client([sys.executable, "-c", script], tmp_path / "log")
