@@ -31,7 +31,8 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
     layers, are a replay of a longer history.
     """
     target = ob.session_uid
-    label = strokes[0].name or "Neural Stroke"
+    first = strokes[0]
+    label = first.name or "Neural Stroke"
     added = [stroke_list.entry_of(stroke) for stroke in strokes]
 
     def longer() -> list[stroke_list.Entry]:
@@ -45,7 +46,7 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
         return states.request(
             ob,
             JobKind.EDIT,
-            stroke=strokes[0].to_json(),
+            stroke=first.to_json(),
             solver=states.solver(group),
             resolution=group.resolution,
             result_revision=new_revision(),
