@@ -85,7 +85,7 @@ def _base(group: NEURAL_SCULPT_PG_field) -> tuple[str, Held]:
 def _named(entry: Entry) -> dict[str, Any]:
     """An entry as REPLAY takes it."""
     return {
-        "stroke": None if entry.stroke is None else entry.stroke.to_json(),
+        "stroke": entry.to_json(),
         "layer": entry.layer or None,
         "context": entry.context or None,
         "strength": entry.strength,

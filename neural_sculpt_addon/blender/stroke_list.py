@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
@@ -27,12 +28,12 @@ SCULPTED = n_("Sculpted")
 class Entry:
     """A line of the history. `uid` tells it from an equal one, wherever it is moved.
 
-    stroke:  None of sculpting that was absorbed
+    data:    the stroke as in a stroke file, without its name; empty of absorbed sculpting
     layer:   id of what it adds to the field; empty until the worker has computed it
     context: what the layer was computed for
     """
 
-    stroke: Stroke | None
+    data: str
     name: str = ""
     muted: bool = False
     strength: float = 1.0
@@ -40,10 +41,24 @@ class Entry:
     context: str = ""
     uid: str = field(default_factory=lambda: uuid.uuid4().hex)
 
+    @property
+    def stroke(self) -> Stroke:
+        """SculptError when it is none."""
+        if not self.data:
+            raise SculptError(
+                f"{self.name} was absorbed from other brushes and is no stroke. It can be muted,"
+                " moved, weakened and deleted."
+            )
+        return replace(_parsed(self.data), name=self.name)
+
+    def to_json(self) -> dict[str, Any] | None:
+        """The stroke as in a stroke file; None of absorbed sculpting."""
+        return json.loads(self.data) | {"name": self.name} if self.data else None
+
 
 def entry_of(stroke: Stroke) -> Entry:
     """A new entry."""
-    return Entry(stroke, stroke.name)
+    return Entry(_text(stroke), stroke.name)
 
 
 def entries(ob: Object) -> list[Entry]:
@@ -62,12 +77,12 @@ def readable(ob: Object) -> list[Entry]:
 
 def stroke_of(ob: Object, uid: str) -> Stroke:
     """A stroke of the list. SculptError when it is not there, or damaged, or none."""
-    return _stroke(_found(entries(ob), uid))
+    return _found(entries(ob), uid).stroke
 
 
-def heard(listed: Iterable[Entry]) -> list[tuple[Stroke | None, float, str]]:
+def heard(listed: Iterable[Entry]) -> list[tuple[str, float, str]]:
     """All that the field depends on: equal for lists that make the same field."""
-    return [(e.stroke, e.strength, e.layer) for e in listed if not e.muted]
+    return [(e.data, e.strength, e.layer) for e in listed if not e.muted]
 
 
 def muted(listed: Sequence[Entry], uid: str) -> list[Entry]:
@@ -94,7 +109,7 @@ def deleted(listed: Sequence[Entry], uid: str) -> list[Entry]:
 def duplicated(listed: Sequence[Entry], uid: str) -> list[Entry]:
     """The list with a copy of one stroke right after it. SculptError when it is no stroke."""
     place = listed.index(original := _found(listed, uid))
-    copy = replace(entry_of(_stroke(original)), muted=original.muted, strength=original.strength)
+    copy = replace(entry_of(original.stroke), muted=original.muted, strength=original.strength)
     return [*listed[: place + 1], copy, *listed[place + 1 :]]
 
 
@@ -110,12 +125,8 @@ def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
 
 def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
     """The list with another stroke in the place of one, which is to be computed again."""
-    return [
-        replace(e, stroke=stroke, layer="", context="")
-        if e.uid == uid and e.stroke != stroke
-        else e
-        for e in listed
-    ]
+    new = {"data": _text(stroke), "layer": "", "context": ""}
+    return [replace(e, **new) if e.uid == uid and e.data != new["data"] else e for e in listed]
 
 
 def write(ob: Object, listed: Sequence[Entry], layers: Mapping[str, bytes]) -> None:
@@ -171,8 +182,8 @@ def _put(
     """Write an entry, the bytes of its layer only when they are others."""
     item.name = entry.name or unnamed
     item.muted, item.strength, item.context = entry.muted, entry.strength, entry.context
-    if (text := "" if entry.stroke is None else _text(entry.stroke)) != item.data:
-        item.data = text
+    if item.data != entry.data:
+        item.data = entry.data
     if item.layer_id != entry.layer:
         item.layer = layers[entry.layer] if entry.layer else b""
         item.layer_id = entry.layer
@@ -185,26 +196,18 @@ def _found(listed: Sequence[Entry], uid: str) -> Entry:
     raise SculptError("The stroke is no longer in the list. Choose another one.")
 
 
-def _stroke(entry: Entry) -> Stroke:
-    if entry.stroke is None:
-        raise SculptError(
-            f"{entry.name} was absorbed from other brushes and is no stroke. It can be muted,"
-            " moved, weakened and deleted."
-        )
-    return entry.stroke
-
-
 def _entry(item: NEURAL_SCULPT_PG_listed_stroke) -> Entry:
     kept = item.name, item.muted, item.strength, item.layer_id, item.context, item.uid
-    if not item.data and item.layer_id:
-        return Entry(None, *kept)
+    entry = Entry(item.data, *kept)
     try:
-        return Entry(replace(_parsed(item.data), name=item.name), *kept)
+        if entry.data or not entry.layer:
+            _parsed(entry.data)
     except (ValueError, RecursionError, SculptError) as error:
         raise SculptError(
             f"{item.name} cannot be read ({error}). The history of this field is damaged; Apply to"
             " Base keeps the field as it is and ends that."
         ) from error
+    return entry
 
 
 @lru_cache(maxsize=1024)

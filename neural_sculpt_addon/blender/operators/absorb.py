@@ -87,6 +87,6 @@ class NEURAL_SCULPT_OT_absorb(Operator):
         def apply(result: Message) -> None:
             ob = found(target)
             native_edits.refuse_since(ob, absorbed[-1])
-            add_entry(ob, Entry(None, iface_(SCULPTED)), result, LABEL)
+            add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
 
         return launch(self, Job(JobKind.ABSORB, LABEL, request, apply, target=target))
