@@ -15,18 +15,20 @@ Model space.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Check, Progress, silent
 from .detail import cells_of, centres, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
 from .mesh_cleanup import areas
 from .mesh_distance import MeshDistance
 from .solvers.spline_system import Rows, solve_level
+from .threads import in_pieces, join
 
 Array = NDArray[np.float32]
 Cells = NDArray[np.int32]
@@ -41,6 +43,9 @@ DENSITY = 6.0
 PROBES = 6.0  # samples for each h^2 of the level before that tell where another one is needed
 MOST = 800_000
 """Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
+
+BATCH = 1 << 16  # samples between two looks at a cancel
+EVALUATED = 1 << 13  # points that one thread takes at a time
 
 SIDES = 2.0  # samples for each h^2
 NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
@@ -93,35 +98,29 @@ def refine(
     preview: given the field after each level but the last
     enough:  once it is true, no other level is begun
     """
-    area = float(areas(distance.vertices[distance.faces]).sum())
     levels = range(COARSEST, tolerance.finest + 1)
     for done, level in enumerate(levels):
         if enough():
             break
         if done:
             preview(field)
-        progress(done / len(levels), f"Fitting detail, level {level}")
-
-        def check(part: float = done / len(levels), text: str = f"Level {level}") -> None:
-            progress(part, text)
-
+        check = partial(progress, done / len(levels), f"Fitting detail, level {level}")
+        check()
         candidates = None
         if done:
-            probes = _sample(field, distance, PROBES * area / spacing(level - 1) ** 2, rng)
+            probes = _sample(field, distance, PROBES / spacing(level - 1) ** 2, rng, check)
             missed = _missed(probes, level - 1, tolerance)
             if not len(missed):
                 break
             candidates = dilated(missed, level - 1)
-        check()
         samples = _sample(
-            field, distance, DENSITY * area / spacing(level) ** 2, rng, candidates, level - 1
+            field, distance, DENSITY / spacing(level) ** 2, rng, check, candidates, level - 1
         )
         flagged = _missed(samples, level, tolerance)
         if not len(flagged):
             break
         nodes = dilated(flagged, level)
-        rows = _rows(field, distance, samples, nodes, level, rng)
-        check()
+        rows = _rows(field, distance, samples, nodes, level, rng, check)
         field = field.plus(
             {level: solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)}
         )
@@ -131,22 +130,29 @@ def refine(
 def _sample(
     field: Field,
     distance: MeshDistance,
-    count: float,
+    density: float,
     rng: np.random.Generator,
+    check: Check,
     cells: Cells | None = None,
     level: int = 0,
 ) -> _Samples:
-    """Samples of the mesh, `count` of all of it, in `cells` of `level` if given."""
-    surface = distance.surface(int(count) + 1, rng)
-    points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
-    if cells is not None:
-        inside = among(linear(cells_of(points, level), level), cells)
-        points, normals = points[inside], normals[inside]
-    if len(points) > MOST:
-        chosen = np.linspace(0, len(points) - 1, MOST).astype(int)
-        points, normals = points[chosen], normals[chosen]
-    samples = _Samples(points, normals, *values_and_gradients(field, points))
-    return _facing_outward(samples, distance)
+    """Samples of the mesh, `density` for each unit of area, in `cells` of `level` if given."""
+    area = float(areas(distance.vertices[distance.faces]).sum())
+    parts = int(density * area / BATCH) + 1
+    found = []
+    for _ in range(parts):
+        check()
+        surface = distance.surface(int(density * area / parts) + 1, rng)
+        points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
+        if cells is not None:
+            inside = among(linear(cells_of(points, level), level), cells)
+            points, normals = points[inside], normals[inside]
+        if (most := MOST // parts + 1) < len(points):
+            chosen = np.linspace(0, len(points) - 1, most).astype(int)
+            points, normals = points[chosen], normals[chosen]
+        samples = _Samples(points, normals, *values_and_gradients(field, points))
+        found.append(_facing_outward(samples, distance))
+    return join(found)
 
 
 def _facing_outward(samples: _Samples, distance: MeshDistance) -> _Samples:
@@ -186,6 +192,7 @@ def _rows(
     nodes: Cells,
     level: int,
     rng: np.random.Generator,
+    check: Check,
 ) -> Rows:
     """The equations for the `nodes` of a level."""
     h = spacing(level)
@@ -205,12 +212,12 @@ def _rows(
     apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
 
     off = np.concatenate([beside, apart])
-    value = values(field, off)
+    value = in_pieces(lambda part: values(field, off[part]), len(off), check, size=EVALUATED)
     target = np.concatenate([side, value[len(side) :]])
     near = np.abs(value[len(side) :]) < NEAR * h
     asked = np.concatenate([np.abs(value[: len(side)] - side) > AGREES * np.abs(side), near])
     asked |= level == COARSEST
-    target[asked] = distance(off[asked].astype(float)).value
+    target[asked] = distance(off[asked].astype(float), lambda *_: check()).value
     points = np.concatenate([on.points, off])
     residuals = np.concatenate([-on.value, target - value]).astype(np.float32)
     weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])

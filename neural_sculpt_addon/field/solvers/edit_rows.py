@@ -28,7 +28,7 @@ from ..surface import Samples
 from ..threads import in_pieces, join
 from .spline_system import Rows
 
-PRESERVE, AROUND = 2.0, 0.3
+PRESERVE, AROUND = 2.5, 0.3
 """Weights of rows; a target has 1."""
 
 STEEP = 0.5

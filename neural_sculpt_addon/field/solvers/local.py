@@ -4,10 +4,10 @@
     choose the level -> active cells -> rows -> solve a coarse level, a fine one, and where that
     misses a finer one
 
-The level follows from the stroke: its cells are a third of the width of the narrowest rise or fall
-of the profile. Nodes exist in the cells that the surface passes on its way from where it was to
-where it goes, and in those beside them, so the field elsewhere stays what it was to the last bit.
-Model space.
+The level follows from the stroke: some two or three of its cells are as wide as the narrowest rise
+or fall of the profile. Nodes exist in the cells that the surface passes on its way from where it
+was to where it goes, and in those beside them, so the field elsewhere stays what it was to the last
+bit. Model space.
 """
 
 import math
@@ -37,8 +37,8 @@ from ..threads import join
 from .edit_rows import EditedSurface
 from .spline_system import Rows, solve_level
 
-CELLS_PER_FEATURE = 3.0
-"""Cells at least in the width of the narrowest rise or fall: more are closer, and cost rows."""
+CELLS_PER_FEATURE = 2.5
+"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
 
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
@@ -90,7 +90,7 @@ class Resolution:
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
     brush = problem.stroke.brush
-    wanted = max(LEAST_FINEST, math.ceil(math.log2(CELLS_PER_FEATURE / _feature(problem))))
+    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / _feature(problem))))
     area = 0.0
     for stroke, path in problem.laid:
         radius = brush.radius * stroke.largest_factor
@@ -175,12 +175,12 @@ class LocalEdit:
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, cells, self._rows, self._problem.check)
-        if level in self._layer:
-            found = Level(cells, self._layer[level].values + found.values)
-        self._layer[level] = found
+        known = self._layer.get(level)
+        self._layer[level] = found if known is None else Level.sum([known, found])
 
     def _missed(self, level: int) -> NDArray[np.int32]:
-        """The active cells (K,) of which more than a share of the surface samples are off."""
+        """The active cells (K,) of which more than a share of the surface samples are off, those
+        of which most are where the budget has no room for all."""
         count = len(self._surface.target.points) + len(self._surface.kept.points)
         cells = linear(cells_of(self._rows.points[:count], level), level)
         place = np.searchsorted(self._active, cells)
@@ -188,7 +188,9 @@ class LocalEdit:
         size = len(self._active)
         off = np.abs(self._rows.residuals[:count]) > MISSED
         samples = np.bincount(place[inside], minlength=size)
-        return self._active[np.bincount(place[inside], off[inside], size) > SHARE * samples]
+        share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
+        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // 8]
+        return np.sort(self._active[most[share[most] > SHARE]])
 
 
 def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
