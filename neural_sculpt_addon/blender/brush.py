@@ -32,15 +32,15 @@ def current_brush(context: Context) -> Brush:
     )
 
 
-def profile(choice: str, curves: NodeTree) -> Profile:
-    """What a choice of profile means; `curves` are needed for CURVE alone."""
+def profile(choice: str, curves: NodeTree | None) -> Profile:
+    """What a choice of profile means; `curves` are looked at for CURVE alone."""
     if choice == CURVE:
         return Profile(table=curve_store.table(curves, curve_store.PROFILE))
     return Profile(choice.lower())
 
 
-def modulation(choice: str, curves: NodeTree) -> Modulation:
-    """What a choice of modulation means; `curves` are needed for CURVE alone."""
+def modulation(choice: str, curves: NodeTree | None) -> Modulation:
+    """What a choice of modulation means; `curves` are looked at for CURVE alone."""
     if choice == CURVE:
         return Modulation(table=curve_store.table(curves, curve_store.MODULATION))
     return Modulation(choice.lower())

@@ -94,8 +94,14 @@ def preset(tree: NodeTree, name: str, title: str) -> Preset:
     return Preset(name, title, points, tuple(knot.handle_type for knot in line))
 
 
-def table(tree: NodeTree, name: str) -> tuple[float, ...]:
-    """What a widget shows, sampled uniformly over its domain and clipped to its range."""
+def table(tree: NodeTree | None, name: str) -> tuple[float, ...]:
+    """What a widget shows, sampled uniformly over its domain and clipped to its range.
+
+    Without curves, what a widget shows at first.
+    """
+    if tree is None:
+        x, y = np.array(_FIRST_SHAPES[name]).T
+        return tuple(np.round(np.interp(np.linspace(*BOUNDS[name], SAMPLES), x, y), 6).tolist())
     curves = mapping(tree, name)
     curves.initialize()
     line = curves.curves[0]

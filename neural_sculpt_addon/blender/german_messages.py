@@ -29,6 +29,14 @@ MESSAGES = {
     "{} failed; the system console says why.": "{} ist fehlgeschlagen; die Systemkonsole sagt,"
     " warum.",
     "{} keeps its quick result. {}": "{} behält sein schnelles Ergebnis. {}",
+    "Waits until Dyntopo is off": "Wartet, bis Dyntopo ausgeschaltet ist",
+    "Waits until Edit Mode is left": "Wartet, bis der Bearbeitungsmodus verlassen wird",
+    "{} is sent to a new worker. {}": "{} wird einem neuen Arbeitsprozess gegeben. {}",
+    "{} {} is in the history, muted.": "{} {} steht stummgeschaltet im Verlauf.",
+    "The proxy was sculpted by other brushes meanwhile, so it was left as it is. Try again.": "Der"
+    " Proxy wurde inzwischen mit anderen Pinseln modelliert und blieb deshalb, wie er ist. Noch"
+    " einmal versuchen.",
+    "The worker answered nonsense: {}": "Der Arbeitsprozess antwortete Unsinn: {}",
     "{} was dropped: the object is gone.": "{} wurde verworfen: Das Objekt ist nicht mehr da.",
     "{} was dropped: {} changed in the meantime.": "{} wurde verworfen: {} hat sich inzwischen"
     " geändert.",
@@ -159,9 +167,8 @@ MESSAGES = {
     " kann nicht gestartet werden ({}); sein Python in den Einstellungen prüfen.",
     "The worker is not installed; install it in the add-on's preferences.": "Der Arbeitsprozess ist"
     " nicht installiert; ihn in den Einstellungen des Add-ons installieren.",
-    "The worker stopped unexpectedly ({}). Nothing in Blender is lost; try again, or see {}.": "Der"
-    " Arbeitsprozess endete unerwartet ({}). In Blender ist nichts verloren; es noch einmal"
-    " versuchen oder {} ansehen.",
+    "The worker stopped unexpectedly ({}). Nothing in Blender is lost; see {}.": "Der"
+    " Arbeitsprozess endete unerwartet ({}). In Blender ist nichts verloren; siehe {}.",
     "The worker's PyTorch sees no CUDA graphics card. Choose another device in the preferences, or"
     " a Worker Python whose PyTorch is made for CUDA.": "Das PyTorch des Arbeitsprozesses sieht"
     " keine CUDA-Grafikkarte. Ein anderes Gerät in den Einstellungen wählen oder ein Python mit"

@@ -3,10 +3,9 @@
 
 The next proxy that the worker makes takes its place, and such edits would be gone: strokes and
 changes of the history are refused until Absorb has fitted the field to them, or Remesh Proxy has
-dropped them.
+dropped them. That is looked at when a job starts, and again when its result is there.
 """
 
-import numpy as np
 from bpy.types import Mesh, Object
 
 from ..stroke.errors import SculptError
@@ -20,11 +19,21 @@ def edited(ob: Object) -> bool:
     filled = mesh.get(proxy_mesh.FILLED)
     if filled is None or mesh.is_editmode:
         return False
-    shown = preview.TRUE["position"]  # there while the mesh shows more than its field has
-    attribute = mesh.attributes[shown if shown in mesh.attributes else "position"]
-    flat = np.empty(3 * len(mesh.vertices), np.float32)
-    attribute.data.foreach_get("vector", flat)  # pyright: ignore
-    return filled != f"{proxy_mesh.fingerprint(flat):08x}"
+    return filled != f"{proxy_mesh.fingerprint(preview.true_positions(mesh)):08x}"
+
+
+def mark(ob: Object) -> int:
+    """A number that changes with every native edit."""
+    assert isinstance(ob.data, Mesh)
+    return proxy_mesh.fingerprint(preview.true_positions(ob.data))
+
+
+def refuse_since(ob: Object, before: int | None) -> None:
+    """SculptError when the proxy was edited since it had that mark, or at all without one."""
+    if mark(ob) != before:
+        raise SculptError(
+            "The proxy was sculpted by other brushes meanwhile, so it was left as it is. Try again."
+        )
 
 
 def refuse(ob: Object) -> None:

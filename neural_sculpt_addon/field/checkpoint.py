@@ -56,8 +56,8 @@ def to_bytes(field: Field) -> bytes:
     """
     network, tensors = field.network, {}
     for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
-        tensors[f"layers.{layer}.weight"] = weight.detach().cpu().contiguous()
-        tensors[f"layers.{layer}.bias"] = bias.detach().cpu().contiguous()
+        tensors[f"layers.{layer}.weight"] = weight.detach().cpu().contiguous().clone()
+        tensors[f"layers.{layer}.bias"] = bias.detach().cpu().contiguous().clone()
     if coefficients := field.detail.to("cpu").coefficients:
         packed = bytearray(layer_to_bytes(coefficients))
         tensors["detail"] = torch.frombuffer(packed, dtype=torch.uint8)

@@ -60,7 +60,7 @@ def _in_chunks(
     """Let `evaluate` do all of `count` points, on the CPU in equal chunks."""
     on_cpu = device.type == "cpu"
     chunks = -(-count // (chunk if on_cpu else DEVICE_CHUNK))
-    ends = [count * number // chunks for number in range(chunks + 1)]
+    ends = [count * number // max(chunks, 1) for number in range(chunks + 1)]
     parts = [slice(*pair) for pair in pairwise(ends)]
 
     def task(part: slice) -> None:

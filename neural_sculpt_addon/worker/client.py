@@ -4,7 +4,8 @@
 NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
 ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
 whatever happens to the worker: when it dies the client answers in its place. Ahead of that come any
-progress and at most one quick result.
+progress and previews. An error of a worker that died says `died`: the job was not
+at fault, or not known to be.
 """
 
 import math
@@ -19,10 +20,11 @@ import numpy as np
 
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress, silent
+from . import answers
 from .process import Exit, WorkerProcess
 from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind
 
-__all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerState"]
+__all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerGoneError", "WorkerState"]
 
 _TICK = 0.005  # seconds between two looks while waiting
 _READING = 0.004  # seconds that one poll reads a message for, and the array that it is at
@@ -35,6 +37,10 @@ class WorkerState(StrEnum):
     STARTING = "starting"  # the process runs, torch is being imported; jobs may be submitted
     READY = "ready"
     DEAD = "dead"  # it ended by itself; `problem` says why, `start` begins anew
+
+
+class WorkerGoneError(SculptError):
+    """There is no worker to take a job; it may have ended just now."""
 
 
 class Client:
@@ -97,11 +103,11 @@ class Client:
     ) -> int:
         """Queue a job and return its number. The arrays are copied.
 
-        SculptError without a worker or room for the job; ProtocolError when fields or arrays cannot
-        be sent.
+        WorkerGoneError without a worker, SculptError without room for the job; ProtocolError when
+        fields or arrays cannot be sent.
         """
         if self._process is None or not self.alive:
-            raise SculptError("The worker is not running; start it again.")
+            raise WorkerGoneError("The worker is not running; start it again.")
         job = self._last_job + 1
         self._process.send(Message(kind, job, dict(fields), dict(arrays or {})))
         self._last_job = job
@@ -133,9 +139,9 @@ class Client:
     ) -> Message:
         """Block until `job` has ended and return its final message.
 
-        A Cancelled raised by `on_progress` cancels the job; what comes ahead of the final message
-        is passed over. News of other jobs is kept for `poll_once`. TimeoutError after `timeout`
-        seconds, ValueError for a job that is not open.
+        A Cancelled raised by `on_progress` cancels the job; previews are passed over. News of other
+        jobs is kept for `poll_once`. TimeoutError after `timeout` seconds, ValueError for a job
+        that is not open.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -144,7 +150,7 @@ class Client:
                 self._inbox.remove(message)
                 if message.kind in FINAL:
                     return message
-                if message.kind in (MessageKind.QUICK, MessageKind.PREVIEW):
+                if message.kind is MessageKind.PREVIEW:
                     continue
                 try:
                     on_progress(message.fields["fraction"], message.fields["message"])
@@ -168,6 +174,10 @@ class Client:
             return False
         if isinstance(item, Exit):
             self._bury(item.reason, item.log_tail)
+        elif problem := answers.why_malformed(item):
+            assert self._process is not None
+            self._process.stop()
+            self._bury(problem, "")
         elif item.kind is MessageKind.HELLO:
             self._greet(item)
         elif item.job in self._open and isinstance(item.kind, MessageKind):
@@ -190,10 +200,10 @@ class Client:
         self.state = WorkerState.DEAD
         self.hello = None
         self.problem = (
-            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; try again, or"
-            f" see {self.log}."
+            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; see"
+            f" {self.log}."
         )
-        fields = {"message": self.problem, "detail": log_tail}
+        fields = {"message": self.problem, "detail": log_tail, "died": True}
         for job in sorted(self._open):
             self._inbox.append(Message(MessageKind.ERROR, job, dict(fields)))
         self._open.clear()

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the worker can do: one handler per kind of job, fields and arrays in, fields and arrays out.
 
-Torch and the rest are imported by the job that needs them first, or by `warm_up`.
+Jobs name a field by its `state` (see store) and its `revision`. Torch and the rest are imported by
+the job that needs them first, or by `warm_up`.
 """
 
-from collections import OrderedDict
-from collections.abc import Callable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -14,61 +13,48 @@ import numpy as np
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, sub_progress
 from ..stroke.stroke import Stroke
-from .payload import (
-    Handler,
-    Payload,
-    Task,
-    model_arrays,
-    proxy_arrays,
-    read,
-    read_array,
-    read_network,
-)
+from .cache import Cache
+from .payload import Handler, Payload, Task, as_array, proxy_arrays, read, read_array
 from .protocol import JobKind
-from .replay import Replays
+from .replay import replay, result_key
+from .store import Store, preparation_bytes
 
 if TYPE_CHECKING:
     import torch
 
     from ..field.edit import Edit
+    from ..field.field import Field
     from ..field.fit import Fit
-    from ..field.network import Siren
-    from ..field.prepare import Preparation
+    from ..field.layers import Solved, State
     from ..field.proxy import Proxy
-
-    Prepare = Callable[[Progress], Preparation]
-
-PREPARATIONS = 16
-"""Revisions whose preparations are kept, some 10 MB each and two of each stroke: a few objects and
-steps of undo."""
 
 PREVIEW_CELLS = 64
 """Of a proxy that is only looked at for a moment."""
 
-QUICK_AT = 0.34
-"""Progress of an edit of one stroke when its quick result is there."""
+EDITS = 128 << 20
+"""Bytes of edits that can still be measured."""
 
 
 def warm_up() -> None:
     """Import what the jobs need, so that the first one need not wait for it."""
-    from ..field import absorb, checkpoint, edit, fit, prepare, primitives, proxy  # noqa: F401
+    from ..field import absorb, fit, layers, primitives  # noqa: F401
 
 
 class Jobs:
-    """The handlers and what they remember: preparations by revision, and the proxy last shown."""
+    """The handlers and what they remember."""
 
     def __init__(self, device: "torch.device") -> None:
-        """Nothing is prepared yet; `device` is what strokes are sculpted on."""
-        self._device = device
-        self._preparations: OrderedDict[str, Preparation | Prepare] = OrderedDict()
-        self._replays = Replays(device)
-        self._shown: tuple[str, Proxy] | None = None
+        """Nothing is known yet; `device` is what strokes are sculpted on."""
+        self._store = Store(device)
+        self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)  # by the revision they made
+        self._shown: tuple[State, Proxy] | None = None
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""
         return {
             JobKind.EDIT: self.edit,
             JobKind.REPLAY: self.replay,
+            JobKind.MEASURE: self.measure,
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
             JobKind.ABSORB: self.absorb,
@@ -76,55 +62,49 @@ class Jobs:
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
+            JobKind.FLATTEN: self.flatten,
+            JobKind.CONSOLIDATE: self.consolidate,
         }
 
     def edit(self, job: Task, progress: Progress) -> Payload:
-        """strokes, solver, epochs, resolution, revision <field> -> reports <field, proxy>.
-
-        The result's revision is `result_revision`. With a `quick_revision`, the quick result comes
-        ahead in the same form. What is known of both is kept for the strokes to come. With a
-        `result_state`, replays need not repeat the edit.
+        """state, stroke, solver, resolution, result_revision -> revision, seconds and, of the local
+        solver, layer, context <layer, proxy>; of another one base <field, proxy>.
         """
-        from ..field.edit import Quick, edit
+        from ..field.edit import Solver, sculpt
 
-        def send_quick(result: Quick) -> None:
-            revision, follows = read(job, "quick_revision", str), read(job, "revision", str)
-            share = sub_progress(progress, QUICK_AT, QUICK_AT)
-            arrays = self._edited(result.network, result.proxy, revision, job, share, follows)
-            job.quick(Payload({"revision": revision, "reports": list(result.reports)}, arrays))
-            self._keep(revision, result.remember)
-            self._known(revision, share)  # the next stroke waits for it
-
-        result = edit(
-            self._network(job),
-            [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
-            solver=read(job, "solver", str),
-            epochs=job.fields.get("epochs"),
-            preparation=self._prepared(job, sub_progress(progress, 0.0, 0.1)),
-            quick=send_quick if "quick_revision" in job.fields else None,
-            progress=sub_progress(progress, 0.1, 0.9),
-        )
-        if "result_state" in job.fields:
-            self._replays.remember(read(job, "result_state", str), result)
-        return self._answer(result, job, progress)
+        before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
+        stroke = Stroke.from_json(read(job, "stroke", dict))
+        solver, share = read(job, "solver", str), sub_progress(progress, 0.1, 0.9)
+        if solver == Solver.LOCAL:
+            state, solved, edit = before.sculpted(stroke, self._store.memo, share)
+            fields, arrays = _layer(solved)
+        else:
+            edit = sculpt(before.preparation, stroke, solver=solver, progress=share)
+            state, data = self._store.new_base(edit.preparation)
+            self._store.results[result_key(before.base, stroke, solver)] = state
+            fields, arrays = {"base": state.base}, {"field": as_array(data)}
+        self._edits[read(job, "result_revision", str)] = edit
+        return self._answer(state, {"seconds": edit.seconds, **fields}, arrays, job, progress)
 
     def replay(self, job: Task, progress: Progress) -> Payload:
-        """strokes, states, solver, resolution <base field> -> revision, reports <field, proxy>."""
-        result = self._replays.run(
-            read_array(job, "field").tobytes(),
-            [Stroke.from_json(stroke) for stroke in read(job, "strokes", list)],
-            read(job, "states", list),
-            read(job, "solver", str),
-            sub_progress(progress, 0.0, 0.9),
-        )
-        return self._answer(result, job, progress)
+        """base, entries, solver, resolution, result_revision -> revision and what `replay` says."""
+        state, fields, arrays = replay(self._store, job, sub_progress(progress, 0.0, 0.9))
+        return self._answer(state, fields, arrays, job, progress)
+
+    def measure(self, job: Payload, progress: Progress) -> Payload:
+        """revision, a result_revision of an edit -> report."""
+        revision = read(job, "revision", str)
+        if revision not in self._edits:
+            raise SculptError("The worker has forgotten this stroke; it cannot be measured.")
+        return Payload({"report": self._edits[revision].report(progress=progress)})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
-        """resolution <field> -> <proxy>."""
-        return Payload({}, proxy_arrays(_extract(self._network(job), job, progress)))
+        """state, resolution -> <proxy>."""
+        return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive, or preset, width, thickness, seed <mesh> -> scale, center, report <model>.
+        """primitive, or preset, width, thickness, seed, resolution <mesh> -> id, scale, center,
+        report <field, proxy>.
 
         Without a width the mesh decides; without a thickness sheets are refused. With `preview`,
         scale, center, report <proxy> come now and then.
@@ -139,7 +119,7 @@ class Jobs:
 
             def show(fit: "Fit") -> None:
                 with suppress(SculptError):  # there is no surface yet
-                    proxy = extract(fit.network, PREVIEW_CELLS)
+                    proxy = extract(fit.field, PREVIEW_CELLS)
                     job.preview(Payload(_place(fit), proxy_arrays(proxy)))
 
             result = fit_mesh(
@@ -153,122 +133,143 @@ class Jobs:
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,
             )
-        return Payload(
-            _place(result), _model(result.network, job, sub_progress(progress, 0.9, 1.0))
-        )
+        return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
 
     def absorb(self, job: Payload, progress: Progress) -> Payload:
-        """resolution, result_revision <field, proxy as sculpted> -> revision, reports <model>."""
+        """state, resolution, result_revision <vertices, triangles of the proxy as sculpted> ->
+        revision, layer, context, report <layer, proxy>.
+        """
         from ..field.absorb import absorb
+        from ..field.layers import Term
 
-        vertices, triangles = read_array(job, "vertices"), read_array(job, "triangles")
+        before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
         result = absorb(
-            read_network(job), vertices, triangles, progress=sub_progress(progress, 0.0, 0.9)
+            before.preparation.field,
+            read_array(job, "vertices"),
+            read_array(job, "triangles"),
+            progress=sub_progress(progress, 0.1, 0.8),
         )
-        arrays = _model(result.network, job, sub_progress(progress, 0.9, 1.0))
-        fields = {"revision": read(job, "result_revision", str), "reports": [result.report]}
-        return Payload(fields, arrays)
+        solved = before.solved(result.layer)
+        terms = (*before.terms, Term(solved.layer, 1.0))
+        state = before.moved(terms, sub_progress(progress, 0.8, 0.9))
+        fields, arrays = _layer(solved)
+        return self._answer(state, {"report": result.report, **fields}, arrays, job, progress)
 
     def load(self, job: Payload, progress: Progress) -> Payload:
-        """path, resolution -> widths <field, proxy>."""
+        """path, resolution -> id, widths <field, proxy>."""
         from ..field.checkpoint import load
 
-        network = load(read(job, "path", str))
-        return Payload({"widths": list(network.widths)}, _model(network, job, progress))
+        field = load(read(job, "path", str))
+        return self._found(field, {"widths": list(field.network.widths)}, job, progress)
 
     def save(self, job: Payload, progress: Progress) -> Payload:
-        """path <field> -> path."""
+        """state, path -> path."""
         from ..field.checkpoint import save
 
         path = read(job, "path", str)
-        save(read_network(job), path)
+        save(self._store.field(job), path)
         return Payload({"path": path})
 
     def sample(self, job: Payload, progress: Progress) -> Payload:
-        """resolution <field> -> <band>, see field.volume."""
+        """state, resolution -> <band>, see field.volume."""
         from ..field.volume import sample_band
 
-        band = sample_band(self._network(job), read(job, "resolution", int), progress)
+        band = sample_band(self._store.field(job), read(job, "resolution", int), progress)
         return Payload({}, {"band": band})
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
-        """revision <field> -> nothing; the next edit of that revision starts at once."""
-        self._prepared(job, progress)
+        """state -> nothing; the next edit of it starts at once."""
+        self._store.state(job, progress)
         return Payload()
 
-    def _network(self, job: Payload) -> "Siren":
-        return read_network(job).to(self._device)
+    def flatten(self, job: Payload, progress: Progress) -> Payload:
+        """state -> id <field>: the sum of base and layers as a base."""
+        state = self._store.state(job, progress)
+        flat, data = self._store.new_base(state.preparation)
+        return Payload({"id": flat.base}, {"field": as_array(data)})
 
-    def _prepared(self, job: Payload, progress: Progress) -> "Preparation":
-        """The preparation of the job's revision, made unless it is remembered."""
+    def consolidate(self, job: Payload, progress: Progress) -> Payload:
+        """state, width, resolution, result_revision -> revision, id, report <field, proxy>."""
+        from ..field.consolidate import consolidate
         from ..field.prepare import prepare
 
-        revision = read(job, "revision", str)
-        if revision not in self._preparations:
-            network = self._network(job)
-            self._keep(revision, lambda progress: prepare(network, progress=progress))
-        return self._known(revision, progress)
+        field, width = self._store.field(job), read(job, "width", int)
+        result = consolidate(field, width, progress=sub_progress(progress, 0.0, 0.9))
+        field = self._store.on_device(result.field)
+        state, data = self._store.new_base(prepare(field, sub_progress(progress, 0.9, 0.95)))
+        fields = {"id": state.base, "report": result.report}
+        share = sub_progress(progress, 0.95, 1.0)
+        return self._answer(state, fields, {"field": as_array(data)}, job, share)
 
-    def _keep(self, revision: str, preparation: "Preparation | Prepare") -> None:
-        """Remember it, or how to make it, and forget the one that was not needed for longest."""
-        self._preparations[revision] = preparation
-        self._preparations.move_to_end(revision)
-        if len(self._preparations) > PREPARATIONS:
-            self._preparations.popitem(last=False)
+    def _found(
+        self, field: "Field", fields: dict[str, Any], job: Payload, progress: Progress
+    ) -> Payload:
+        """A field that comes from elsewhere: it becomes a base."""
+        from ..field.prepare import CELLS, Preparation
 
-    def _known(self, revision: str, progress: Progress) -> "Preparation":
-        """The preparation of a revision; one that a cancel left unmade is made now."""
-        known = self._preparations[revision]
-        made = known(progress) if callable(known) else known
-        self._keep(revision, made)
-        return made
+        field = self._store.on_device(field)
+        proxy = _extract(field, job, progress)
+        if proxy.active.cells == CELLS:
+            state, data = self._store.new_base(Preparation(field, proxy))
+            name = state.base
+        else:
+            name, data = self._store.keep_base(field)
+        arrays = {"field": as_array(data), **proxy_arrays(proxy)}
+        return Payload({"id": name, **fields}, arrays)
 
-    def _answer(self, result: "Edit", job: Payload, progress: Progress) -> Payload:
-        """The final result of an edit, whose preparation is kept."""
-        revision, share = read(job, "result_revision", str), sub_progress(progress, 0.9, 1.0)
-        known = result.preparation
-        self._keep(revision, known)
-        arrays = self._edited(known.network, known.proxy, revision, job, share)
-        return Payload({"revision": revision, "reports": list(result.reports)}, arrays)
-
-    def _edited(
+    def _answer(
         self,
-        network: "Siren",
-        proxy: "Proxy",
-        revision: str,
+        state: "State",
+        fields: dict[str, Any],
+        arrays: dict[str, np.ndarray],
         job: Payload,
         progress: Progress,
-        follows: str = "",
-    ) -> dict[str, np.ndarray]:
-        """An edited field and its proxy, which is known already at the usual resolution.
+    ) -> Payload:
+        """The result of a job that made a state, which is remembered."""
+        revision = read(job, "result_revision", str)
+        self._store.keep(revision, state)
+        proxy = self._proxy(state, job, sub_progress(progress, 0.9, 1.0))
+        return Payload({"revision": revision, **fields}, {**arrays, **proxy_arrays(proxy)})
 
-        At another one it is that of the revision it `follows`, updated, when that was shown last.
+    def _proxy(self, state: "State", job: Payload, progress: Progress) -> "Proxy":
+        """The proxy of a state, which is known already at the usual resolution.
+
+        At another one it is that of the state that was shown last, updated, when both have the same
+        base.
         """
+        from ..field.detail import support
+        from ..field.layers import difference
         from ..field.prepare import CELLS
-        from ..field.proxy import extract, update
+        from ..field.proxy import update
 
-        cells = read(job, "resolution", int)
-        if cells != CELLS:
-            shown, last = self._shown or ("", proxy)
-            if shown == follows and last.active.cells == cells:
-                proxy = update(last, network, progress)
-            else:
-                proxy = extract(network, cells, progress)
-            self._shown = revision, proxy
-        return model_arrays(network, proxy)
-
-
-def _model(network: "Siren", job: Payload, progress: Progress) -> dict[str, np.ndarray]:
-    """A field and its proxy as arrays."""
-    return model_arrays(network, _extract(network, job, progress))
+        if read(job, "resolution", int) == CELLS:
+            return state.preparation.proxy
+        shown, last = self._shown or (state, state.preparation.proxy)
+        if shown.base == state.base and last.active.cells == job.fields["resolution"]:
+            reached = support(difference(shown.terms, state.terms))
+            proxy = update(last, state.preparation.field, reached, progress)
+        else:
+            proxy = _extract(state.preparation.field, job, progress)
+        self._shown = state, proxy
+        return proxy
 
 
-def _extract(network: "Siren", job: Payload, progress: Progress) -> "Proxy":
+def _extract(field: "Field", job: Payload, progress: Progress) -> "Proxy":
     from ..field.proxy import extract
 
-    return extract(network, read(job, "resolution", int), progress)
+    return extract(field, read(job, "resolution", int), progress)
+
+
+def _layer(solved: "Solved") -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """A layer on top as it travels."""
+    fields = {"layer": solved.layer.id, "context": solved.context}
+    return fields, {"layer": as_array(solved.layer.data)}
 
 
 def _place(fit: "Fit") -> dict[str, Any]:
     """Where a fitted field belongs, and how good it is."""
     return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
+
+
+def _edit_bytes(edit: "Edit") -> int:
+    return preparation_bytes(edit.problem.preparation) + preparation_bytes(edit.preparation)

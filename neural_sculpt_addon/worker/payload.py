@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What goes into a job and what comes out of it: fields and arrays.
 
-A neural field travels as the bytes of `field.checkpoint.to_bytes` in a uint8 array `field`;
-proxies as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges` (E, 2) and, from each
-corner to the next, `corner_edges` (F, 3) int32, in model space.
+A base travels as the bytes of `field.checkpoint.to_bytes`, a layer as those of `layer_to_bytes`,
+both in uint8 arrays; a proxy as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges`
+(E, 2) and, from each corner to the next, `corner_edges` (F, 3) int32, in model space.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,7 +16,6 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress
 
 if TYPE_CHECKING:
-    from ..field.network import Siren
     from ..field.proxy import Proxy
 
 T = TypeVar("T")
@@ -34,14 +33,20 @@ class Payload:
 class Task(Payload):
     """A job to be done.
 
-    quick:   sends a first result ahead of the one that the handler returns
     preview: sends what the result looks like so far
     enough:  whether the artist wants what is there now
     """
 
-    quick: Callable[[Payload], None] = field(kw_only=True)
     preview: Callable[[Payload], None] = field(kw_only=True)
     enough: Callable[[], bool] = field(kw_only=True)
+
+
+class MissingError(SculptError):
+    """The worker lacks bytes that a job names: those with the `ids`."""
+
+    def __init__(self, ids: Sequence[str]) -> None:
+        super().__init__("The worker has lost a part of the field; try again.")
+        self.ids = list(ids)
 
 
 Handler = Callable[[Task, Progress], Payload]
@@ -63,13 +68,6 @@ def read_array(job: Payload, name: str) -> np.ndarray:
     return job.arrays[name]
 
 
-def read_network(job: Payload) -> "Siren":
-    """The neural field of the job. SculptError when it is none."""
-    from ..field.checkpoint import from_bytes
-
-    return from_bytes(read_array(job, "field").tobytes())
-
-
 def proxy_arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
     """A proxy as it travels."""
     from ..field.edges import find_edges
@@ -84,8 +82,6 @@ def proxy_arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
     }
 
 
-def model_arrays(network: "Siren", proxy: "Proxy") -> dict[str, np.ndarray]:
-    """A field and its proxy as they travel."""
-    from ..field.checkpoint import to_bytes
-
-    return {"field": np.frombuffer(to_bytes(network), np.uint8), **proxy_arrays(proxy)}
+def as_array(data: bytes) -> np.ndarray:
+    """Bytes as they travel."""
+    return np.frombuffer(data, np.uint8)

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..stroke.errors import SculptError
 
-PROTOCOL = 2
+PROTOCOL = 3
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""
 
 MAX_HEADER = 4 << 20  # bytes
@@ -46,6 +46,7 @@ class JobKind(StrEnum):
 
     EDIT = "edit"
     REPLAY = "replay"
+    MEASURE = "measure"
     MESH = "mesh"
     FIT = "fit"
     ABSORB = "absorb"
@@ -53,6 +54,8 @@ class JobKind(StrEnum):
     SAVE = "save"
     SAMPLE = "sample"
     PREPARE = "prepare"
+    FLATTEN = "flatten"
+    CONSOLIDATE = "consolidate"
 
 
 class ControlKind(StrEnum):
@@ -65,13 +68,11 @@ class ControlKind(StrEnum):
 class MessageKind(StrEnum):
     """What the worker says: hello once, then per job any progress and one of the last three.
 
-    quick:   a first result, at most once, ahead of the last message
     preview: what the result looks like so far, any number of times
     """
 
     HELLO = "hello"
     PROGRESS = "progress"
-    QUICK = "quick"
     PREVIEW = "preview"
     RESULT = "result"
     ERROR = "error"

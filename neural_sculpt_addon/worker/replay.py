@@ -1,85 +1,104 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replays: the strokes of a history applied to its base weights, one after another.
+"""Replays: the visible lines of a history applied to its base, as far as they are not known.
 
-What the first strokes made is remembered, so that a change of the last one need not repeat them.
-Blender names each state: the same name always means the same base weights, solver and strokes.
+    entries: [{"stroke": object | null, "layer": ID | null, "context": str | null, "strength": s}]
+
+The local solver gives each line a layer (see field.layers). Strokes that change the network have
+none: they are applied one after another, and what each made of which field is remembered.
 """
 
-from collections import OrderedDict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress
+from ..stroke.progress import Progress, sub_progress
 from ..stroke.stroke import Stroke
+from .payload import Payload, as_array, read
+from .store import Store, read_strength
 
 if TYPE_CHECKING:
-    import torch
+    from ..field.layers import State
 
-    from ..field.edit import Edit
-
-EDITS = 16
-"""States that are remembered, some 10 MB each."""
+    Replayed = tuple[State, dict[str, Any], dict[str, np.ndarray]]
 
 
-class Replays:
-    """The replays of one worker, and the strokes that need none because they were just drawn."""
+def replay(store: Store, job: Payload, progress: Progress) -> "Replayed":
+    """base, entries, solver -> the state and, of the local solver, layers <layer.N of each line N
+    whose layer is another one now>; of another one base <field>.
 
-    def __init__(self, device: "torch.device") -> None:
-        """Nothing is known yet; `device` is what strokes are sculpted on."""
-        self._device = device
-        self._edits: OrderedDict[str, Edit] = OrderedDict()
+    SculptError that names the stroke which cannot be applied where it stands now.
+    """
+    from ..field.edit import Solver
 
-    def run(
-        self,
-        base: bytes,
-        strokes: Sequence[Stroke],
-        states: Sequence[str],
-        solver: str,
-        progress: Progress,
-    ) -> "Edit":
-        """The edit of `base`, a field as of `field.checkpoint.to_bytes`, by all strokes.
+    entries = read(job, "entries", list)
+    if not all(isinstance(entry, dict) for entry in entries):
+        raise SculptError("The job's entries must be objects.")
+    solver = read(job, "solver", str)
+    if solver == Solver.LOCAL:
+        return _layers(store, job, entries, progress)
+    strokes = [Stroke.from_json(entry.get("stroke")) for entry in entries]
+    state = _network(store, job, strokes, solver, progress)
+    name, data = store.keep_base(state.preparation.field)
+    return state, {"base": name}, {"field": as_array(data)}
 
-        states: names of the state before all strokes, after the first, and so on
 
-        Its reports end with that of the last stroke; there are none without strokes. SculptError
-        that names the stroke which cannot be applied where it stands now.
-        """
-        from ..field.checkpoint import from_bytes
-        from ..field.edit import edit
+def result_key(base: str, stroke: Stroke, solver: str) -> str:
+    """The name of what a solver that changes the network makes of a base."""
+    from ..field.layers import digest, stroke_key
 
-        if len(states) != len(strokes) + 1:
-            raise SculptError("A replay needs the name of the state before and after each stroke.")
-        done = next((n for n in reversed(range(len(states))) if states[n] in self._edits), None)
-        if done is None:
-            progress(0.0, "Preparing")
-            done, last = 0, edit(from_bytes(base).to(self._device), [])
-        else:
-            last = self._edits[states[done]]
-        self.remember(states[done], last)
-        for number, stroke in enumerate(strokes[done:], done):
+    return digest(f"{base} {solver} {stroke_key(stroke)}".encode())
 
-            def share(fraction: float, message: str, place: int = number) -> None:
-                part = (place - done + fraction) / (len(strokes) - done)
-                progress(part, f"Stroke {place + 1} of {len(strokes)}: {message}")
 
-            try:
-                last = edit(
-                    last.network,
-                    [stroke],
-                    solver=solver,
-                    preparation=last.preparation,
-                    progress=share,
-                )
-            except SculptError as error:
-                name = stroke.name or f"Stroke {number + 1}"
-                raise SculptError(f"{name}: {error} Nothing was changed.") from error
-            self.remember(states[number + 1], last)
-        return last
+def _layers(
+    store: Store, job: Payload, entries: Sequence[dict[str, Any]], progress: Progress
+) -> "Replayed":
+    from ..field.layers import Entry, Solved, Term, replay
 
-    def remember(self, state: str, edit: "Edit") -> None:
-        """What the strokes so far made."""
-        self._edits[state] = edit
-        self._edits.move_to_end(state)
-        while len(self._edits) > EDITS:
-            self._edits.popitem(last=False)
+    names = [entry["layer"] for entry in entries if entry.get("layer") is not None]
+    base, layers = store.load(job, job.fields.get("base"), names)
+    by_name = {layer.id: layer for layer in layers}
+    history = [
+        Entry(
+            None if entry.get("stroke") is None else Stroke.from_json(entry["stroke"]),
+            None if layer is None else Solved(layer, str(entry.get("context"))),
+            read_strength(entry.get("strength")),
+        )
+        for entry in entries
+        for layer in [by_name.get(entry.get("layer", ""))]
+    ]
+    terms = [Term(entry.solved.layer, entry.strength) for entry in history if entry.solved]
+    known = store.made(base, terms, sub_progress(progress, 0.0, 0.1))
+    state, found = replay(known, history, store.memo, sub_progress(progress, 0.1, 1.0))
+    arrays = {
+        f"layer.{number}": as_array(solved.layer.data)
+        for number, (entry, solved) in enumerate(zip(entries, found, strict=True))
+        if entry.get("layer") != solved.layer.id
+    }
+    layers = [{"id": solved.layer.id, "context": solved.context} for solved in found]
+    return state, {"layers": layers}, arrays
+
+
+def _network(
+    store: Store, job: Payload, strokes: Sequence[Stroke], solver: str, progress: Progress
+) -> "State":
+    from ..field.edit import sculpt
+    from ..field.layers import naming, numbered
+
+    base, _ = store.load(job, job.fields.get("base"), ())
+    done, state = 0, None
+    while done < len(strokes):
+        key = result_key(state.base if state else base[0], strokes[done], solver)
+        if key not in store.results:
+            break
+        done, state = done + 1, store.results[key]
+    state = state or store.made(base, (), progress)
+    for number, stroke in enumerate(strokes[done:], done):
+        share = numbered(progress, number, len(strokes))
+        with naming(stroke, number):
+            edit = sculpt(state.preparation, stroke, solver=solver, progress=share)
+        key = result_key(state.base, stroke, solver)
+        state, _ = store.new_base(edit.preparation)
+        store.results[key] = state
+    return state

@@ -32,7 +32,7 @@ from .device import choose
 from .environment import Device
 from .jobs import Jobs, warm_up
 from .mailbox import Inbox, Outbox
-from .payload import Handler, Payload, Task
+from .payload import Handler, MissingError, Payload, Task
 from .process import ANSWERS, REQUESTS
 from .protocol import PROTOCOL, ControlKind, JobKind, Message, MessageKind, ProtocolError
 
@@ -126,17 +126,20 @@ class Server:
             task = Task(
                 job.fields,
                 job.arrays,
-                quick=partial(self._send_part, MessageKind.QUICK, job.job),
-                preview=partial(self._send_part, MessageKind.PREVIEW, job.job),
+                preview=partial(self._send_preview, job.job),
                 enough=lambda: self._enough,
             )
             result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
+        except MissingError as error:
+            return _error(job.job, str(error), missing=error.ids)
         except SculptError as error:
             return _error(job.job, str(error))
         except MemoryError:
-            return _error(job.job, "The worker ran out of memory; try a lower resolution.")
+            return _error(
+                job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError"
+            )
         except Exception as error:  # a defect in one job must not take the worker with it
             logger.exception("%s failed", job.kind)
             return _error(
@@ -164,8 +167,8 @@ class Server:
 
         return report
 
-    def _send_part(self, kind: MessageKind, job: int, result: Payload) -> None:
-        self._send(Message(kind, job, dict(result.fields), dict(result.arrays)))
+    def _send_preview(self, job: int, shown: Payload) -> None:
+        self._send(Message(MessageKind.PREVIEW, job, dict(shown.fields), dict(shown.arrays)))
 
     def _finish(self, answer: Message) -> None:
         """End the running job: from here on a cancel comes too late."""
@@ -237,5 +240,5 @@ class Server:
         self._send(Message(MessageKind.CANCELLED, number))
 
 
-def _error(job: int, message: str, detail: str = "") -> Message:
-    return Message(MessageKind.ERROR, job, {"message": message, "detail": detail})
+def _error(job: int, message: str, detail: str = "", **fields: Any) -> Message:
+    return Message(MessageKind.ERROR, job, {"message": message, "detail": detail, **fields})

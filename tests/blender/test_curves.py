@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import SculptCase, module, push_undo, undo
+from harness import SculptCase, add, arc, module, push_undo, redo, stroke, undo
 
 PROFILE = [(-1.0, 0.0), (-0.6, -0.25), (0.0, 1.0), (0.6, -0.25), (1.0, 0.0)]
 
@@ -83,6 +83,49 @@ class Curves(SculptCase):
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertEqual(self.current(), before)
+
+    def test_curves_made_outside_an_undo_step_do_not_dangle(self) -> None:
+        for name in ("One", "Two"):
+            bpy.data.objects.new(name, None)
+            push_undo(name)
+        self.choose_curves()
+        for step in (undo, redo, undo, redo):
+            step()
+            self.assertIn(self.brush.curves, [None, *bpy.data.node_groups])
+            self.assertEqual(len(self.current().profile.table), 257)
+
+    def test_curves_follow_undo_and_redo(self) -> None:
+        push_undo("Before")
+        self.assertEqual(bpy.ops.neural_sculpt.make_curves(), {"FINISHED"})
+        self.assertIsNotNone(self.brush.curves)
+        self.store.set_curve(self.brush.curves, "profile", PROFILE)
+        push_undo("Shape")
+        bpy.data.objects.new("One", None)
+        push_undo("One")
+        shaped = self.store.table(self.brush.curves, "profile")
+        undo()
+        self.assertEqual(self.store.table(self.brush.curves, "profile"), shaped)
+        undo()
+        self.assertNotEqual(self.store.table(self.brush.curves, "profile"), shaped)
+        undo()
+        self.assertIsNone(self.brush.curves)
+        redo()
+        redo()
+        redo()
+        self.assertEqual(self.store.table(self.brush.curves, "profile"), shaped)
+
+    def test_editing_a_stroke_makes_no_curves_by_itself(self) -> None:
+        scene = bpy.context.scene
+        ob = add("SPHERE")
+        self.assertIsNotNone(scene.neural_sculpt.curves, "a new field's undo step has them")
+        stroke(arc(ob), radius=0.1, intensity=0.03)
+        scene.neural_sculpt.curves = None
+        bpy.data.node_groups.remove(bpy.data.node_groups[0])
+        push_undo("As in an old file")
+        self.assertEqual(bpy.ops.neural_sculpt.edit_stroke(profile="CURVE"), {"FINISHED"})
+        self.assertEqual(len(bpy.data.node_groups), 0)
+        undo()
+        redo()
 
     def test_a_copied_scene_has_curves_of_its_own(self) -> None:
         self.choose_curves()

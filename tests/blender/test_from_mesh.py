@@ -122,4 +122,4 @@ class FromMesh(SculptCase):
         ob = self.fit(source, thickness=0.6, width="64")
         size = np.ptp(in_world(ob), axis=0)
         np.testing.assert_allclose(size, [4, 4, 0.6], atol=0.1)
-        self.assertEqual(len(ob.neural_sculpt.weights) < 40000, True)
+        self.assertEqual(len(ob.neural_sculpt.base_weights) < 40000, True)

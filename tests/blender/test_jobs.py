@@ -8,6 +8,7 @@ import time
 import bpy
 import numpy as np
 from harness import (
+    RESOLUTION,
     SculptCase,
     add,
     arc,
@@ -47,6 +48,9 @@ class Jobs(SculptCase):
 
     def names(self) -> list[str]:
         return [kept["name"] for kept in strokes_of(field("Sphere"))]
+
+    def muted(self) -> list[bool]:
+        return [item.muted for item in field("Sphere").neural_sculpt.strokes]
 
     def settled(self) -> tuple[object, ...]:
         """The field, without the mesh that shows what is still to come."""
@@ -158,10 +162,12 @@ class Jobs(SculptCase):
         with self.as_in_a_window():
             self.remesh()
             bpy.ops.object.mode_set(mode="EDIT")
-            self.finish()
+            self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
+            self.assertEqual(self.ob.neural_sculpt.resolution, RESOLUTION)
             bpy.ops.object.mode_set(mode="OBJECT")
-        self.assertIn("Edit Mode", self.session.last_error)
-        self.assertEqual(state(self.ob), self.before)
+            self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.ob.neural_sculpt.resolution, 40)
 
     def test_another_file_is_opened(self) -> None:
         with self.as_in_a_window():
@@ -178,11 +184,29 @@ class Jobs(SculptCase):
             self.stroke(1.2, name="Two")
             self.wait_for_progress()
             os.kill(self.session.client.pid, 9)
-            self.pump(lambda: self.session.last_error != "")
-            self.assertIn("worker", self.session.last_error)
+            self.pump(lambda: self.session.jobs[0].deaths == 1)
             self.assertEqual(self.settled(), self.before[:5])
             self.finish()
-        self.assertEqual(self.names(), ["Two"], "what waited is done by a new worker")
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.names(), ["One", "Two"], "a new worker does what is left")
+        self.assertEqual(self.muted(), [False, False])
+
+    def test_the_worker_is_killed_twice_by_the_same_stroke(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.stroke(1.2, name="Two")
+            job = self.session.jobs[0]
+            for death in (1, 2):
+                self.wait_for_progress()
+                os.kill(self.session.client.pid, 9)
+                self.pump(lambda death=death: job.deaths == death)
+            self.assertIn("One is in the history, muted.", self.session.last_error)
+            self.assertIn("SIGKILL", self.session.last_error)
+            self.finish()
+        self.assertEqual((self.names(), self.muted()), (["One", "Two"], [True, False]))
+        bpy.ops.neural_sculpt.mute_stroke(uid=field("Sphere").neural_sculpt.strokes[0].uid)
+        self.assertEqual(self.muted(), [False, False])
+        np.testing.assert_allclose(self.top(), self.top(1.2), atol=0.3 * INTENSITY)
 
     def test_restart(self) -> None:
         with self.as_in_a_window():

@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from torch.nn.utils import weight_norm
 
+import neural_sculpt_addon.field
 from neural_sculpt_addon.field.checkpoint import from_bytes, load, save, to_bytes
 from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.evaluate import values
@@ -135,6 +136,12 @@ def test_learning_and_float64_networks_are_written_as_plain_float32():
     assert all(p.dtype == torch.float32 and not p.requires_grad for p in read.parameters)
 
 
+def test_tensors_that_share_memory_are_written():
+    one = torch.ones(1)
+    field = Field(Siren((torch.zeros(1, 3), torch.ones(1, 1)), (one, one), (1.0,)))
+    assert identical(from_bytes(to_bytes(field)), field)
+
+
 @pytest.mark.parametrize("field", [some_field(), detailed()])
 def test_the_same_field_gives_the_same_bytes(field):
     assert len({to_bytes(field) for _ in range(20)}) == 1
@@ -149,6 +156,35 @@ def test_a_field_with_detail_samples_alike_after_saving(tmp_path):
     np.testing.assert_array_equal(before.f, after.f)
     np.testing.assert_array_equal(before.gradient, after.gradient)
     assert (before.f != values(Field(field.network), x)).any()
+
+
+def test_scripts_come_in_by_load(tmp_path):
+    save(detailed(), tmp_path / "field.safetensors")
+    field = neural_sculpt_addon.field.load(str(tmp_path / "field.safetensors"))
+    x = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    f, gradient = field.sample(x)
+    assert (f.shape, f.dtype) == ((50,), np.float32)
+    assert (gradient.shape, gradient.dtype) == ((50, 3), np.float32)
+    along = torch.tensor(x, dtype=torch.float32, requires_grad=True)
+    field.network.value(along).sum().backward()
+    slope = along.grad.numpy() + central_differences(field.detail, x)
+    np.testing.assert_allclose(gradient, slope, atol=2e-3)
+    assert field.sample(np.zeros((0, 3))).gradient.shape == (0, 3)
+    for wrong in (np.zeros(3), np.zeros((3, 2)), np.zeros((2, 3, 3)), [["a", "b", "c"]], None):
+        with pytest.raises(SculptError, match=r"\(N, 3\)"):
+            field.sample(wrong)
+
+
+def central_differences(detail, x, step=1e-3):
+    """The gradient (N, 3) of a detail at x (N, 3)."""
+
+    def value(points):
+        total = torch.zeros(len(points), dtype=torch.float64)
+        detail.add_value(torch.from_numpy(points), total)
+        return total.numpy()
+
+    steps = step * np.eye(3)
+    return np.stack([(value(x + s) - value(x - s)) / (2 * step) for s in steps], axis=1)
 
 
 def test_detail_that_was_taken_away_again_leaves_no_trace():

@@ -2,20 +2,30 @@
 """The command line: whole runs in a process of their own, and every refusal in one sentence."""
 
 import json
+import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from neural_sculpt_addon.cli import main
-from neural_sculpt_addon.field.checkpoint import load, save
+from neural_sculpt_addon.field import consolidate, points_file
+from neural_sculpt_addon.field.checkpoint import layer_to_bytes, load, save
+from neural_sculpt_addon.field.detail import Detail
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.metrics import find_surface
 from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.primitives import FOLDER
+from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import ball
+from tests.field.random_layers import random_layer
 
 ROOT = Path(__file__).parents[2]
 STROKE = {"points": [[0.5, 0, 0], [0.48, 0.14, 0]], "radius": 0.1, "intensity": 0.03}
@@ -37,7 +47,7 @@ def run(*arguments, cwd):
 @pytest.fixture
 def folder(tmp_path):
     """A folder with a field and a stroke file."""
-    save(ball(0.5, spare=60), tmp_path / "ball.safetensors")
+    save(Field(ball(0.5, spare=60)), tmp_path / "ball.safetensors")
     write_strokes(tmp_path / "strokes.json", STROKE)
     return tmp_path
 
@@ -47,6 +57,30 @@ def write_strokes(path, *strokes, version=1):
 
 
 def test_apply_from_start_to_end(folder):
+    """Two strokes by the default solver: what is near them moves, the rest is as it was."""
+    write_strokes(
+        folder / "strokes.json", {**STROKE, "name": "one"}, {**STROKE, "intensity": -0.02}
+    )
+    names = ("--mesh", "out.ply", "--resolution", "48", "--report", "report.json")
+    done = run(
+        *("apply", "ball.safetensors", "strokes.json", "-o", "out.safetensors", *names), cwd=folder
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == {"network": "out.safetensors", "strokes": 2}
+    report = json.loads((folder / "report.json").read_text())
+    assert report["network"] == "ball.safetensors"
+    assert [stroke["solver"] for stroke in report["strokes"]] == ["local", "local"]
+    before, after = load(folder / "ball.safetensors"), load(folder / "out.safetensors")
+    assert after.detail.levels and not before.detail.levels
+    n = np.random.default_rng(0).normal(size=(2000, 3))
+    n *= 0.5 / np.linalg.norm(n, axis=1, keepdims=True)
+    away = n[n[:, 0] < 0]
+    np.testing.assert_array_equal(before.sample(away).f, after.sample(away).f)
+    assert -0.02 < after.sample([STROKE["points"][0]]).f[0] < -0.005  # 0.03 - 0.02 higher
+    assert trimesh.load_mesh(folder / "out.ply").is_watertight
+
+
+def test_apply_by_the_paper(folder):
     strokes = [
         {**STROKE, "name": "one"},
         {**STROKE, "mirror": "X", "name": "two", "intensity": -0.02},
@@ -60,7 +94,7 @@ def test_apply_from_start_to_end(folder):
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout) == {"network": "out.pth", "strokes": 2}
-    assert load(folder / "out.pth").widths == (75,)
+    assert load(folder / "out.pth").network.widths == (75,)
     report = json.loads((folder / "report.json").read_text())
     assert report["network"] == "ball.safetensors"
     assert [stroke["stroke"] for stroke in report["strokes"]] == ["one", "two"]
@@ -79,6 +113,8 @@ def test_info_and_mesh(folder, capsys):
     assert info["widths"] == [75]
     assert info["parameters"] == 75 * 3 + 75 + 75 + 1
     assert info["omegas"] == [1.0]
+    assert (info["levels"], info["coefficients"]) == ([], 0)
+    assert info["bytes"] == {"network": 4 * info["parameters"], "detail": 0, "detail_in_memory": 0}
     assert info["components"] == 1
     np.testing.assert_allclose([info["low"], info["high"]], [[-0.5] * 3, [0.5] * 3], atol=1e-3)
     for suffix in ("ply", "obj", "stl", "glb", "off"):
@@ -87,6 +123,51 @@ def test_info_and_mesh(folder, capsys):
         assert main(["mesh", str(folder / "ball.safetensors"), *options]) == 0
         summary = json.loads(capsys.readouterr().out)
         assert summary["triangles"] == len(trimesh.load_mesh(path).faces) > 1000
+
+
+def test_info_of_detail(folder, capsys):
+    layer = random_layer(0, levels=(5, 7))
+    save(Field(ball(0.5), Detail.of(layer)), folder / "detailed.safetensors")
+    assert main(["info", str(folder / "detailed.safetensors")]) == 0
+    info = json.loads(capsys.readouterr().out)
+    assert info["levels"] == [
+        {"level": k, "spacing": 2**-k, "coefficients": len(layer[k].index)} for k in (5, 7)
+    ]
+    assert info["coefficients"] == len(layer[5].index) + len(layer[7].index)
+    assert info["bytes"]["detail"] == len(layer_to_bytes(layer))
+    assert info["bytes"]["detail_in_memory"] >= 4 * info["coefficients"]
+
+
+def test_sample(folder):
+    x = np.random.default_rng(0).uniform(-0.9, 0.9, (3000, 3))
+    np.save(folder / "points.npy", x)
+    done = run("sample", "ball.safetensors", "points.npy", "-o", "out.npz", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == {"samples": "out.npz", "points": 3000}
+    with np.load(folder / "out.npz") as samples:
+        assert set(samples) == {"f", "gradient"}
+        f, gradient = samples["f"], samples["gradient"]
+    assert f.dtype == gradient.dtype == np.float32
+    np.testing.assert_allclose(f, (np.sum(x**2, axis=1) - 0.25), atol=1e-5)  # of a ball, R = 1/2
+    np.testing.assert_allclose(gradient, 2 * x, atol=1e-4)
+
+
+def test_consolidate(folder, monkeypatch):
+    """A shipped sphere with a bump becomes a plain network that the authors' tool can load."""
+    monkeypatch.setattr(consolidate, "CONTINUED", replace(consolidate.CONTINUED, steps=100))
+    strokes = [{"points": [[0.6, 0, 0]], "radius": 0.2, "intensity": 0.05}]
+    write_strokes(folder / "strokes.json", *strokes)
+    sphere, bumpy, plain = (str(p) for p in (FOLDER / "sphere.safetensors", *(
+        folder / name for name in ("bumpy.safetensors", "plain.pth"))))  # fmt: skip
+    assert main(["apply", sphere, str(folder / "strokes.json"), "-o", bumpy]) == 0
+    assert main(["apply", sphere, str(folder / "strokes.json"), "-o", plain]) == 1
+    report = folder / "lost.json"
+    assert main(["consolidate", bumpy, "-o", plain, "--report", str(report)]) == 0
+    lost = json.loads(report.read_text())
+    assert (lost["components_before"], lost["components"]) == (1, 1)
+    assert lost["distance_mean"] < lost["distance_p95"] < lost["distance_max"] < 0.05
+    assert load(plain).network.widths == (128, 128)
+    assert not load(plain).detail.levels
 
 
 def test_fit_a_draft(folder):
@@ -108,10 +189,10 @@ def test_fit_a_sheet_with_a_thickness_and_a_width(folder):
     options = ["--preset", "draft", "--thickness", "0.5", "--width", "64"]
     out = folder / "out.safetensors"
     assert main(["fit", str(folder / "in.obj"), "-o", str(out), *options]) == 0
-    network = load(out)
-    assert network.widths == (64, 64)
+    field = load(out)
+    assert field.network.widths == (64, 64)
     high = 0.25 * 1.7 / 2
-    assert find_surface(network, [[0, 0, high], [0.3, 0, -high]]).distance.max() < 0.02
+    assert find_surface(field, [[0, 0, high], [0.3, 0, -high]]).distance.max() < 0.02
 
 
 def stroke_file(path, **words):
@@ -126,17 +207,28 @@ def damage(path, **_):
 def poison(path):
     network = ball(0.5)
     network.weights[0][0, 0] = float("nan")
-    save(network, path / "ball.safetensors")
+    save(Field(network), path / "ball.safetensors")
 
 
 def empty_field(path):
-    save(Siren((torch.zeros(1, 3), torch.ones(1, 1)), (torch.ones(1), torch.ones(1)), (1.0,)),
-         path / "ball.safetensors")  # fmt: skip
+    one = torch.ones(1)
+    network = Siren((torch.zeros(1, 3), torch.ones(1, 1)), (one, one), (1.0,))
+    save(Field(network), path / "ball.safetensors")
+
+
+def detailed(path):
+    save(Field(ball(0.5), Detail.of(random_layer(0))), path / "ball.safetensors")
+
+
+def points(array):
+    return lambda path: np.save(path / "points.npy", array)
 
 
 APPLY = ["apply", "ball.safetensors", "strokes.json", "-o", "out.safetensors"]
 MESH = ["mesh", "ball.safetensors", "-o", "out.ply"]
 FIT = ["fit", "in.obj", "-o", "out.safetensors"]
+SAMPLE = ["sample", "ball.safetensors", "points.npy", "-o", "out.npz"]
+CONSOLIDATE = ["consolidate", "ball.safetensors", "-o", "out.safetensors"]
 NOTHING = lambda path: None  # noqa: E731
 
 BAD = {
@@ -164,6 +256,30 @@ BAD = {
         "Stroke 1",
     ),
     "no such solver": (NOTHING, [*APPLY, "--solver", "magic"], "solver"),
+    "detail as .pth": (detailed, [*APPLY[:-1], "out.pth"], "--solver network"),
+    "detail for the network's solver": (detailed, [*APPLY, "--solver", "network"], "Consolidate"),
+    "detail for the paper's solver": (detailed, [*APPLY, "--solver", "paper"], "Consolidate"),
+    "no points": (NOTHING, SAMPLE, "cannot be read"),
+    "points in a plane": (points(np.zeros((4, 2))), SAMPLE, "(N, 3)"),
+    "one point": (points(np.zeros(3)), SAMPLE, "(N, 3)"),
+    "NaN as a point": (points(np.full((1, 3), np.nan)), SAMPLE, "NaN"),
+    "points in words": (points(np.array([["a", "b", "c"]])), SAMPLE, "(N, 3)"),
+    "complex points": (points(np.zeros((1, 3), complex)), SAMPLE, "(N, 3)"),
+    "points that are objects": (points(np.array([[{}] * 3])), SAMPLE, "no NumPy array"),
+    "points that are noise": (
+        lambda p: (p / "points.npy").write_bytes(np.random.default_rng(0).bytes(500)),
+        SAMPLE,
+        "no NumPy array",
+    ),
+    "an archive as points": (
+        lambda p: np.savez((p / "points.npy").open("wb"), x=np.zeros((1, 3))),
+        SAMPLE,
+        "no NumPy array",
+    ),
+    "samples of no kind": (points(np.zeros((1, 3))), [*SAMPLE[:-1], "out.npy"], "ends in"),
+    "a network without units": (NOTHING, [*CONSOLIDATE, "--width", "0"], "units wide"),
+    "a network too wide": (NOTHING, [*CONSOLIDATE, "--width", "100000"], "units wide"),
+    "a surface to consolidate": (empty_field, CONSOLIDATE, "no surface"),
     "no epochs": (NOTHING, [*APPLY, "--solver", "paper", "--epochs", "0"], "epochs"),
     "an output of no kind": (NOTHING, [*APPLY[:-1], "out.txt"], "ends in"),
     "an output nowhere": (NOTHING, [*APPLY[:-1], "absent/out.pth"], "no folder"),
@@ -211,6 +327,40 @@ def test_bad_input_is_refused_in_one_sentence(folder, capsys, monkeypatch, name)
     assert not list(folder.glob("out.safetensors"))
 
 
+class Harm:
+    """An object whose unpickling would write a file."""
+
+    def __init__(self, marker):
+        self.marker = marker
+
+    def __reduce__(self):
+        return os.system, (f"touch {self.marker}",)
+
+
+def test_nothing_in_a_file_of_points_is_executed(folder, monkeypatch):
+    np.save(folder / "points.npy", np.array([[Harm(folder / "executed")] * 3]))
+    monkeypatch.chdir(folder)
+    assert main(SAMPLE) == 1
+    assert not (folder / "executed").exists()
+
+
+@settings(max_examples=200)
+@given(st.data())
+def test_any_damage_to_a_file_of_points_is_a_sentence(tmp_path_factory, data):
+    path = tmp_path_factory.getbasetemp() / "points.npy"
+    np.save(path, np.random.default_rng(0).uniform(-1, 1, (9, 3)))
+    whole = bytearray(path.read_bytes())
+    place = data.draw(st.integers(0, 130) | st.integers(0, len(whole)))
+    whole[place : place + data.draw(st.integers(0, 300))] = data.draw(st.binary(max_size=8))
+    path.write_bytes(whole)
+    try:
+        read = points_file.read(path)
+    except SculptError as error:
+        assert "\n" not in str(error)
+        return
+    assert read.shape[1:] == (3,) and np.isfinite(read).all()
+
+
 def test_a_refusal_in_a_process_of_its_own(folder):
     (folder / "ball.safetensors").rename(folder / "ball.pth")
     done = run("apply", "ball.pth", "strokes.json", "-o", "out.pth", cwd=folder)
@@ -225,6 +375,7 @@ def test_a_wrong_command_explains_the_usage(capsys):
         ["melt"],
         ["apply"],
         ["mesh", "a.pth", "-o", "b.ply", "--resolution", "x"],
+        ["consolidate", "a.pth", "-o", "b.pth", "--width", "x"],
     ):
         with pytest.raises(SystemExit) as caught:
             main(arguments)

@@ -15,7 +15,14 @@ import pytest
 
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker import protocol
-from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind, WorkerState
+from neural_sculpt_addon.worker.client import (
+    Client,
+    JobKind,
+    Message,
+    MessageKind,
+    WorkerGoneError,
+    WorkerState,
+)
 from neural_sculpt_addon.worker.mailbox import Inbox, Outbox
 from neural_sculpt_addon.worker.process import ANSWERS, REQUESTS
 from neural_sculpt_addon.worker.protocol import FINAL, ProtocolError
@@ -44,16 +51,6 @@ def begun(client: Client, job: int) -> Message:
     until(lambda: news.extend(client.poll_once()) or news)
     assert (news[0].kind, news[0].job) == (MessageKind.PROGRESS, job)
     return news[0]
-
-
-def with_quick_result(client: Client, seconds: float) -> int:
-    """A job that answers quickly and then goes on for `seconds`; it has given its quick result."""
-    job = client.submit(JobKind.EDIT, {"seconds": seconds}, {"a": np.arange(12.0).reshape(4, 3)})
-    news: list[Message] = []
-    until(lambda: news.extend(client.poll_once()) or news)
-    assert (news[0].kind, news[0].job, news[0].fields) == (MessageKind.QUICK, job, {"quick": True})
-    np.testing.assert_array_equal(news[0].arrays["a"], np.arange(12.0).reshape(4, 3))
-    return job
 
 
 def all_finals(client: Client, count: int) -> list[Message]:
@@ -132,28 +129,21 @@ def test_cancel_ends_the_running_job_and_spares_the_next(client):
     ]
 
 
-def test_a_quick_result_comes_ahead_of_the_final_one(client):
-    job = with_quick_result(client, 0.1)
+def test_a_preview_comes_ahead_of_the_result(client):
+    shown = {"a": np.arange(12.0).reshape(4, 3)}
+    job = client.submit(JobKind.EDIT, {"seconds": 0.1}, shown)
     news: list[Message] = []
     until(lambda: news.extend(client.poll_once()) or (news and news[-1].kind in FINAL))
-    assert news[-1].kind is MessageKind.RESULT
     assert {message.job for message in news} == {job}
-    assert {message.kind for message in news[:-1]} <= {MessageKind.PROGRESS}
+    assert (news[0].kind, news[0].fields) == (MessageKind.PREVIEW, {"shown": True})
+    np.testing.assert_array_equal(news[0].arrays["a"], shown["a"])
+    assert {message.kind for message in news[1:-1]} <= {MessageKind.PROGRESS}
+    assert news[-1].kind is MessageKind.RESULT
 
 
-def test_waiting_passes_over_a_quick_result(client):
+def test_waiting_passes_over_a_preview(client):
     job = client.submit(JobKind.EDIT, {"seconds": 0.1}, {"a": np.ones(3)})
     assert finish(client, job).fields == {"slept": True}
-
-
-def test_cancel_after_the_quick_result_ends_the_job_and_spares_the_next(client):
-    job = with_quick_result(client, 600.0)
-    client.cancel(job)
-    after = client.submit(JobKind.MESH, {"n": 1})
-    assert [(m.job, m.kind) for m in all_finals(client, 2)] == [
-        (job, MessageKind.CANCELLED),
-        (after, MessageKind.RESULT),
-    ]
 
 
 def test_cancel_takes_a_waiting_job_out_while_another_runs(client):
@@ -210,6 +200,11 @@ def test_a_failing_job_is_an_error_with_a_sentence_and_the_worker_lives(
     assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
 
 
+def test_what_the_worker_lacks_is_named(client):
+    answer = finish(client, client.submit(JobKind.LOAD, {"how": "missing"}))
+    assert (answer.kind, answer.fields["missing"]) == (MessageKind.ERROR, ["one", "two"])
+
+
 def test_what_a_job_prints_goes_to_the_log_and_it_reads_no_frames(client):
     answer = finish(client, client.submit(JobKind.PREPARE, {}))
     assert answer.kind is MessageKind.RESULT
@@ -227,7 +222,8 @@ def test_a_worker_that_dies_answers_every_open_job_once_and_starts_again(client)
     assert client.state is WorkerState.DEAD
     assert client.problem == finals[0].fields["message"]
     assert not client.alive
-    with pytest.raises(SculptError, match="not running"):
+    assert all(message.fields["died"] for message in finals)
+    with pytest.raises(WorkerGoneError, match="not running"):
         client.submit(JobKind.MESH, {})
     client.start()
     assert client.problem == ""
@@ -244,15 +240,6 @@ def test_a_worker_killed_in_mid_job_is_an_error_and_starts_again(client):
     assert "killed by SIGKILL" in answer.fields["message"]
     client.start()
     assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
-
-
-@POSIX
-def test_a_worker_killed_after_the_quick_result_is_an_error(client):
-    job = with_quick_result(client, 600.0)
-    os.kill(client.pid, signal.SIGKILL)
-    answer = finish(client, job)
-    assert answer.kind is MessageKind.ERROR
-    assert "killed by SIGKILL" in answer.fields["message"]
 
 
 @POSIX
@@ -320,6 +307,26 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     client.start()
     answer = finish(client, client.submit(JobKind.MESH, {}))
     assert "ends after 6 of 16 bytes" in answer.fields["message"]
+    assert not client.alive
+
+
+def test_a_worker_whose_progress_says_nothing_is_ended(tmp_path):
+    script = textwrap.dedent("""
+        import sys
+        from pathlib import Path
+        sys.path.insert(0, sys.argv[1])
+        from neural_sculpt_addon.worker.mailbox import Outbox
+        from neural_sculpt_addon.worker.protocol import Message, MessageKind
+        answers = Outbox(Path(input()) / "answers")
+        sys.stdin.read(1)
+        answers.put(Message(MessageKind.PROGRESS, 1, {"fraction": "half"}))
+        sys.stdin.read()
+    """)
+    client = Client([sys.executable, "-c", script, str(ROOT)], tmp_path / "log")
+    client.start()
+    answer = finish(client, client.submit(JobKind.MESH, {}))
+    assert answer.fields["died"]
+    assert "its progress has no 'fraction'" in answer.fields["message"]
     assert not client.alive
 
 

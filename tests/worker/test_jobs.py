@@ -5,106 +5,165 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.checkpoint import from_bytes, to_bytes
+from neural_sculpt_addon.field.checkpoint import from_bytes
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
+from neural_sculpt_addon.field.layers import digest
+from neural_sculpt_addon.field.prepare import CELLS
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.proxy import extract
-from neural_sculpt_addon.stroke.errors import Cancelled
-from neural_sculpt_addon.stroke.progress import silent
+from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker.jobs import Jobs
-from neural_sculpt_addon.worker.payload import Payload, Task
+from neural_sculpt_addon.worker.payload import MissingError
+from neural_sculpt_addon.worker.protocol import JobKind
+from tests.worker.histories import RESOLUTION, Object, run, stroke
 
 CPU = torch.device("cpu")
-
-RESOLUTION = 48
-
-
-def task(fields, network, quick=lambda _: None):
-    arrays = {"field": np.frombuffer(to_bytes(network), np.uint8)}
-    return Task(fields, arrays, quick=quick, preview=lambda _: None, enough=lambda: False)
-
-
-def edit_fields(tilt, solver, **revisions):
-    angle = np.linspace(-0.5, 0.5, 9)
-    points = 0.6 * np.stack([np.sin(angle), 0 * angle + tilt, np.cos(angle)], axis=1)
-    stroke = {"points": points.tolist(), "radius": 0.15, "intensity": 0.08}
-    return {"strokes": [stroke], "solver": solver, "resolution": RESOLUTION, **revisions}
 
 
 @pytest.fixture(scope="module")
 def edited():
-    """The jobs after one stroke, and its result."""
-    jobs = Jobs(CPU)
-    fields = edit_fields(0.0, "quick", revision="a", result_revision="b")
-    return jobs, jobs.edit(task(fields, primitive("sphere")), silent)
+    """The jobs after one stroke, the object, and the result."""
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    return jobs, ob, ob.edit(jobs, stroke())
 
 
-def network_of(result):
-    return from_bytes(result.arrays["field"].tobytes())
+def field_of(ob: Object) -> Field:
+    """The sum of base and layers."""
+    field = from_bytes(ob.bytes[ob.base].tobytes())
+    for name, strength in ob.layers:
+        assert strength == 1
+        field = field.plus(layer_from_bytes(ob.bytes[name].tobytes()))
+    return field
 
 
-def test_a_result_shows_the_field_as_if_from_nothing(edited):
-    _, result = edited
-    expected = extract(network_of(result), RESOLUTION)
+def distance_from(field: Field, vertices: np.ndarray) -> float:
+    value, gradient = values_and_gradients(field, vertices)
+    return float(np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)))
+
+
+def test_an_edit_is_a_layer_and_the_proxy_of_the_sum(edited):
+    _, ob, result = edited
+    assert result.fields["layer"] == digest(result.arrays["layer"].tobytes())
+    expected = extract(field_of(ob), RESOLUTION)
     assert np.array_equal(result.arrays["vertices"], expected.vertices)
     assert np.array_equal(result.arrays["triangles"], expected.triangles)
+    assert np.linalg.norm(result.arrays["vertices"], axis=1).max() == pytest.approx(0.64, abs=5e-3)
 
 
-def test_a_quick_result_at_another_resolution_follows_what_was_shown(edited):
-    jobs, before = edited
-    quick = []
-
-    def show(result: Payload) -> None:
-        quick.append(result)
-        raise Cancelled
-
-    revisions = {"revision": "b", "quick_revision": "c", "result_revision": "d"}
-    job = task(edit_fields(0.1, "gauss_newton", **revisions), network_of(before), show)
-    with pytest.raises(Cancelled):
-        jobs.edit(job, silent)
-    assert quick[0].fields["revision"] == "c"
-    after = network_of(quick[0])
-    vertices = quick[0].arrays["vertices"]
-    value, gradient = values_and_gradients(after, vertices)
-    assert np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)) < 1e-5
-    expected = extract(after, RESOLUTION)
-    assert len(vertices) == pytest.approx(len(expected.vertices), rel=0.01)
-    assert not np.array_equal(vertices, expected.vertices[: len(vertices)])
+def test_a_proxy_at_another_resolution_follows_what_was_shown(edited):
+    jobs, ob, before = edited
+    after = ob.edit(jobs, stroke(x=0.3))
+    vertices = after.arrays["vertices"]
+    field = field_of(ob)
+    assert distance_from(field, vertices) < 1e-5
+    assert len(vertices) == pytest.approx(len(extract(field, RESOLUTION).vertices), rel=0.01)
+    known = {row.tobytes() for row in before.arrays["vertices"]}
+    assert np.mean([row.tobytes() in known for row in vertices]) > 0.9
 
 
-def test_a_cancel_while_a_quick_result_is_remembered_changes_nothing_of_the_next_stroke(edited):
-    """The next stroke knows what the last one asked for, not only what the network made of it."""
-    _, before = edited
-    revisions = {"revision": "b", "quick_revision": "c", "result_revision": "d"}
-    first = edit_fields(0.1, "gauss_newton", **revisions)
-    second = edit_fields(0.2, "quick", revision="c", result_revision="e")
+def test_a_worker_that_knows_nothing_makes_the_same_of_a_state(edited):
+    _, ob, _ = edited
+    fields = ob.fields(resolution=CELLS)
+    shown = run(Jobs(CPU), JobKind.MESH, fields, ob.bytes).arrays["vertices"]
+    assert np.array_equal(shown, extract(field_of(ob), CELLS).vertices)
 
-    def run(message):
-        """The second stroke, after the first was cancelled when it first said `message`."""
-        jobs, quick = Jobs(CPU), []
 
-        def progress(_, said):
-            if quick and said == message:
-                raise Cancelled
+def test_what_is_missing_is_named_and_what_was_sent_once_is_known(edited):
+    _, ob, _ = edited
+    jobs = Jobs(CPU)
+    with pytest.raises(MissingError) as caught:
+        run(jobs, JobKind.PREPARE, ob.fields())
+    assert caught.value.ids == [ob.base, *(name for name, _ in ob.layers)]
+    run(jobs, JobKind.PREPARE, ob.fields(), ob.bytes)
+    run(jobs, JobKind.MESH, ob.fields() | {"revision": "unheard of"})
 
-        with pytest.raises(Cancelled):
-            jobs.edit(task(first, network_of(before), quick.append), progress)
-        (shown,) = quick
-        result = jobs.edit(task(second, network_of(shown)), silent)
-        return result.arrays["field"], shown
 
-    early, shown = run("Preparing")
-    late, _ = run("Refining")
-    assert np.array_equal(early, late)
-    afresh = Jobs(CPU).edit(task(second, network_of(shown)), silent)
-    assert not np.array_equal(early, afresh.arrays["field"])
+def test_bytes_that_are_not_what_their_id_says_are_refused(edited):
+    _, ob, _ = edited
+    name = ob.layers[0][0]
+    wrong = ob.bytes | {name: ob.bytes[name][:-1]}
+    with pytest.raises(SculptError, match="id"):
+        run(Jobs(CPU), JobKind.MESH, ob.fields(), wrong)
+
+
+@pytest.mark.parametrize(
+    "state", [{}, {"base": 1, "layers": []}, {"base": "a", "layers": [["b"]]}, None]
+)
+def test_a_state_that_is_none_is_refused(state):
+    with pytest.raises(SculptError):
+        run(Jobs(CPU), JobKind.MESH, {"state": state, "revision": "a", "resolution": 32})
+
+
+@pytest.mark.parametrize("strength", [-0.1, 1.1, True, "1", None])
+def test_a_strength_is_from_0_to_1(edited, strength):
+    _, ob, _ = edited
+    fields = ob.fields(state={"base": ob.base, "layers": [[ob.layers[0][0], strength]]})
+    with pytest.raises(SculptError, match="strength"):
+        run(Jobs(CPU), JobKind.MESH, fields, ob.bytes)
+
+
+def test_measures_come_afterwards():
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    ob.edit(jobs, stroke(name="Nose"))
+    report = run(jobs, JobKind.MEASURE, {"revision": ob.revision}).fields["report"]
+    assert (report["stroke"], report["solver"]) == ("Nose", "local")
+    assert report["tube_mean"] < 1e-3
+    with pytest.raises(SculptError, match="forgotten"):
+        run(jobs, JobKind.MEASURE, {"revision": "unheard of"})
+
+
+def test_the_network_s_solver_makes_a_base():
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    fields = ob.fields(stroke=stroke(radius=0.15), solver="network", result_revision="1")
+    result = run(jobs, JobKind.EDIT, fields, ob.bytes)
+    data = result.arrays["field"].tobytes()
+    assert result.fields["base"] == digest(data)
+    assert distance_from(from_bytes(data), result.arrays["vertices"]) < 1e-5
+    state = {"base": result.fields["base"], "layers": []}
+    run(jobs, JobKind.MESH, {"state": state, "revision": "new", "resolution": 32})
+
+
+def test_absorbed_sculpting_is_one_more_layer():
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    ob.edit(jobs, stroke())
+    shown = run(jobs, JobKind.MESH, ob.fields(resolution=CELLS)).arrays
+    vertices = shown["vertices"].copy()
+    way = np.linalg.norm(vertices - [0, 0, -0.6], axis=1)
+    vertices *= 1 + 0.1 * np.clip(1 - (way / 0.2)[:, None] ** 2, 0, None) ** 2
+    sculpted = {"vertices": vertices, "triangles": shown["triangles"]}
+    result = run(jobs, JobKind.ABSORB, ob.fields(result_revision="2"), ob.bytes | sculpted)
+    ob.add(None, result)
+    assert result.fields["report"]
+    value, gradient = values_and_gradients(field_of(ob), vertices)
+    assert np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)) < 1e-3
+    assert distance_from(field_of(ob), result.arrays["vertices"]) < 1e-5
+
+
+def test_a_flattened_field_is_the_sum_in_one(edited):
+    jobs, ob, _ = edited
+    result = run(jobs, JobKind.FLATTEN, ob.fields(), ob.bytes)
+    data = result.arrays["field"].tobytes()
+    assert result.fields["id"] == digest(data)
+    points = np.random.default_rng(0).uniform(-0.7, 0.7, (1000, 3))
+    np.testing.assert_array_equal(values(from_bytes(data), points), values(field_of(ob), points))
+
+
+def test_a_consolidated_field_is_a_network(edited):
+    jobs, ob, _ = edited
+    fields = ob.fields(width=32, result_revision="c")
+    result = run(jobs, JobKind.CONSOLIDATE, fields, ob.bytes)
+    field = from_bytes(result.arrays["field"].tobytes())
+    assert (field.network.widths, field.detail.levels) == ((32, 32), ())
+    assert result.fields["revision"] == "c" and result.fields["report"]
 
 
 def test_a_sampled_band_holds_the_field_near_the_surface():
-    network = primitive("torus")
-    band = Jobs(CPU).sample(task({"resolution": 40}, network), silent).arrays["band"]
+    ob = Object(field := primitive("torus"))
+    band = run(Jobs(CPU), JobKind.SAMPLE, ob.fields(resolution=40), ob.bytes).arrays["band"]
     assert band.shape == (41, 41, 41) and band.dtype == np.float32
     axis = np.linspace(-1, 1, 41, dtype=np.float32)
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    expected = np.clip(values(network, points), -0.15, 0.15)
+    expected = np.clip(values(field, points), -0.15, 0.15)
     np.testing.assert_allclose(band.ravel(), expected, atol=1e-6)

@@ -11,7 +11,7 @@ import time
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker.payload import Payload
+from neural_sculpt_addon.worker.payload import MissingError, Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
 
@@ -19,6 +19,7 @@ FAILURES = {
     "sculpt": SculptError("The stroke is off the surface."),
     "value": ValueError("a defect"),
     "memory": MemoryError(),
+    "missing": MissingError(["one", "two"]),
 }
 
 
@@ -28,10 +29,10 @@ def echo(job, progress):
 
 
 def slow(job, progress):
-    """Report every 10 ms, for `seconds`; all arrays come back as the quick result at once."""
+    """Report every 10 ms, for `seconds`; all arrays come back as a preview at once."""
     steps = int(job.fields["seconds"] * 100)
     if job.arrays:
-        job.quick(Payload({"quick": True}, job.arrays))
+        job.preview(Payload({"shown": True}, job.arrays))
     for step in range(steps):
         progress(step / steps, f"step {step:06}")
         time.sleep(0.01)

@@ -20,11 +20,11 @@ from ...stroke.profile import Profile
 from ...stroke.stroke import AXES, Direction, Ends, Stroke
 from .. import curve_store, stroke_list
 from ..brush import modulation, profile
+from ..curve_widget import draw_curve
 from ..properties import (
     brush_of,
     direction_property,
     ends_property,
-    ensure_curves,
     intensity_property,
     radius_property,
     scene_intensity_property,
@@ -90,7 +90,6 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.modulation = stroke.brush.modulation.name.upper() or KEEP
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
         self.mirror, self.closed, self.pressure = set(stroke.mirror), stroke.closed, True
-        ensure_curves(brush_of(context))
         return context.window_manager.invoke_props_dialog(self, width=320)
 
     def draw(self, context: Context) -> None:
@@ -99,11 +98,10 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout.use_property_split = True
         layout.prop(self, "scene_radius")
         layout.prop(self, "scene_intensity")
-        curves = brush_of(context).curves
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
-            if getattr(self, word) == CURVE and curves is not None:
-                layout.template_curve_mapping(curves.nodes[word], "mapping")
+            if getattr(self, word) == CURVE:
+                draw_curve(self.layout, brush_of(context), word)  # pyright: ignore
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")
@@ -124,7 +122,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
 
     def _changed(self, stroke: Stroke, context: Context) -> Stroke:
         given = self.properties.is_property_set
-        brush, curves = stroke.brush, ensure_curves(brush_of(context))
+        brush, curves = stroke.brush, brush_of(context).curves
         for length in ("radius", "intensity"):
             value = getattr(self, length)
             if given(length) and value != np.float32(getattr(brush, length)):

@@ -17,7 +17,7 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import fit_overlay, preferences, proxy_mesh
 from ..commit import NewField, create_field
-from ..job import Job, find
+from ..job import Job, Request, find
 from ..worker_session import session
 from .launch import REGISTER, Outcome, fail, launch, refuse
 
@@ -101,7 +101,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             new = NewField(f"{name} Field", f"{name} (mesh)", place(result), resolution)
             create_field(new, result, result.fields["report"], replaced=find(uid))
 
-        job = Job(JobKind.FIT, f"Fit {name}", lambda: (fields, arrays), add)
+        job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
         job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
         return launch(self, job)
 

@@ -3,11 +3,10 @@
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
 
-import numpy as np
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
-from .. import estimate, native_edits
+from .. import estimate, native_edits, states
 from ..commit import set_proxy
 from ..job import Job, Request, found
 from ..properties import field_of, resolution_property, smooth_property
@@ -46,15 +45,17 @@ class NEURAL_SCULPT_OT_remesh(Operator):
 
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""
-        target, resolution = active_field(context).session_uid, self.resolution
-        smooth = self.smooth
+        ob = active_field(context)
+        target, resolution, smooth = ob.session_uid, self.resolution, self.smooth
+        dropped = native_edits.mark(ob) if native_edits.edited(ob) else None
 
         def request() -> Request:
-            group = field_of(found(target))
-            fields = {"resolution": resolution, "revision": group.revision}
-            return fields, {"field": np.frombuffer(group.weights, np.uint8)}
+            return states.request(found(target), resolution=resolution)
 
         def apply(result: Message) -> None:
-            set_proxy(found(target), resolution, smooth, result)
+            ob = found(target)
+            if native_edits.edited(ob):
+                native_edits.refuse_since(ob, dropped)
+            set_proxy(ob, resolution, smooth, result)
 
         return launch(self, Job(JobKind.MESH, "Remesh Proxy", request, apply, target=target))

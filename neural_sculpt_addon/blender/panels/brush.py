@@ -6,6 +6,7 @@
 from bpy.types import Context, UILayout
 
 from .. import curve_store
+from ..curve_widget import draw_curve
 from ..properties import NEURAL_SCULPT_PG_brush, brush_of
 from ..shape_choices import CURVE
 from .sidebar import CLOSED, Sidebar
@@ -59,9 +60,3 @@ def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> No
     buttons.menu(f"NEURAL_SCULPT_MT_{word}_presets", text="", icon="DOWNARROW_HLT")
     if getattr(brush, word) == CURVE:
         draw_curve(layout, brush, word)
-
-
-def draw_curve(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
-    """A curve widget, once there are curves."""
-    if brush.curves is not None:
-        layout.template_curve_mapping(brush.curves.nodes[word], "mapping")

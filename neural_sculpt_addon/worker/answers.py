@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the worker's messages must hold before Blender believes them.
+
+The protocol has seen to it that a message is well-formed: fields are JSON without NaN, arrays as
+long as they say. NumPy and the standard library only; 100,000 triangles take some 1 ms.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .protocol import JobKind, Message, MessageKind, ProtocolError
+
+_RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
+_STATES = frozenset({JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB, JobKind.CONSOLIDATE})
+"""Jobs whose result is another state of the field."""
+
+
+def why_malformed(message: Message) -> str:
+    """What is wrong with a message of any job, but its result; empty when nothing is."""
+    if not isinstance(message.kind, MessageKind):
+        return f"it sent a {message.kind}"
+    wanted = {
+        MessageKind.HELLO: {"protocol": int},
+        MessageKind.PROGRESS: {"fraction": float, "message": str},
+        MessageKind.ERROR: {"message": str, "detail": str},
+    }.get(message.kind, {})
+    for name, kind in wanted.items():
+        value = message.fields.get(name)
+        if not (_is_number(value) if kind is float else type(value) is kind):
+            return f"its {message.kind} has no {name!r}"
+    if not _is_list_of(message.fields.get("missing", []), lambda each: type(each) is str):
+        return f"its {message.kind} misses what has no id"
+    return ""
+
+
+def check(job: JobKind, message: Message) -> None:
+    """ProtocolError unless a message is a result that a job of this kind can have, or none."""
+    if message.kind not in _RESULTS:
+        return
+    fields, arrays = message.fields, message.arrays
+    if job in _STATES:
+        _require(_is_name(fields.get("revision")), "revision")
+        _check_report(fields, required=job in {JobKind.ABSORB, JobKind.CONSOLIDATE})
+        _check_parts(fields, arrays)
+        _check_proxy(arrays)
+    if job is JobKind.EDIT:
+        _require("layer" in fields or "base" in fields, "layer")
+        _require(_is_number(fields.get("seconds")), "seconds")
+    elif job is JobKind.ABSORB:
+        _require("layer" in fields, "layer")
+    elif job is JobKind.REPLAY:
+        _require("layers" in fields or "base" in fields, "layers")
+    elif job in {JobKind.FIT, JobKind.LOAD}:
+        if job is JobKind.FIT:
+            _check_place(fields)
+        _check_report(fields, required=job is JobKind.FIT)
+        if message.kind is not MessageKind.PREVIEW:
+            _require(_is_name(fields.get("id")), "id")
+            _check_parts(fields, arrays)
+        _check_proxy(arrays)
+    elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
+        _require(_is_name(fields.get("id")), "id")
+        _check_parts(fields, arrays)
+    elif job is JobKind.MEASURE:
+        _check_report(fields, required=True)
+    elif job is JobKind.MESH:
+        _check_proxy(arrays)
+    elif job is JobKind.SAMPLE:
+        band = _array(arrays, "band", "f", 3)
+        _require(min(band.shape) > 1 and len({*band.shape}) == 1, "band")
+        _require_finite(band, "band")
+
+
+def _check_place(fields: Mapping[str, Any]) -> None:
+    """Where a fitted field belongs."""
+    center = fields.get("center")
+    _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
+    _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
+
+
+def _check_report(fields: Mapping[str, Any], required: bool) -> None:
+    _require(type(fields.get("report", None if required else {})) is dict, "report")
+
+
+def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Names of fields and layers, and the bytes that they name."""
+    for name, array in (("id", "field"), ("base", "field"), ("layer", "layer")):
+        if name in fields:
+            _require(_is_name(fields[name]), name)
+            _require(len(_array(arrays, array, "u", 1)) > 0, array)
+    if "layer" in fields:
+        _require(type(fields.get("context")) is str, "context")
+    layers = fields.get("layers", [])
+    _require(_is_list_of(layers, lambda each: type(each) is dict), "layers")
+    for number, layer in enumerate(layers):
+        _require(_is_name(layer.get("id")) and type(layer.get("context")) is str, "layers")
+        if (name := f"layer.{number}") in arrays:
+            _require(len(_array(arrays, name, "u", 1)) > 0, name)
+
+
+def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
+    """A mesh that Blender can be given: every number finite, every index in range."""
+    vertices, normals = (_array(arrays, name, "f", 2, 3) for name in ("vertices", "normals"))
+    triangles = _array(arrays, "triangles", "i", 2, 3)
+    edges = _array(arrays, "edges", "i", 2, 2)
+    corner_edges = _array(arrays, "corner_edges", "i", 2, 3)
+    _require(vertices.shape == normals.shape, "normals")
+    _require(triangles.shape == corner_edges.shape, "corner_edges")
+    _require_finite(vertices, "vertices")
+    _require_finite(normals, "normals")
+    _require_within(triangles, len(vertices), "triangles")
+    _require_within(edges, len(vertices), "edges")
+    _require_within(corner_edges, len(edges), "corner_edges")
+
+
+def _array(
+    arrays: Mapping[str, NDArray[Any]], name: str, kind: str, axes: int, last: int | None = None
+) -> NDArray[Any]:
+    """An array of a kind of numbers (see numpy.dtype.kind) and a number of axes."""
+    array = arrays.get(name)
+    if array is None or array.dtype.kind != kind or array.ndim != axes:
+        raise ProtocolError(f"its result has no {name!r}, or it is not as it should be.")
+    _require(last is None or array.shape[-1] == last, name)
+    return array
+
+
+def _require(fulfilled: object, name: str) -> None:
+    if not fulfilled:
+        raise ProtocolError(f"its result has no {name!r}, or it is not as it should be.")
+
+
+def _require_finite(array: NDArray[Any], name: str) -> None:
+    """A sum is finite only of finite numbers, and takes no memory."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        finite = math.isfinite(float(array.sum(dtype=np.float64)))
+    if not finite:
+        raise ProtocolError(f"the {name} of its result are not all finite.")
+
+
+def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
+    if indices.size and not (indices.min() >= 0 and indices.max() < count):
+        raise ProtocolError(f"the {name} of its result point beyond its mesh.")
+
+
+def _is_number(value: object) -> bool:
+    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore
+
+
+def _is_name(value: object) -> bool:
+    return type(value) is str and bool(value)
+
+
+def _is_list_of(value: object, is_right: Callable[[object], bool]) -> bool:
+    return isinstance(value, list) and all(map(is_right, value))
