@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What `benchmark.py stroke` does in Blender: `python stroke_in_blender.py EXTENSION.zip FOLDER`.
 
-Reads FOLDER/strokes.json, the cells per axis and for each stroke the file of its network, its name
+Reads FOLDER/strokes.json, the cells per axis and for each stroke the file of its field, its name
 and its stroke file's text, and writes FOLDER/rows.json, for each stroke the milliseconds of each
 step. Runs in a Python with bpy.
 """
@@ -52,11 +52,12 @@ def main() -> None:
         _poll(session, lambda: not session.jobs)
         rows.append({"stroke": name, "triangles": len(ob.data.polygons), **_sculpt(session, text)})
         session.cancel()
+        session.drop_behind()
     (FOLDER / "rows.json").write_text(json.dumps(rows))
 
 
 def _sculpt(session: Any, text: str) -> dict[str, float]:
-    """One stroke until its quick result is in the scene: milliseconds of each step."""
+    """One stroke until its result is in the scene: milliseconds of each step."""
     import bpy
 
     def listed() -> int:

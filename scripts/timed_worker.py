@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A worker that notes when each step towards a quick result ends, for `benchmark.py stroke`.
+"""A worker that notes when each step towards a stroke's result ends, for `benchmark.py stroke`.
 
-Started as `python -I -u timed_worker.py ROOT NOTES`. After each quick result the file NOTES gets a
-line with a JSON object, from the name of a step to seconds of `time.perf_counter`, a clock that all
+Started as `python -I -u timed_worker.py ROOT NOTES`. With each result the file NOTES gets a line
+with a JSON object, from the name of a step to seconds of `time.perf_counter`, a clock that all
 processes of one computer share.
 """
 
@@ -10,7 +10,6 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ settle()  # before NumPy and torch load
 from neural_sculpt_addon.field import edit, proxy  # noqa: E402
 from neural_sculpt_addon.worker import jobs, server  # noqa: E402
 from neural_sculpt_addon.worker.environment import Device  # noqa: E402
+from neural_sculpt_addon.worker.store import Store  # noqa: E402
 
 NOTES = Path(sys.argv[2])
 
@@ -42,21 +42,21 @@ def noting(step: str, function: Callable[..., Any]) -> Callable[..., Any]:
 
 def main() -> None:
     """Put notes around the steps, and serve."""
-    solver = edit.SOLVERS["gauss_newton"]
-    edit.SOLVERS["gauss_newton"] = replace(solver, solve=noting("solve", solver.solve))
-    jobs.Jobs._prepared = noting("submit", jobs.Jobs._prepared)
+    Store.state = noting("submit", Store.state)
     edit.pose = noting("problem", edit.pose)
+    for solve in ("solve", "forbid"):
+        setattr(edit.LocalEdit, solve, noting("solve", getattr(edit.LocalEdit, solve)))
     edit.update = proxy.update = noting("proxy", proxy.update)
-    jobs.model_arrays = noting("arrays", jobs.model_arrays)
+    jobs.proxy_arrays = noting("arrays", jobs.proxy_arrays)
     server_class: Any = server.Server
-    send = server_class._send_part
+    finish = server_class._finish
 
-    def note_and_send(*given: Any) -> None:
+    def note_and_finish(*given: Any) -> None:
         with NOTES.open("a", encoding="utf-8") as notes:
             notes.write(json.dumps(ends) + "\n")
-        send(*given)
+        finish(*given)
 
-    server_class._send_part = note_and_send
+    server_class._finish = note_and_finish
     server.main(Device.AUTO)
 
 
