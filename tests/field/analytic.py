@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Networks whose zero sets are known in closed form, and where the pretrained ones lie."""
+"""Fields whose zero sets are known in closed form, and where the pretrained ones lie."""
 
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from neural_sculpt_addon.field.checkpoint import load
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 
 DATA = Path(__file__).parents[2].parent / "shared/data"
@@ -27,7 +28,7 @@ def siren(*layers, omegas=(1.0,)):
 
 def plane(normal=(0.0, 0.0, 1.0), offset=0.0):
     """sin(n . x - offset): negative below a plane; |grad f| = 1 on it."""
-    return siren(([normal], [-offset]), ([[1.0]], [0.0]))
+    return Field(siren(([normal], [-offset]), ([[1.0]], [0.0])))
 
 
 def ellipsoid(axes, spare=0, seed=0):
@@ -46,7 +47,7 @@ def ellipsoid(axes, spare=0, seed=0):
     )
     bias = np.append(np.full(3 * len(FREQUENCIES), np.pi / 2), random.uniform(-3, 3, spare))
     last = np.append(np.outer(share, parabola).ravel(), np.zeros(spare))
-    return siren((weight, bias), ([last], [constant * share.sum() - scale]))
+    return Field(siren((weight, bias), ([last], [constant * share.sum() - scale])))
 
 
 def ball(radius=0.5, spare=0, seed=0):
@@ -56,7 +57,7 @@ def ball(radius=0.5, spare=0, seed=0):
 
 def eight_balls():
     """cos(2 pi x) + cos(2 pi y) + cos(2 pi z) + 2: blobs about (+-1/2, +-1/2, +-1/2)."""
-    return siren((2 * np.pi * np.eye(3), np.full(3, np.pi / 2)), ([[1.0] * 3], [2.0]))
+    return Field(siren((2 * np.pi * np.eye(3), np.full(3, np.pi / 2)), ([[1.0] * 3], [2.0])))
 
 
 def pretrained(model):

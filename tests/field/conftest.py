@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.prepare import Preparation, prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import Problem, pose
@@ -22,7 +22,7 @@ class Sculpted(NamedTuple):
     preparation: Preparation
     stroke: Stroke
     problem: Problem
-    network: Siren
+    field: Field
 
 
 @pytest.fixture(scope="session")
@@ -43,4 +43,4 @@ def sculpted(preparation):
     points = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     stroke = Stroke(points, Brush(0.25, 0.04), closed=True, name="belt", seed=7)
     problem = pose(preparation, stroke)
-    return Sculpted(preparation, stroke, problem, paper.solve(problem, epochs=8))
+    return Sculpted(preparation, stroke, problem, Field(paper.solve(problem, epochs=8)))

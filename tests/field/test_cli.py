@@ -47,7 +47,7 @@ def run(*arguments, cwd):
 @pytest.fixture
 def folder(tmp_path):
     """A folder with a field and a stroke file."""
-    save(Field(ball(0.5, spare=60)), tmp_path / "ball.safetensors")
+    save(ball(0.5, spare=60), tmp_path / "ball.safetensors")
     write_strokes(tmp_path / "strokes.json", STROKE)
     return tmp_path
 
@@ -127,7 +127,7 @@ def test_info_and_mesh(folder, capsys):
 
 def test_info_of_detail(folder, capsys):
     layer = random_layer(0, levels=(5, 7))
-    save(Field(ball(0.5), Detail.of(layer)), folder / "detailed.safetensors")
+    save(ball(0.5).plus(layer), folder / "detailed.safetensors")
     assert main(["info", str(folder / "detailed.safetensors")]) == 0
     info = json.loads(capsys.readouterr().out)
     assert info["levels"] == [
@@ -217,7 +217,7 @@ def empty_field(path):
 
 
 def detailed(path):
-    save(Field(ball(0.5), Detail.of(random_layer(0))), path / "ball.safetensors")
+    save(ball(0.5).plus(random_layer(0)), path / "ball.safetensors")
 
 
 def points(array):

@@ -79,7 +79,7 @@ def test_a_hundred_strokes_are_small(ready, radius):
     """A stroke takes less than 3 bytes a coefficient: 100 of 20,000 take less than 8 MB."""
     turn = np.linspace(0, 1.5, 9)
     points = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    layer = local.solve(pose(ready, Stroke(points, Brush(radius, 0.04))))
+    layer = local.LocalEdit(pose(ready, Stroke(points, Brush(radius, 0.04)))).solve()
     data = layer_to_bytes(layer)
     assert same(layer_from_bytes(data), layer)
     assert len(data) < 3 * sum(len(part.index) for part in layer.values()) + 100

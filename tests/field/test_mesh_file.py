@@ -16,7 +16,7 @@ from tests.field.analytic import ball
 
 @pytest.fixture(scope="module")
 def proxy():
-    return extract(Field(ball(0.5)), 16)
+    return extract(ball(0.5), 16)
 
 
 @pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)

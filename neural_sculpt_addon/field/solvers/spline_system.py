@@ -58,6 +58,13 @@ class Rows:
     slopes: Array
     steep: Array
 
+    def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
+        """Append value rows (N,) of one weight."""
+        self.points = np.concatenate([self.points, points])
+        self.targets = np.concatenate([self.targets, targets])
+        self.residuals = np.concatenate([self.residuals, residuals])
+        self.weights = np.concatenate([self.weights, np.full(len(points), weight, np.float32)])
+
 
 class _Piece(NamedTuple):
     """Some of the rows: those of them that a node reaches.
