@@ -61,6 +61,7 @@ from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
 from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
+from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
@@ -119,6 +120,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_restart_worker,
     NEURAL_SCULPT_OT_stop_worker,
     NEURAL_SCULPT_OT_notice,
+    NEURAL_SCULPT_OT_watch_release,
     NEURAL_SCULPT_OT_install_worker,
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_PT_model,

@@ -2,8 +2,8 @@
 """The strength of the stroke that is chosen in the list, as a slider below it.
 
 While it is dragged nothing is changed but the slider: the strength of the stroke and the field that
-follows from it change together, once the slider rests. So it belongs to the window manager, of
-which Blender makes no undo steps.
+follows from it change together, when it is released or rests. So it belongs to the window manager,
+of which Blender makes no undo steps.
 """
 
 # pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
@@ -17,6 +17,7 @@ from bpy.types import Object, WindowManager
 
 from ..stroke.errors import SculptError
 from . import stroke_list
+from .commit import in_window
 from .job import find
 from .operators import notice
 from .properties import field_of, is_field, strength_property
@@ -28,8 +29,11 @@ NAME = "neural_sculpt_strength"
 
 LABEL = n_("Stroke Strength")
 
-REST = 0.25
-"""Seconds without a change after which the slider is taken to be released."""
+REST = 1.0
+"""Seconds without a change after which the slider is taken to be released: a number was typed."""
+
+RELEASED = 0.02
+"""Seconds after the release of the mouse button, which the slider hears of last."""
 
 
 class _State:
@@ -37,7 +41,7 @@ class _State:
     target: int = -1  # session_uid of the object
     uid: str = ""
     strength: float = 1.0
-    changed: float = 0.0
+    until: float = 0.0  # on the clock of `time.monotonic`
 
 
 def _chosen() -> tuple[Object, str] | None:
@@ -64,15 +68,35 @@ def _set(_: WindowManager, strength: float) -> None:
     if _State.waiting and _State.uid != uid:
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
-    _State.strength, _State.changed = strength, time.monotonic()
+    _State.strength, _State.until = strength, time.monotonic() + REST
     if session.waits:
         _apply()
     elif not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=REST)
+        bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
+
+
+def is_dragged() -> bool:
+    """Whether the slider shows what the stroke is not yet."""
+    return _State.waiting
+
+
+def release() -> None:
+    """The slider was let go."""
+    _State.until = time.monotonic() + RELEASED
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    bpy.app.timers.register(_tick, first_interval=RELEASED)
+
+
+def _watch() -> None:
+    with in_window():
+        if _State.waiting and not bpy.app.background:
+            bpy.ops.neural_sculpt.watch_release("INVOKE_DEFAULT")
 
 
 def _tick() -> float | None:
-    left = _State.changed + REST - time.monotonic()
+    left = _State.until - time.monotonic()
     if left > 0:
         return left
     if _State.waiting:

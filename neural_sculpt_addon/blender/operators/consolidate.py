@@ -14,7 +14,7 @@ from ..properties import field_of
 from ..worker_session import session
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 
-WIDEST = 1024
+WIDEST = 512
 
 
 class NEURAL_SCULPT_OT_consolidate(Operator):
@@ -27,7 +27,7 @@ of the base"""
 
     width: IntProperty(
         name="Width",
-        description="Units in each of the two layers: more hold more detail and take longer",
+        description="Units in each of the network's two layers: more hold more and take longer",
         default=256,
         min=32,
         max=WIDEST,

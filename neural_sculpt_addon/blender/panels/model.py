@@ -12,24 +12,26 @@ from ...worker.client import JobKind
 from .. import native_edits, preferences, reports
 from ..field_header import header_of
 from ..properties import LOCAL, NETWORK, field_of, is_field, world_scale
-from ..translations import translated
 from ..worker_session import session
-from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
     "error_mean": n_("Distance from the mesh"),
     "error_p95": n_("Distance from the mesh, 95 %"),
     "error_max": n_("Distance from the mesh, largest"),
+    "distance_mean": n_("Lost by consolidating"),
+    "distance_p95": n_("Lost by consolidating, 95 %"),
     "tube_mean": n_("Stroke error"),
     "tube_p95": n_("Stroke error, 95 %"),
     "reverse_p95": n_("Way back, 95 %"),
     "drift_mean": n_("Drift"),
 }
 """Lengths of a report that are shown, in this order."""
+TOLERATED = ("tube_p95", "reverse_p95")
+"""Those that the report's tolerance bounds."""
 ANGLES = {
     "normal_deg": n_("Normals off by"),
-    "untouched_normal_deg": n_("Untouched normals off by"),
+    "untouched_normal_rms": n_("Untouched normals off by"),
 }
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -99,16 +101,16 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
         column.label(text="Measuring...")
     if report.get("tolerance_met") is False:
         column.label(text="The last stroke was not fully reached", icon="ERROR")
-        for reason in _texts(report.get("reasons")):
-            draw_text(column, context, translated(reason), "NONE")
+    allowed = report.get("tolerance")
     before, after = report.get("components_before"), report.get("components_after")
-    if before != after:
+    if _is_number(before) and _is_number(after) and before != after:
         text = iface_("Pieces: {} before the last stroke, {} now").format(before, after)
         column.label(text=text, icon="ERROR", translate=False)
     for key, label in LENGTHS.items():
         if _is_number(value := report.get(key)):
-            length = _length(context, value * world_scale(ob))
-            column.label(text=f"{iface_(label)}: {length}", translate=False)
+            text = f"{iface_(label)}: {_length(context, value * world_scale(ob))}"
+            beyond = key in TOLERATED and _is_number(allowed) and value >= allowed
+            column.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
     if _is_number(gain := report.get("gain")):
         column.label(text=f"{iface_('Height reached')}: {gain:.1%}", translate=False)
     for key, label in ANGLES.items():
@@ -124,11 +126,6 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
 
 def _is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _texts(value: object) -> list[str]:
-    """The reasons of a report, whatever else a damaged file may hold in their place."""
-    return [text for text in value if isinstance(text, str)] if isinstance(value, list) else []
 
 
 def _length(context: Context, value: float) -> str:

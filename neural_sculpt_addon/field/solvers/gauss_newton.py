@@ -19,7 +19,7 @@ from .least_squares import Memory, Solution
 from .least_squares import solve as solve_linear
 from .residuals import draw
 
-STEPS, ITERATIONS = 10, 8  # of Gauss-Newton, and of conjugate gradients in each
+STEPS, ITERATIONS = 12, 7  # of Gauss-Newton, and of conjugate gradients in each
 LEAST_DAMPING, MOST_DAMPING = 0.25, 300.0  # lambda; the diagonal of J^T J is nearly 1
 HALVINGS = 5  # of a step
 BLOCK = 1024  # residuals of a task for one thread: its matrices fit the cache
@@ -40,9 +40,7 @@ def solve(problem: Problem, progress: Progress = silent) -> Siren:
         damping, memory = LEAST_DAMPING, None
         for step in range(STEPS):
             check = partial(progress, step / STEPS, MESSAGE)
-            layers, memory, ratio = _step(
-                layers, directions, activations, damping, memory, check
-            )
+            layers, memory, ratio = _step(layers, directions, activations, damping, memory, check)
             damping *= 4.0 if ratio < 0.25 else 0.2 if ratio > 0.9 else 0.5 if ratio > 0.75 else 1.0
             damping = min(max(damping, LEAST_DAMPING), MOST_DAMPING)
         return layers.changed()

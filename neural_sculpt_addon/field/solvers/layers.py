@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import scipy.linalg
 import torch
 from torch import Tensor
 
@@ -23,7 +22,7 @@ from ..threads import parallel
 from .least_squares import Linear
 from .residuals import Residuals
 
-INPUTS, OUTPUTS = 72, 32  # directions of W's inputs and of the output layer; more are slower
+INPUTS = 80  # directions of W's inputs; more are slower
 
 
 class Activations(NamedTuple):
@@ -54,7 +53,7 @@ class Directions(NamedTuple):
 
     left: Tensor  # (H, H), of the outputs of W
     right: Tensor  # (A + 1, K), of its inputs
-    output: Tensor  # (H + 1, O), of the output layer
+    output: Tensor  # (H + 1, O), of the output layer; O = H + 1
 
 
 @dataclass(frozen=True)
@@ -97,10 +96,8 @@ class Layers:
     def linearise(self, at: Activations, directions: Directions) -> Linear:
         """J along `directions`, and r."""
         slopes, output, residual = self._derivatives(at)
-        return Linear(
-            slopes @ directions.left, at.inputs @ directions.right, output @ directions.output,
-            residual,
-        )  # fmt: skip
+        left, right, outer = directions
+        return Linear(slopes @ left, at.inputs @ right, output @ outer, residual)
 
     def directions(self, parts: Sequence[Activations]) -> Directions:
         """Those along which J^T J of all `parts` is nearly diagonal, the strongest ones."""
@@ -111,10 +108,9 @@ class Layers:
             inputs = weights[:, None] * at.inputs
             return slopes.T @ slopes, inputs.T @ inputs, output.T @ output
 
-        left, right, output = map(
-            eigenvectors, map(sum, zip(*parallel(moments, parts), strict=True))
-        )
-        return Directions(left, right[:, -INPUTS:].contiguous(), output[:, -OUTPUTS:].contiguous())
+        sums = [torch.stack(some).sum(0) for some in zip(*parallel(moments, parts), strict=True)]
+        left, right, output = (torch.linalg.eigh(some).eigenvectors for some in sums)
+        return Directions(left, right[:, -INPUTS:].contiguous(), output)
 
     def _arguments(self, at: Activations) -> Tensor:
         """Of the sine, and their slopes (N or 2 N, H)."""
@@ -135,8 +131,3 @@ class Layers:
             output = torch.cat([cosine * dz, sine.new_zeros(count, 1)], 1)
         residual = at.residuals.weights * (at.residuals.targets - output @ self.output)
         return slopes, weights * output, residual
-
-
-def eigenvectors(moment: Tensor) -> Tensor:
-    """Eigenvectors (K, K) of a second moment (K, K), the weakest first."""
-    return torch.from_numpy(scipy.linalg.eigh(moment.cpu().numpy(), driver="evd")[1]).to(moment)

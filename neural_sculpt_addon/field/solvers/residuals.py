@@ -28,7 +28,7 @@ from ..threads import join
 
 TUBE, SLOPE = 1200, 400  # of each copy of the stroke
 PRESERVE, AROUND, BOX = 4800, 250, 600  # more of them cost time, fewer let the surface drift
-PRESERVE_WEIGHT, AROUND_WEIGHT, BOX_WEIGHT = 1.45, 0.3, 0.3  # where one of the tube weighs 1
+PRESERVE_WEIGHT, AROUND_WEIGHT, BOX_WEIGHT = 1.7, 0.3, 0.3  # where one of the tube weighs 1
 SLOPE_WEIGHT = 0.03  # what one unit of slope weighs, in units of length
 RIM_SHARE = 0.25  # of the preserve residuals
 RIM_REACH = 2.2  # radii
@@ -47,9 +47,11 @@ class Residuals(NamedTuple):
 
     def split(self, size: int) -> "Iterator[Residuals]":
         """The same residuals, at most `size` at a time."""
-        for start in range(0, len(self.points), size):
+        points, targets, weights, directions = self
+        for start in range(0, len(points), size):
             part = slice(start, start + size)
-            yield Residuals(*(None if array is None else array[part] for array in self))
+            along = None if directions is None else directions[part]
+            yield Residuals(points[part], targets[part], weights[part], along)
 
 
 def draw(problem: Problem) -> tuple[Residuals, Residuals]:
@@ -71,20 +73,21 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
     around = signed_distances(problem, target, amount, rim, AROUND, random)
     problem.check()
     box = known.box.where(_box(problem, random))
-    kinds = (
-        (target.points, 0.0, 1.0),
-        (rim.points, 0.0, PRESERVE_WEIGHT),
-        (on[_stratified(len(on), held, random)], 0.0, PRESERVE_WEIGHT),
-        (*shell.where(_stratified(len(shell.points), held, random)), PRESERVE_WEIGHT),
-        (*around, AROUND_WEIGHT),
-        (*box, BOX_WEIGHT),
-    )
+    on = on[_stratified(len(on), held, random)]
+    shell = shell.where(_stratified(len(shell.points), held, random))
+    parts = [
+        _residuals(target.points, 0.0, 1.0),
+        _residuals(rim.points, 0.0, PRESERVE_WEIGHT),
+        _residuals(on, 0.0, PRESERVE_WEIGHT),
+        _residuals(*shell, PRESERVE_WEIGHT),
+        _residuals(*around, AROUND_WEIGHT),
+        _residuals(*box, BOX_WEIGHT),
+    ]
     chosen = target.where(_stratified(len(order), SLOPE * len(tubes), random))
     directions = random.normal(size=chosen.points.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     slopes = np.einsum("ij,ij->i", chosen.normals, directions)
     device = problem.field.device
-    parts = [_residuals(*kind) for kind in kinds]
     on_values = Residuals(*(torch.cat(arrays).to(device) for arrays in zip(*parts, strict=True)))
     on_slopes = (*_residuals(chosen.points, slopes, SLOPE_WEIGHT), _tensor(directions))
     return on_values, Residuals(*(array.to(device) for array in on_slopes))
