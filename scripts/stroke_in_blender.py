@@ -68,6 +68,8 @@ def _sculpt(session: Any, text: str) -> dict[str, float]:
     operators.neural_sculpt.stroke(stroke_json=text)
     submitting = time.thread_time() - worked
     seen, commit, committing = _poll(session, lambda: listed() > count)
+    if session.last_error:  # the stroke is listed, muted
+        sys.exit(session.last_error)
     ends = json.loads(NOTES.read_text(encoding="utf-8").splitlines()[-1])
     times = [start, *(ends[step] for step in STEPS[:5]), seen, seen + commit]
     steps = {step: b - a for step, (a, b) in zip(STEPS, itertools.pairwise(times), strict=True)}
