@@ -175,9 +175,8 @@ class LocalEdit:
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, cells, self._rows, self._problem.check)
-        if level in self._layer:
-            found = Level(cells, self._layer[level].values + found.values)
-        self._layer[level] = found
+        known = self._layer.get(level)
+        self._layer[level] = found if known is None else Level.sum([known, found])
 
     def _missed(self, level: int) -> NDArray[np.int32]:
         """The active cells (K,) of which more than a share of the surface samples are off."""
