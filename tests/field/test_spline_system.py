@@ -67,7 +67,7 @@ def dense(level, index, rows):
 
 
 def best(matrix, weights, right):
-    """The damped solution: a node that few rows touch is damped as if it had a share of the mean."""
+    """The damped solution; nodes that few rows touch are damped by a share of the mean."""
     weighed = weights[:, None] * matrix
     diagonal = (weighed**2).sum(axis=0)
     damping = DAMPING * np.maximum(diagonal, LEAST_TOUCHED * diagonal.mean())
