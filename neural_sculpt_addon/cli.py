@@ -41,7 +41,13 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("-o", "--output", type=Path, required=True, help=".safetensors or .pth")
     fit.add_argument("--method", choices=("distance", "paper"), default="distance")
     fit.add_argument("--preset", choices=("draft", "normal", "fine"), default="normal")
-    fit.add_argument("--width", type=int, choices=(64, 128, 256), help="units of each layer")
+    fit.add_argument("--width", type=int, choices=(64, 128, 256), default=128)
+    fit.add_argument(
+        "--detail",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="or a network alone, 70 kB",
+    )
     fit.add_argument("--thickness", type=float, help="of open pieces, in units of the mesh")
     fit.add_argument("--seed", type=int, default=0)
     fit.add_argument("--report", type=Path, help="write the quality report as JSON")
@@ -87,7 +93,6 @@ def _parser() -> argparse.ArgumentParser:
 
 def _fit(options: argparse.Namespace) -> None:
     from .field import checkpoint, fit, mesh_file
-    from .field.field import Field
 
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.report)
@@ -97,12 +102,13 @@ def _fit(options: argparse.Namespace) -> None:
         triangles,
         method=options.method,
         preset=options.preset,
+        detail=options.detail,
         width=options.width,
         thickness=options.thickness,
         seed=options.seed,
         progress=_show,
     )
-    checkpoint.save(Field(result.network), options.output)
+    checkpoint.save(result.field, options.output)
     report = {"scale": result.scale, "center": list(result.center), **result.report}
     _finish({"network": str(options.output), **report}, options.report, report)
 

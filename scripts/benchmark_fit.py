@@ -111,7 +111,7 @@ def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
             row, fit = _fit(name, OURS, mesh, preset)
             if name in IN_PLACE:
                 start = (points - fit.center) / fit.scale
-                gap = np.linalg.norm(project(fit.network, start).points - start, axis=1)
+                gap = np.linalg.norm(project(fit.field, start).points - start, axis=1)
                 row["true_mean"] = float(gap.mean())
             yield {**row, "source": path.stem}
 

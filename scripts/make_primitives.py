@@ -19,18 +19,18 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from neural_sculpt_addon.field.checkpoint import save
-from neural_sculpt_addon.field.course import Course, follow
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit import fit_mesh
 from neural_sculpt_addon.field.fit_distance import BOX, Learner, Samples
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
+from neural_sculpt_addon.field.schedule import Schedule, follow
 from neural_sculpt_addon.stroke.progress import silent
 
 Array = NDArray[np.float64]
 
-COURSE = Course(steps=6000, batch=1024, samples=200_000, rate=1.2e-3, tolerance=1e-3, omega=42.0)
+SCHEDULE = Schedule(steps=6000, batch=1024, samples=200_000, rate=1.2e-3, omega=42.0)
 SHARE_NEAR, NEAR = 0.8, 0.05  # share of the samples within this distance of the surface
 STEP = 1e-5  # of the central differences that give a closed form's gradient
 
@@ -68,19 +68,19 @@ CLOSED_FORMS: dict[str, Callable[[Array], Array]] = {
 def fit_closed_form(distance: Callable[[Array], Array]) -> Field:
     """A field that learned `distance`, a function of points (N, 3) -> (N,)."""
     rng = np.random.default_rng(0)
-    count = int(SHARE_NEAR * COURSE.samples)
-    candidates = rng.uniform(-BOX, BOX, (40 * COURSE.samples, 3))
+    count = int(SHARE_NEAR * SCHEDULE.samples)
+    candidates = rng.uniform(-BOX, BOX, (40 * SCHEDULE.samples, 3))
     near = candidates[np.abs(distance(candidates)) < NEAR][:count]
-    points = np.concatenate([near, candidates[: COURSE.samples - len(near)]])
+    points = np.concatenate([near, candidates[: SCHEDULE.samples - len(near)]])
     steps = STEP * np.eye(3)
     gradient = np.stack(
         [(distance(points + step) - distance(points - step)) / (2 * STEP) for step in steps], axis=1
     )
     arrays = (points, distance(points), gradient[: len(near)])
     samples = Samples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
-    network = Siren.random(omega=(COURSE.omega, 30.0), generator=torch.Generator().manual_seed(0))
-    learner = Learner(samples, network, COURSE.batch, seed=0)
-    follow(learner, COURSE, silent)
+    network = Siren.random(omega=(SCHEDULE.omega, 30.0), generator=torch.Generator().manual_seed(0))
+    learner = Learner(samples, network, SCHEDULE.batch, seed=0)
+    follow(learner, SCHEDULE, silent)
     field = Field(learner.network)
     error = np.abs(values(field, points) - distance(points))[: len(near)]
     print(f"  error near the surface: mean {error.mean():.1e}, max {error.max():.1e}")
@@ -104,9 +104,9 @@ def fit_suzanne() -> Field:
     mesh.vertices.foreach_get("co", vertices)
     triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("vertices", triangles)
-    fit = fit_mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3), preset="fine")
+    fit = fit_mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3), preset="fine", detail=False)
     print(f"  {fit.report}")
-    return Field(fit.network)
+    return fit.field
 
 
 def main() -> None:

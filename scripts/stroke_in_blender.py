@@ -56,7 +56,7 @@ def main() -> None:
 
 
 def _sculpt(session: Any, text: str) -> dict[str, float]:
-    """One stroke until its quick result is in the scene: milliseconds of each step."""
+    """One stroke until its result is in the scene: milliseconds of each step."""
     import bpy
 
     def listed() -> int:

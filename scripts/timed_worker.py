@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A worker that notes when each step towards a quick result ends, for `benchmark.py stroke`.
+"""A worker that notes when each step of an edit ends, for `benchmark.py stroke`.
 
-Started as `python -I -u timed_worker.py ROOT NOTES`. After each quick result the file NOTES gets a
-line with a JSON object, from the name of a step to seconds of `time.perf_counter`, a clock that all
-processes of one computer share.
+Started as `python -I -u timed_worker.py ROOT NOTES`. Before each result of an edit the file NOTES
+gets a line with a JSON object, from the name of a step to seconds of `time.perf_counter`, a clock
+that all processes of one computer share.
 """
 
 import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from neural_sculpt_addon.worker.settings import settle
 settle()  # before NumPy and torch load
 
 from neural_sculpt_addon.field import edit, proxy  # noqa: E402
-from neural_sculpt_addon.worker import jobs, server  # noqa: E402
+from neural_sculpt_addon.worker import jobs, server, store  # noqa: E402
 from neural_sculpt_addon.worker.environment import Device  # noqa: E402
 
 NOTES = Path(sys.argv[2])
@@ -40,23 +39,27 @@ def noting(step: str, function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def main() -> None:
-    """Put notes around the steps, and serve."""
-    solver = edit.SOLVERS["gauss_newton"]
-    edit.SOLVERS["gauss_newton"] = replace(solver, solve=noting("solve", solver.solve))
-    jobs.Jobs._prepared = noting("submit", jobs.Jobs._prepared)
-    edit.pose = noting("problem", edit.pose)
-    edit.update = proxy.update = noting("proxy", proxy.update)
-    jobs.model_arrays = noting("arrays", jobs.model_arrays)
-    server_class: Any = server.Server
-    send = server_class._send_part
+def note_and_return(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, which writes a line of notes before it returns."""
 
-    def note_and_send(*given: Any) -> None:
+    def call(*given: Any) -> Any:
+        result = function(*given)
         with NOTES.open("a", encoding="utf-8") as notes:
             notes.write(json.dumps(ends) + "\n")
-        send(*given)
+        return result
 
-    server_class._send_part = note_and_send
+    return call
+
+
+def main() -> None:
+    """Put notes around the steps, and serve."""
+    solver: Any = edit.LocalEdit
+    solver.solve, solver.forbid = noting("solve", solver.solve), noting("solve", solver.forbid)
+    store.Store.state = noting("submit", store.Store.state)
+    edit.pose = noting("problem", edit.pose)
+    edit.update = proxy.update = noting("proxy", proxy.update)
+    jobs.proxy_arrays = noting("arrays", jobs.proxy_arrays)
+    jobs.Jobs.edit = note_and_return(jobs.Jobs.edit)
     server.main(Device.AUTO)
 
 

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the extension keeps its own files; they outlive its updates."""
 
+import os
+import stat
 import tempfile
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 import bpy
@@ -14,7 +18,21 @@ def user_folder() -> Path:
     try:
         return Path(bpy.utils.extension_path_user(ADDON, create=True))
     except ValueError:  # registered from a source tree, by a script or a test
-        return Path(tempfile.gettempdir()) / "neural_sculpt"
+        return _private_folder()
+
+
+@cache
+def _private_folder() -> Path:
+    """A temporary folder of this user alone, the same each time where nobody has taken its name."""
+    user = os.getuid() if hasattr(os, "getuid") else 0  # on Windows each user has another place
+    path = Path(tempfile.gettempdir()) / f"neural_sculpt-{user}"
+    with suppress(FileExistsError):
+        path.mkdir(mode=0o700)
+    found = path.lstat()
+    private = os.name == "nt" or (found.st_uid == user and not found.st_mode & 0o077)
+    if private and stat.S_ISDIR(found.st_mode):
+        return path
+    return Path(tempfile.mkdtemp(prefix="neural_sculpt-"))
 
 
 def environment_folder() -> Path:

@@ -19,7 +19,9 @@ def show(hint: str | None) -> None:
 def refresh() -> None:
     """Draw the status bars again.
 
-    `WorkSpace.status_text_set` would do as well, but takes back what is added to the header.
+    `WorkSpace.status_text_set` would do as well, but takes back what is added to the header. A
+    timer may have no window in its context, without which Blender crashes here.
     """
     for window in bpy.context.window_manager.windows:
-        window.workspace.status_text_set_internal(_State.hint)
+        with bpy.context.temp_override(window=window):
+            window.workspace.status_text_set_internal(_State.hint)

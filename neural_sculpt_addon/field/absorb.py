@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A field takes in what was done to its proxy by other means: Blender's own sculpt brushes.
 
-    which faces moved -> samples: there the mesh's distance, elsewhere the field itself -> learn
+    which vertices moved -> rows: there the mesh, around it the field itself -> coefficients
 
-Vertices of a proxy lie on the zero level, so those that have left it were moved by the artist. Only
-around their faces does the field learn the mesh; elsewhere it keeps its own values, for a proxy is
-coarser than the field, and fitting its facets everywhere would wear the field down with each use.
-The network starts from what it is, so a second is enough. Model space.
+Vertices of a proxy lie on the zero level, so those that have left it were moved by the artist. The
+field becomes 0 on them and on the curved middles of their edges, and the mesh's signed distance
+between and beside the old and the new surface; on what was not moved, and wherever that is nearer,
+it keeps its value. The result is a layer: outside of its support the field does not change. A proxy
+of other topology (dyntopo, remesh) has moved all over, and is absorbed as a whole. Model space.
 """
 
 import time
@@ -19,34 +20,48 @@ from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .course import Course, follow
-from .evaluate import values_and_gradients
+from .detail import Coefficients, Level, cells_of, centres, linear, places, spacing
+from .evaluate import values, values_and_gradients
 from .field import Field
-from .fit import one_thread
-from .fit_distance import AROUND, BOX, NEAR, Learner, Samples, arranged
-from .fit_report import report
+from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among, dilated
 from .mesh_cleanup import CleanMesh, clean
 from .mesh_distance import MeshDistance
-from .projection import find_surface
+from .pieces import components
+from .projection import find_surface, project
+from .proxy import extract
+from .solvers.spline_system import Rows, solve_level
 
-COURSE = Course(steps=400, batch=384, samples=40_000, rate=1.5e-4, tolerance=np.inf)
+Array = NDArray[np.float32]
+
 MOVED = 3e-4  # from the zero level, model units; vertices of a proxy are within 1.5e-4
-NEW_SHARE, OLD_SHARE = 0.4, 0.35  # of the samples near what was moved, and near all of the mesh
+FLATTEST = 0.3  # |grad f| from which on a small f is believed to be near the zero level
+FINEST = 7
+"""Cells of 1/128: half of what a vertex of the usual proxy holds. Level 6 misses twice as much."""
 
-
-class _Change(NamedTuple):
-    """What became of the proxy."""
-
-    mesh: CleanMesh
-    moved: NDArray[np.bool_]  # (V,), vertices that have left the zero level, and their neighbours
-    reach: float  # how far the farthest has
+KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
+STEP = 0.7  # of h, between places on the way of a vertex
+CELLS = 64  # of the lattice that finds pieces
 
 
 class Absorbed(NamedTuple):
-    """The field that has taken in its proxy, and how well: see `fit_report`."""
+    """The field that has taken in its proxy, the layer that does it, and a report ready for JSON.
+
+    error_mean, error_p95, error_max  distance of what was moved to the zero level
+    normal_deg                        mean angle between its normals and those of the field, degrees
+    components, seconds
+    """
 
     field: Field
+    layer: Coefficients
     report: dict[str, Any]
+
+
+class _Patch(NamedTuple):
+    """Vertices and curved middles of edges."""
+
+    points: Array  # (N, 3)
+    normals: Array  # (N, 3), unit
+    moved: NDArray[np.bool_]  # (N,)
 
 
 def absorb(
@@ -57,22 +72,29 @@ def absorb(
     seed: int = 0,
     progress: Progress = silent,
 ) -> Absorbed:
-    """The field of `network` after its proxy became `vertices` (V, 3) and `triangles` (F, 3).
+    """The `field` after its proxy became `vertices` (V, 3) and `triangles` (F, 3).
 
     SculptError when the proxy has left the box, has no inside, or was not moved at all.
     """
     start = time.monotonic()
     rng = np.random.default_rng(seed)
     progress(0.0, "Looking for what was moved")
-    change = _find_change(field, _in_place(clean(vertices, triangles)))
-    distance = MeshDistance(change.mesh, rng, sub_progress(progress, 0.05, 0.1))
-    with one_thread():
-        samples = _sample(field, change, distance, rng, sub_progress(progress, 0.1, 0.3))
-        learner = Learner(samples, field.network, COURSE.batch, seed)
-        follow(learner, COURSE, sub_progress(progress, 0.3, 0.9))
-        quality = report(Field(learner.network), distance, rng, sub_progress(progress, 0.9, 1.0))
-    seconds = time.monotonic() - start
-    return Absorbed(learner.network, quality | {"seconds": seconds})
+    mesh = _in_place(clean(vertices, triangles))
+    moved = _moved(field, mesh)
+    distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
+    patch = _patch(mesh, moved)
+    levels = range(COARSEST, FINEST + 1)
+    rows, nodes = _rows(field, distance, mesh, patch, moved, levels, rng)
+
+    def check() -> None:
+        progress(0.5, "Absorbing")
+
+    layer: dict[int, Level] = {}
+    for level in levels:
+        layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, DAMPED)
+    done = field.plus(layer)
+    report = _report(done, patch, sub_progress(progress, 0.8, 1.0))
+    return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
 
 
 def _in_place(mesh: CleanMesh) -> CleanMesh:
@@ -86,40 +108,114 @@ def _in_place(mesh: CleanMesh) -> CleanMesh:
     return replace(mesh, vertices=vertices, scale=1.0, center=np.zeros(3))
 
 
-def _find_change(field: Field, mesh: CleanMesh) -> _Change:
-    away = find_surface(field, mesh.vertices).distance  # (V,)
-    moved = away > MOVED
+def _moved(field: Field, mesh: CleanMesh) -> NDArray[np.bool_]:
+    """The vertices (V,) that have left the zero level, and their neighbours."""
+    moved = np.abs(values(field, mesh.vertices)) > FLATTEST * MOVED
+    moved[moved] = find_surface(field, mesh.vertices[moved]).distance > MOVED
     if not moved.any():
         raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
     moved[mesh.triangles[moved[mesh.triangles].any(axis=1)]] = True
-    return _Change(mesh, moved, float(away.max()))
+    return moved
 
 
-def _sample(
+def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
+    """The vertices of the mesh (V first) and the middles of its edges, bent as the normals say.
+
+    An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
+    m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
+    """
+    corners = mesh.corners
+    normals = np.zeros_like(mesh.vertices)
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (F, 3)
+    for corner in mesh.triangles.T:
+        for axis in range(3):
+            normals[:, axis] += np.bincount(corner, area[:, axis], len(normals))
+    normals = _unit(normals)
+    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges = np.unique(edges[:, 0] * len(normals) + edges[:, 1])
+    one, other = np.divmod(edges, len(normals))
+    along = mesh.vertices[other] - mesh.vertices[one]  # (E, 3)
+    n, m = normals[one], normals[other]
+    bend = ((along * n).sum(1, keepdims=True) * n - (along * m).sum(1, keepdims=True) * m) / 8
+    middles = (mesh.vertices[one] + mesh.vertices[other]) / 2 - bend
+    return _Patch(
+        np.concatenate([mesh.vertices, middles]).astype(np.float32),
+        np.concatenate([normals, _unit(n + m)]).astype(np.float32),
+        np.concatenate([moved, moved[one] | moved[other]]),
+    )
+
+
+def _rows(
     field: Field,
-    change: _Change,
     distance: MeshDistance,
+    mesh: CleanMesh,
+    patch: _Patch,
+    moved: NDArray[np.bool_],
+    levels: range,
     rng: np.random.Generator,
-    progress: Progress,
-) -> Samples:
-    """The field as it shall be: the mesh's distance near what was moved, itself elsewhere."""
-    count, vertices = COURSE.samples, change.mesh.vertices
-    moved, still = KDTree(vertices[change.moved]), KDTree(vertices[~change.moved])
-    surface = distance.surface(count, rng).points
-    new = surface[moved.query(surface)[0] < still.query(surface)[0]]
-    if not len(new):  # a speck that no sample met
-        new = vertices[change.moved]
-    new = new[rng.integers(0, len(new), int(NEW_SHARE * count))]
-    near = np.concatenate([new, surface[: int(OLD_SHARE * count)]])
-    spread = rng.choice([NEAR, AROUND], (len(near), 1), p=[0.75, 0.25])
-    near = near + spread * rng.standard_normal(near.shape)
-    rest = rng.uniform(-BOX, BOX, (count - len(near), 3))
-    points = np.concatenate([near, rest]).clip(-BOX, BOX)
-    value, gradient = values_and_gradients(field, points)
-    # The old surface lies within `reach` of what was moved: from here it cannot be the nearest.
-    learns = still.query(points)[0] + change.reach >= moved.query(points)[0]
-    found = distance(points[learns], progress)
-    value[learns], gradient[learns] = found.value, found.gradient
-    close = np.arange(count) < len(near)
-    close[learns] &= found.certain
-    return arranged(points, value, gradient, close)
+) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
+    """The equations of all levels, and the nodes of each."""
+    points, normals = patch.points[patch.moved], patch.normals[patch.moved]
+    new = patch.points[: len(moved)][moved]
+    way = project(field, new).points - new  # to where the surface was
+    longest = float(np.linalg.norm(way, axis=1).max())
+    nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
+    for level in levels:
+        h = spacing(level)
+        steps = max(int(np.ceil(longest / (STEP * h))), 1)
+        swept = [new + part * way for part in np.linspace(0, 1, steps + 1)]
+        cells = linear(cells_of(np.concatenate([points, *swept]), level), level)
+        nodes[level] = dilated(np.unique(cells), level)
+        reached = dilated(nodes[level], level)
+        cells = linear(cells_of(patch.points, level), level)
+        inside |= among(cells, reached)
+        apart = centres(places(np.setdiff1d(reached, cells), level), level)
+        empty.append(apart + rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32))
+    kept = patch.points[inside & ~patch.moved]
+
+    h = spacing(levels[-1])
+    side = rng.uniform(0.3, 1.5, len(points)) * rng.choice([-h, h], len(points))
+    beside = points + side[:, None].astype(np.float32) * normals
+    off = np.concatenate([beside, *empty])
+    value = values(field, off)
+    truth = distance(off.astype(float)).value
+    near = moved[KDTree(mesh.vertices).query(off)[1]]
+    target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
+    f, gradient = values_and_gradients(field, points)
+    at = np.concatenate([points, kept])
+    along = rng.standard_normal(at.shape, np.float32)
+    along = _unit(along)
+    slopes = np.zeros(len(at), np.float32)
+    n = len(points)
+    slopes[:n] = ((normals - gradient) * along[:n]).sum(axis=1)
+    targets = np.concatenate([np.zeros(n), values(field, kept), target]).astype(np.float32)
+    residuals = np.concatenate([-f, np.zeros(len(kept)), target - value]).astype(np.float32)
+    weights = np.repeat([1, KEPT, SIDE, EMPTY], [n, len(kept), len(beside), len(off) - len(beside)])
+    rows = Rows(
+        points=np.concatenate([at, off]),
+        targets=targets,
+        residuals=residuals,
+        weights=weights.astype(np.float32),
+        at=at,
+        along=along,
+        slopes=slopes,
+        steep=np.full(len(at), SLOPE * h, np.float32),
+    )
+    return rows, nodes
+
+
+def _report(field: Field, patch: _Patch, progress: Progress) -> dict[str, Any]:
+    found = project(field, patch.points[patch.moved])
+    error = np.linalg.norm(found.points - patch.points[patch.moved], axis=1)  # (N,)
+    cosine = np.clip(np.sum(found.normals * patch.normals[patch.moved], axis=1), -1, 1)
+    return {
+        "error_mean": float(error.mean()),
+        "error_p95": float(np.percentile(error, 95)),
+        "error_max": float(error.max()),
+        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+        "components": components(extract(field, CELLS, progress)),
+    }
+
+
+def _unit(vectors: NDArray) -> NDArray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)

@@ -20,7 +20,6 @@ import torch
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .course import Course, follow
 from .evaluate import values_and_gradients
 from .field import Field
 from .fit import OMEGA, one_thread
@@ -29,11 +28,12 @@ from .metrics import find_surface
 from .network import Siren
 from .pieces import components
 from .proxy import Proxy, extract
+from .schedule import Schedule, follow
 from .surface import sample_surface
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box
-RANDOM = Course(3000, 512, 150_000, 1.2e-3, np.inf, omega=48.0)  # 5000 steps: a tenth less is lost
+RANDOM = Schedule(3000, 512, 150_000, 1.2e-3, omega=48.0)  # 5000 steps: a tenth less is lost
 CONTINUED = replace(RANDOM, rate=4e-4)  # of the field's own network
 CELLS = 128
 MEASURED = 20_000  # samples
@@ -60,13 +60,15 @@ def consolidate(
     start = time.monotonic()
     field = field.to("cpu")
     own = field.network.widths == (width, width)
-    course = CONTINUED if own else RANDOM
+    schedule = CONTINUED if own else RANDOM
     random = torch.Generator().manual_seed(seed)
-    network = field.network if own else Siren.random((width,) * 2, (course.omega, OMEGA), random)
+    network = field.network if own else Siren.random((width,) * 2, (schedule.omega, OMEGA), random)
     proxy = extract(field, CELLS, sub_progress(progress, 0.0, 0.05))
     with one_thread():
-        learner = Learner(_samples(field, proxy, course.samples, seed), network, course.batch, seed)
-        follow(learner, course, sub_progress(progress, 0.1, 0.9))
+        learner = Learner(
+            _samples(field, proxy, schedule.samples, seed), network, schedule.batch, seed
+        )
+        follow(learner, schedule, sub_progress(progress, 0.1, 0.9))
     plain = Field(learner.network)
     after = extract(plain, CELLS, sub_progress(progress, 0.9, 1.0))
     surface = sample_surface(field, proxy, MEASURED, seed + 1)

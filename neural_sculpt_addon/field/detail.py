@@ -241,7 +241,7 @@ class Detail:
     @cached_property
     def coefficients(self) -> Coefficients:
         """All coefficients that are not zero."""
-        parts = {grid.level: grid.nodes() for grid in self.grids}
+        parts = {grid.level: grid.nodes() for grid in self.to("cpu").grids}
         return {level: part for level, part in parts.items() if len(part.index)}
 
     @property

@@ -167,7 +167,7 @@ def edit(
 
 def refuse_detail(field: Field) -> None:
     """SculptError when a field is more than its network."""
-    if field.detail.levels:
+    if field.detail.coefficients:  # layers that were taken away leave levels without any
         raise SculptError(
             "This field has detail, which only the solver local can sculpt. Consolidate it into a"
             " network first, or choose that solver."

@@ -49,7 +49,8 @@ class Field:
 
     def plus(self, coefficients: Coefficients, sign: int = 1) -> "Field":
         """This field with detail added, or with -1 taken away again, which is exact."""
-        return replace(self, detail=self.detail.plus(coefficients, sign))
+        detail = self.detail.to("cpu").plus(coefficients, sign)
+        return replace(self, detail=detail.to(self.device))
 
     def value(self, x: Tensor) -> Tensor:
         """f at points x (N, 3) -> (N,)."""

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a triangle mesh to a field.
 
-    clean the mesh -> signed distance -> samples -> train -> measure
+    clean the mesh -> signed distance -> samples -> learn a network -> detail -> measure
 
-Two methods: "distance" learns the mesh's signed distance and takes seconds; "paper" is the eikonal
-fit of the authors, for comparison. Meshes come in their own space; the field lives in model space,
-where the longest side is 1.7, and mesh space = scale * model space + center.
+A network that learns the mesh's signed distance for a moment holds the smooth whole, and detail is
+added level by level where the preset's tolerance asks for it (`fit_detail`). Without detail, for
+fields of 70 kB, the network learns as long as the preset says. The eikonal fit of the authors,
+method "paper", is there for comparison and knows no detail. Meshes come in their own space; the
+field lives in model space, where the longest side is 1.7, and mesh space = scale * model space +
+center.
 """
 
 import time
@@ -22,14 +25,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from . import fit_distance, fit_paper
-from .course import Course, Learner, follow
 from .field import Field
+from .fit_detail import Tolerance, refine
 from .fit_report import report
-from .grow import grow
 from .mesh_cleanup import CleanMesh, clean
 from .mesh_distance import MeshDistance
 from .mesh_thicken import thicken
 from .network import Siren
+from .schedule import Learner, Schedule, follow
 
 
 class Method(StrEnum):
@@ -40,25 +43,31 @@ class Method(StrEnum):
 
 
 class Preset(StrEnum):
-    """How long it learns."""
+    """How long it learns, and how close the detail comes."""
 
     DRAFT = "draft"
     NORMAL = "normal"
     FINE = "fine"
 
 
-COURSES = {
-    (Method.DISTANCE, Preset.DRAFT): Course(400, 384, 30_000, 1.5e-3, 0.006),
-    (Method.DISTANCE, Preset.NORMAL): Course(1200, 384, 50_000, 1.2e-3, 0.003, omega=48.0),
-    (Method.DISTANCE, Preset.FINE): Course(5000, 512, 150_000, 1e-3, 0.0015, omega=48.0),
-    (Method.PAPER, Preset.DRAFT): Course(300, 512, 100_000, 1e-3, np.inf),
-    (Method.PAPER, Preset.NORMAL): Course(2000, 1024, 100_000, 1e-3, np.inf),
-    (Method.PAPER, Preset.FINE): Course(10_000, 2048, 100_000, 1e-3, np.inf),
+SCHEDULES = {
+    (Method.DISTANCE, Preset.DRAFT): Schedule(400, 384, 30_000, 1.5e-3),
+    (Method.DISTANCE, Preset.NORMAL): Schedule(1200, 384, 50_000, 1.2e-3, omega=48.0),
+    (Method.DISTANCE, Preset.FINE): Schedule(5000, 512, 150_000, 1e-3, omega=48.0),
+    (Method.PAPER, Preset.DRAFT): Schedule(300, 512, 100_000, 1e-3),
+    (Method.PAPER, Preset.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
+    (Method.PAPER, Preset.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
+}
+"""Without detail. With detail the network is always a draft: a longer one saves no level."""
+
+TOLERANCES = {
+    Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
+    Preset.NORMAL: Tolerance(2e-4, 3.0, finest=6),
+    Preset.FINE: Tolerance(1.5e-4, 3.0, finest=7),
 }
 
 WIDTHS = (64, 128, 256)  # units of each of the two hidden layers
 OMEGA = 30.0  # of the second layer
-AUTOMATIC = (128, 256)  # the first that meets the tolerance
 
 
 @dataclass(frozen=True)
@@ -68,7 +77,7 @@ class Fit:
     report: quality (see `fit_report`), "seconds", and what was repaired; ready for JSON
     """
 
-    network: Siren
+    field: Field
     scale: float
     center: tuple[float, float, float]
     report: dict[str, Any]
@@ -80,7 +89,8 @@ def fit_mesh(
     *,
     method: str = Method.DISTANCE,
     preset: str = Preset.NORMAL,
-    width: int | None = None,
+    detail: bool = True,
+    width: int = 128,
     thickness: float | None = None,
     seed: int = 0,
     progress: Progress = silent,
@@ -89,39 +99,47 @@ def fit_mesh(
 ) -> Fit:
     """Fit a field to the mesh of `vertices` (V, 3) and `triangles` (F, 3).
 
-    width:     one of `WIDTHS`, or as the course's tolerance demands
+    detail:    whether the field may hold more than a network; the paper's method never does
+    width:     of the network, one of `WIDTHS`
     thickness: mesh units; makes solids of open pieces, for a sheet has no inside of its own
-    preview:   given the field now and then while it learns; all that its report has is "error"
-    enough:    once it is true, the network of the moment is kept (see `course.follow`)
-    The same seed gives the same weights. SculptError for a mesh that has no inside to be found.
+    preview:   given the field now and then; while the network learns, its report has its "error"
+    enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
+    The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
     """
     start = time.monotonic()
-    method, course = Method(method), COURSES[Method(method), Preset(preset)]
-    if width is not None and width not in WIDTHS:
+    method, preset = Method(method), Preset(preset)
+    if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
+    detail = detail and method is Method.DISTANCE
+    schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
     mesh = _prepared(vertices, triangles, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
 
-    def show(network: Siren, error: float) -> None:
-        preview(Fit(network, mesh.scale, (x, y, z), {"error": error}))
+    def show(field: Field, **told: float) -> None:
+        preview(Fit(field, mesh.scale, (x, y, z), told))
 
     with one_thread():
-        teach = _teacher(method, course, distance, rng, seed, sub_progress(progress, 0.08, 0.15))
-        widths, quality = (width,) if width else AUTOMATIC, {}
+        teach = _teacher(method, schedule, distance, rng, seed, sub_progress(progress, 0.08, 0.15))
         random = torch.Generator().manual_seed(seed)
-        network = Siren.random((widths[0],) * 2, (course.omega, OMEGA), random)
-        for units in widths:
-            learner = teach(grow(network, (units, units)))
-            network = learner.network
-            follow(learner, course, sub_progress(progress, 0.15, 0.92), show, enough)
-            quality = report(Field(network), distance, rng, sub_progress(progress, 0.92, 1.0))
-            if quality["error_mean"] <= course.tolerance or enough():
-                break
+        learner = teach(Siren.random((width,) * 2, (schedule.omega, OMEGA), random))
+        learned = 0.4 if detail else 0.92
+        follow(
+            learner,
+            schedule,
+            sub_progress(progress, 0.15, learned),
+            lambda network, error: show(Field(network), error=error),
+            enough,
+        )
+        field = Field(learner.network)
+        if detail:
+            part = sub_progress(progress, learned, 0.92)
+            field = refine(field, distance, TOLERANCES[preset], rng, part, show, enough)
+        quality = report(field, distance, rng, sub_progress(progress, 0.92, 1.0))
     quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
-    return Fit(network, mesh.scale, (x, y, z), quality)
+    return Fit(field, mesh.scale, (x, y, z), quality)
 
 
 def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None) -> CleanMesh:
@@ -135,7 +153,7 @@ def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None
 
 def _teacher(
     method: Method,
-    course: Course,
+    schedule: Schedule,
     distance: MeshDistance,
     rng: np.random.Generator,
     seed: int,
@@ -143,11 +161,11 @@ def _teacher(
 ) -> Callable[[Siren], Learner]:
     """What gives a network the samples to learn from."""
     if method is Method.DISTANCE:
-        samples = fit_distance.sample(distance, course.samples, rng, progress)
-        return lambda network: fit_distance.Learner(samples, network, course.batch, seed)
-    surface = distance.surface(course.samples, rng)
+        samples = fit_distance.sample(distance, schedule.samples, rng, progress)
+        return lambda network: fit_distance.Learner(samples, network, schedule.batch, seed)
+    surface = distance.surface(schedule.samples, rng)
     points, normals = _float(surface.points), _float(surface.normals)
-    return lambda network: fit_paper.Learner(points, normals, network, course.batch, seed)
+    return lambda network: fit_paper.Learner(points, normals, network, schedule.batch, seed)
 
 
 @contextmanager

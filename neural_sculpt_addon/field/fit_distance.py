@@ -44,7 +44,7 @@ def sample(
 ) -> Samples:
     """`count` points near the surface and in the box, with the distance there."""
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)
-    spread = np.repeat([NEAR, AROUND], [near, around])[:, None]
+    spread = rng.permutation(np.repeat([NEAR, AROUND], [near, around]))[:, None]
     points = distance.surface(near + around, rng).points
     points = points + spread * rng.standard_normal(points.shape)
     rest = rng.uniform(-BOX, BOX, (count - near - around, 3))

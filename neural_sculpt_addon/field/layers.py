@@ -248,5 +248,7 @@ def _valid(entry: Entry, base: str, beneath: Sequence[Term], memo: Memo) -> Solv
             return None
         layer = entry.solved.layer
         return Solved(layer, context(base, beneath, layer))
-    known = (*memo.get(stroke_key(entry.stroke), ()), *filter(None, [entry.solved]))
-    return next((s for s in reversed(known) if s.context == context(base, beneath, s.layer)), None)
+    if entry.solved and entry.solved.context == context(base, beneath, entry.solved.layer):
+        return entry.solved
+    known = reversed(memo.get(stroke_key(entry.stroke), ()))
+    return next((s for s in known if s.context == context(base, beneath, s.layer)), None)

@@ -187,7 +187,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
-    and not beside its border.
+    and the triangle nearest to it does not lie at the tube's border, beyond which there is none.
     """
     distances = []
     surface = problem.preparation.surface
@@ -201,22 +201,26 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
         vertices = proxy.vertices[np.isfinite(close)].astype(float)
         problem.check()
-        inner = np.append(tube.displacement.nearness < INNER, np.zeros(len(rest), bool))
-        vertices = vertices[inner[tree.query(vertices)[1]]]
+        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
             mesh = tube.target.points.astype(float), triangles
-            distances.append(_to_mesh(vertices, *mesh, problem.check))
+            distance, face = _to_mesh(vertices, *mesh, problem.check)
+            inner = (tube.displacement.nearness < INNER)[triangles].all(axis=1)
+            distances.append(distance[inner[face]])
     return np.concatenate([*distances, np.empty(0)])
 
 
-def _to_mesh(points: Array, vertices: Array, triangles: NDArray[np.int64], check: Check) -> Array:
-    """Distance (N,) of points (N, 3) from a triangle mesh."""
+def _to_mesh(
+    points: Array, vertices: Array, triangles: NDArray[np.int64], check: Check
+) -> tuple[Array, NDArray[np.int64]]:
+    """Distance (N,) of points (N, 3) from a triangle mesh, and the nearest triangles (N,)."""
     check()
     tree = igl.AABB()
     tree.init(vertices, triangles)
 
-    def measure(part: slice) -> Array:
-        return np.sqrt(tree.squared_distance(vertices, triangles, points[part])[0])
+    def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
+        square, face, _ = tree.squared_distance(vertices, triangles, points[part])
+        return np.sqrt(square), np.asarray(face)
 
     return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
 

@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How work is shared by the processor's cores.
+"""A pool of threads, and maps over parts of work on it.
 
-A pool of threads with one torch thread each does what comes in parts that fit the cache. A team is
-torch's own threads, which wait for each other after every operation: quick for small operations in
-a row, but when another program keeps a core busy all wait for the one that lost it, so a team that
-notices this grows smaller.
+Every thread has one torch thread: torch's own threads wait for each other after every operation.
+How work is divided depends on its size alone, so any number of cores gives the same bits.
 """
 
 import os
 import threading
-import time
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from functools import cache
 from typing import Any, TypeVar, cast
 
@@ -22,50 +19,25 @@ import torch
 
 from ..stroke.progress import Check, go_on
 
-MOST = 8
+MOST = 8  # threads
 NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
 SEARCHED = 128  # points whose nearest are searched: where much is as near, each takes up to 0.2 ms
 SMALL = 64  # points that are not worth a second thread
 
-WATCHED = 0.02  # seconds of work that tell whether a team had to wait
-KEPT = 0.7  # part of the time of all cores of a team that it has when no other wants them
-REST = 50  # such spells until a team that grew smaller is whole again
-
+S = TypeVar("S")
 T = TypeVar("T")
 
 
-class Team:
-    """torch's threads for operations of the thread that enters it: half of the processor's, which
-    leaves room for Blender, but two where there are as many.
-    """
-
-    def __enter__(self) -> "Team":
-        self._before = torch.get_num_threads()
-        self._rest = 0
-        cores = os.cpu_count() or 1
-        self._whole = min(cores, max(2, min(MOST, cores // 2)))
-        self._be(self._whole)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        torch.set_num_threads(self._before)
-
-    def adapt(self) -> None:
-        """Grow smaller when there was waiting since the last time. Call it every few ms."""
-        wall, spent = time.perf_counter() - self._wall, time.process_time() - self._spent
-        if wall < WATCHED:
-            return
-        self._rest -= 1
-        if spent < KEPT * self._size * wall:
-            self._rest = REST
-            self._be(max(1, self._size // 2))
-        else:
-            self._be(self._whole if self._rest <= 0 else self._size)
-
-    def _be(self, size: int) -> None:
-        torch.set_num_threads(size)
-        self._size, self._wall, self._spent = size, time.perf_counter(), time.process_time()
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One torch thread for the thread that enters, as those of the pool have."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 @cache
@@ -83,6 +55,11 @@ def pool() -> ThreadPoolExecutor:
 def in_pool() -> bool:
     """Whether a task of the pool asks, which must do its parts by itself."""
     return threading.current_thread().name.startswith(NAME)
+
+
+def parallel(task: Callable[[S], T], parts: Iterable[S]) -> list[T]:
+    """What the pool's threads make of `parts`, in order."""
+    return list(map(task, parts) if in_pool() else pool().map(task, parts))
 
 
 def in_pieces(
@@ -103,10 +80,10 @@ def in_pieces(
     check()
     if count <= min(size, SMALL):
         return task(slice(0, count))
-    pieces = -(-count // size)  # the same ones whatever the number of threads
+    pieces = -(-count // size)
     parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
     done = []
-    results = (task(part) for part in parts) if light else _spread(task, parts)
+    results = (task(part) for part in parts) if light else _ahead(task, parts)
     with closing(results):
         for result in results:
             check()
@@ -114,11 +91,10 @@ def in_pieces(
     return join(done)
 
 
-def _spread(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
-    """What the pool's threads make of `parts`, in order.
+def _ahead(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
+    """What the pool's threads make of `parts`, in order, with few of them given out ahead.
 
-    They are given no more than keeps them busy: whoever gives out hundreds at once waits for
-    Python's lock after each, and hears no cancel meanwhile.
+    Whoever gives out hundreds at once waits for Python's lock after each, and hears no cancel.
     """
     given: deque[Future[T]] = deque()
     try:

@@ -103,11 +103,11 @@ class Jobs:
         return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive, or preset, width, thickness, seed, resolution <mesh> -> id, scale, center,
-        report <field, proxy>.
+        """primitive, or preset, detail, width, thickness, seed, resolution <mesh> -> id, scale,
+        center, report <field, proxy>.
 
-        Without a width the mesh decides; without a thickness sheets are refused. With `preview`,
-        scale, center, report <proxy> come now and then.
+        Without a thickness sheets are refused. With `preview`, scale, center, report <proxy> come
+        now and then.
         """
         from ..field.fit import Fit, fit_mesh
         from ..field.primitives import primitive
@@ -126,7 +126,8 @@ class Jobs:
                 read_array(job, "vertices"),
                 read_array(job, "triangles"),
                 preset=read(job, "preset", str),
-                width=job.fields.get("width"),
+                detail=job.fields.get("detail", True),
+                width=job.fields.get("width") or 128,
                 thickness=job.fields.get("thickness"),
                 seed=read(job, "seed", int),
                 progress=sub_progress(progress, 0.0, 0.9),

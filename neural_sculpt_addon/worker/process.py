@@ -19,6 +19,7 @@ from pathlib import Path
 from ..stroke.errors import SculptError
 from .ending import exit_in_words
 from .interpreter import start_logged
+from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError
 
@@ -46,7 +47,8 @@ class WorkerProcess:
         self._log = log
         folder = None
         try:
-            folder = Path(tempfile.mkdtemp(prefix="neural_sculpt_"))
+            sweep()
+            folder = make_folder()
             for name in (REQUESTS, ANSWERS):
                 (folder / name).mkdir()
             log.parent.mkdir(parents=True, exist_ok=True)

@@ -109,11 +109,14 @@ class Meanwhile(SquareCase):
     def test_a_linked_duplicate_gets_no_mesh_outside_an_undo_step(self) -> None:
         stroke(np.eye(3), name="One")
         self.until_quick()
-        other = field("Sphere").copy()
-        other.name = "Linked"
-        bpy.context.collection.objects.link(other)
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            bpy.ops.object.duplicate_move_linked(
+                OBJECT_OT_duplicate={"linked": True}, TRANSFORM_OT_translate={"value": (2, 0, 0)}
+            )
+        bpy.context.view_layer.update()
         push_undo("Duplicate Linked")
-        field("Linked").location.x = 2.0
+        field("Sphere.001").location.y = 1.0
+        bpy.context.view_layer.update()
         push_undo("Move")
         self.finish()
         for step in (undo, redo, undo, undo, redo, redo):
@@ -121,4 +124,4 @@ class Meanwhile(SquareCase):
             for ob in bpy.data.objects:
                 self.assertIn(ob.data, [*bpy.data.meshes])
                 self.assertGreater(len(vertices(ob)), 0)
-        self.assertEqual(field("Linked").location.x, 2.0)
+        self.assertEqual(field("Sphere.001").location.y, 1.0)

@@ -38,9 +38,8 @@ class ProxyMesh(SculptCase):
             for a, b, c in triangles.tolist()
         ]
         edges = np.array([*places], triangles.dtype)
-        self.proxy.fill(
-            self.mesh, points, normals, triangles, edges, np.array(corner_edges), smooth
-        )
+        arrays = points, normals, triangles, edges, np.array(corner_edges)
+        self.proxy.fill(self.mesh, self.proxy.geometry(*arrays, smooth=smooth))
 
     def test_geometry(self) -> None:
         points, normals, triangles = octahedron(2.0)

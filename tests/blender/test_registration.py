@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Enabling and disabling the extension, and what it must never bring into Blender's process."""
 
+import os
 import sys
+import tempfile
 import unittest
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from unittest.mock import patch
 
 import bpy
 from harness import EXTENSION, module
@@ -136,3 +140,23 @@ class Tool(unittest.TestCase):
         self.assertAlmostEqual(brush.radius, 1.25 * before, places=6)
         bpy.ops.neural_sculpt.resize(length="RADIUS", factor=0.8)
         self.assertAlmostEqual(brush.radius, before, places=6)
+
+    def test_the_folder_without_an_installation_is_the_users_alone(self) -> None:
+        if os.name != "posix":
+            self.skipTest("owners and modes of POSIX")
+        folders = module("blender.folders")
+        with TemporaryDirectory() as temporary, patch.object(tempfile, "tempdir", temporary):
+            taken = Path(temporary) / f"neural_sculpt-{os.getuid()}"
+            folders._private_folder.cache_clear()
+            self.addCleanup(folders._private_folder.cache_clear)
+            self.assertEqual(folders._private_folder(), taken)
+            self.assertEqual(taken.stat().st_mode & 0o777, 0o700)
+            taken.chmod(0o777)
+            folders._private_folder.cache_clear()
+            other = folders._private_folder()
+            self.assertNotEqual(other, taken)
+            self.assertEqual(other.stat().st_mode & 0o777, 0o700)
+            taken.rmdir()
+            taken.symlink_to(other)
+            folders._private_folder.cache_clear()
+            self.assertNotIn(folders._private_folder(), (taken, other))

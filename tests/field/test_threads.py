@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pool of threads."""
 
-import os
-import subprocess
-import sys
 import threading
 import time
 
@@ -11,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.threads import PIECE, Team, in_pieces, pool
+from neural_sculpt_addon.field.threads import PIECE, in_pieces, one_thread, parallel, pool
 from neural_sculpt_addon.stroke.errors import Cancelled
 
 
@@ -19,10 +16,6 @@ def test_its_threads_leave_torch_one_thread_each():
     found = set(pool().map(lambda _: (torch.get_num_threads(), threading.get_ident()), range(32)))
     assert {threads for threads, _ in found} == {1}
     assert threading.get_ident() not in {thread for _, thread in found}
-
-
-def test_there_is_one():
-    assert pool() is pool()
 
 
 def test_pieces_are_joined_in_order():
@@ -69,33 +62,17 @@ def test_a_cancel_is_heard_before_each_piece(last, light):
     assert len(done) < 100
 
 
-@pytest.mark.parametrize(("cores", "size"), [(1, 1), (2, 2), (4, 2), (8, 4), (64, 8)])
-def test_a_team_is_half_of_the_cores_while_it_is_entered(monkeypatch, cores, size):
-    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+def test_one_thread_is_left_again():
     before = torch.get_num_threads()
-    with pytest.raises(Cancelled), Team():
-        assert torch.get_num_threads() == size
+    with pytest.raises(Cancelled), one_thread():
+        assert torch.get_num_threads() == 1
         raise Cancelled
     assert torch.get_num_threads() == before
 
 
-@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core has no team")
-def test_a_team_grows_smaller_while_other_programs_keep_the_cores_busy():
-    others = [
-        subprocess.Popen([sys.executable, "-c", "while True: pass"])
-        for _ in range(2 * (os.cpu_count() or 1))
-    ]
-    try:
-        with Team() as team:
-            sizes = set()
-            rows = torch.ones(2000, 128)
-            end = time.monotonic() + 60
-            while 1 not in sizes and time.monotonic() < end:
-                rows @ rows[:128]
-                team.adapt()
-                sizes.add(torch.get_num_threads())
-    finally:
-        for other in others:
-            other.kill()
-            other.wait()
-    assert 1 in sizes
+def test_a_parallel_map_keeps_the_order_and_may_be_nested():
+    def nested(number):
+        return parallel(lambda k: k * number, range(3))
+
+    expected = [[0, number, 2 * number] for number in range(40)]
+    assert parallel(nested, range(40)) == expected

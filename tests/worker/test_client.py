@@ -300,7 +300,9 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     script = textwrap.dedent("""
         import sys
         from pathlib import Path
-        (Path(input()) / "answers" / "0").write_text("Hello!")
+        answers = Path(input()) / "answers"
+        (answers / "part").write_text("Hello!")
+        (answers / "part").rename(answers / "0")
         sys.stdin.read()
     """)
     client = Client([sys.executable, "-c", script], tmp_path / "log")
@@ -509,3 +511,33 @@ def test_the_worker_goes_with_its_parent_even_if_another_holds_its_pipe(tmp_path
         assert not gone(pid)
         parent.kill()
         until(lambda: gone(pid))  # while this process still holds the other end of its stdin
+
+
+@LINUX
+def test_a_killed_blender_leaves_no_folder_behind_the_next_start(tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    script = textwrap.dedent("""
+        import os, sys
+        from pathlib import Path
+        sys.path.insert(0, sys.argv[1])
+        from neural_sculpt_addon.worker.client import Client, JobKind
+        client = Client(sys.argv[2:], Path(os.devnull).parent / "null")
+        client.start()
+        client.wait(client.submit(JobKind.MESH, {}))
+        os.kill(os.getpid(), 9)
+    """)
+    command = [sys.executable, "-c", script, str(ROOT), *TOY_WORKER]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
+    left = set(tmp_path.glob("neural_sculpt_*"))
+    assert left
+    other = Client(TOY_WORKER, tmp_path / "log")
+    other.start()
+    now = set(tmp_path.glob("neural_sculpt_*"))
+    assert len(now) == 1
+    assert not now & left
+    client = Client(TOY_WORKER, tmp_path / "log2")
+    client.start()
+    assert len(set(tmp_path.glob("neural_sculpt_*"))) == 2, "that of one that runs stays"
+    for each in (other, client):
+        each.stop()

@@ -80,6 +80,22 @@ def test_what_is_missing_is_named_and_what_was_sent_once_is_known(edited):
     run(jobs, JobKind.MESH, ob.fields() | {"revision": "unheard of"})
 
 
+def test_a_known_revision_is_not_made_again(edited):
+    """Its layers are neither sent nor read nor summed."""
+    jobs, ob, _ = edited
+    unreadable = {"base": "?", "layers": [["?", 1.0]]}
+    run(jobs, JobKind.PREPARE, ob.fields(state=unreadable))
+
+
+def test_a_network_is_one_again_without_its_layers(edited):
+    jobs, ob, _ = edited
+    bare = ob.fields(state={"base": ob.base, "layers": []}, revision="bare")
+    more = {"stroke": stroke(radius=0.15), "solver": "network", "result_revision": "n"}
+    with pytest.raises(SculptError, match="detail"):
+        run(jobs, JobKind.EDIT, ob.fields(**more), ob.bytes)
+    assert "base" in run(jobs, JobKind.EDIT, bare | more, ob.bytes).fields
+
+
 def test_bytes_that_are_not_what_their_id_says_are_refused(edited):
     _, ob, _ = edited
     name = ob.layers[0][0]

@@ -3,7 +3,7 @@
 
 import shutil
 import sys
-import time
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -48,32 +48,20 @@ def done(client: Client, kind: JobKind, fields: dict, **arrays: np.ndarray) -> M
     return message
 
 
-def edit_fields(**changes: object) -> dict:
-    return {
-        "strokes": [STROKE],
-        "solver": "paper",
-        "epochs": 1,
-        "resolution": CELLS,
-        "revision": "a",
-        "result_revision": "b",
-    } | changes
+def state_of(field: np.ndarray, revision: str = "a", **fields: object) -> dict:
+    """The fields of a job about a field without layers."""
+    state = {"base": sha256(field.tobytes()).hexdigest(), "layers": []}
+    return {"state": state, "revision": revision, "resolution": CELLS, **fields}
 
 
-def streamed_fields(**changes: object) -> dict:
-    """Of an edit that shows a quick result first."""
-    fields = edit_fields(solver="gauss_newton", quick_revision="quick", result_revision="final")
-    return {name: value for name, value in fields.items() if name != "epochs"} | changes
+def edit_fields(field: np.ndarray, **changes: object) -> dict:
+    made = {"stroke": STROKE, "solver": "local", "result_revision": "b"}
+    return state_of(field, **(made | changes))
 
 
-def until_quick(client: Client, job: int) -> Message:
-    """The quick result of a job, which must come before its last message."""
-    while True:
-        for message in client.poll_once():
-            assert message.job == job
-            assert message.kind not in FINAL, message.fields
-            if message.kind is MessageKind.QUICK:
-                return message
-        time.sleep(0.01)
+def sent(field: np.ndarray) -> dict[str, np.ndarray]:
+    """The bytes of a field by its id."""
+    return {sha256(field.tobytes()).hexdigest(): field}
 
 
 def radii(message: Message) -> np.ndarray:
@@ -106,80 +94,51 @@ def test_a_primitive_is_a_field_and_its_proxy(sphere):
 
 def test_a_field_is_meshed_as_finely_as_asked(client, sphere):
     field = sphere.arrays["field"]
+    assert sphere.fields["id"] in sent(field)
     counts = [
-        len(done(client, JobKind.MESH, {"resolution": cells, "revision": "a"}, field=field)
-            .arrays["triangles"])
+        len(done(client, JobKind.MESH, state_of(field, resolution=cells)).arrays["triangles"])
         for cells in (32, 64)
-    ]  # fmt: skip
+    ]
     assert counts[1] == pytest.approx(4 * counts[0], rel=0.1)
 
 
 def test_saved_fields_load_as_they_were(client, sphere, tmp_path):
     for name in ("field.safetensors", "field.pth"):
         path = str(tmp_path / name)
-        saved = done(client, JobKind.SAVE, {"path": path}, field=sphere.arrays["field"])
+        saved = done(client, JobKind.SAVE, state_of(sphere.arrays["field"], path=path))
         assert saved.fields == {"path": path}
         loaded = done(client, JobKind.LOAD, {"path": path, "resolution": CELLS})
         np.testing.assert_array_equal(loaded.arrays["vertices"], sphere.arrays["vertices"])
-        assert loaded.fields["widths"] == [128, 128]
+        assert loaded.fields["id"] == sphere.fields["id"]
 
 
-def test_an_edit_changes_the_field_where_the_stroke_is(client, sphere):
+def test_an_edit_is_one_result_and_its_measures_follow(client, sphere):
     field = sphere.arrays["field"]
-    done(client, JobKind.PREPARE, {"revision": "a"}, field=field)
-    edited = done(client, JobKind.EDIT, edit_fields(), field=field)
-    assert len(edited.fields["reports"]) == 1
-    assert edited.arrays["field"].tobytes() != field.tobytes()
-    assert len(edited.arrays["vertices"]) == len(edited.arrays["normals"])
+    done(client, JobKind.PREPARE, state_of(field))
+    client.submit(JobKind.EDIT, edit_fields(field))
+    news: list[Message] = []
+    until(lambda: news.extend(client.poll_once()) or (news and news[-1].kind in FINAL))
+    assert {message.kind for message in news[:-1]} <= {MessageKind.PROGRESS}
+    edited = news[-1]
+    assert edited.kind is MessageKind.RESULT
+    assert edited.fields["revision"] == "b"
+    assert radii(edited).max() == pytest.approx(0.65, abs=0.01)
+    report = done(client, JobKind.MEASURE, {"revision": "b"}).fields["report"]
+    assert report["tube_mean"] < 1e-3
 
 
 def test_an_edit_can_be_cancelled_and_the_next_job_runs(client, sphere):
     field = sphere.arrays["field"]
-    job = client.submit(JobKind.EDIT, edit_fields(epochs=100_000), {"field": field})
+    job = client.submit(JobKind.EDIT, edit_fields(field, solver="paper"))
     client.cancel(job)
     assert client.wait(job, timeout=PATIENCE).kind is MessageKind.CANCELLED
-    done(client, JobKind.MESH, {"resolution": 32, "revision": "a"}, field=field)
+    done(client, JobKind.MESH, state_of(field))
 
 
-def test_an_edit_shows_a_quick_result_and_then_a_closer_one(client, sphere):
-    job = client.submit(JobKind.EDIT, streamed_fields(), {"field": sphere.arrays["field"]})
-    quick = until_quick(client, job)
-    final = client.wait(job, timeout=PATIENCE)
-    assert final.kind is MessageKind.RESULT
-    assert (quick.fields["revision"], final.fields["revision"]) == ("quick", "final")
-    for message in (quick, final):
-        assert radii(message).max() == pytest.approx(0.65, abs=0.01)
-        alone = {"resolution": CELLS, "revision": message.fields["revision"]}
-        meshed = done(client, JobKind.MESH, alone, field=message.arrays["field"])
-        np.testing.assert_array_equal(meshed.arrays["vertices"], message.arrays["vertices"])
-    assert final.fields["reports"][0]["tube_mean"] < 1e-3
-
-
-def test_cancelled_after_its_quick_result_an_edit_is_built_upon_at_once(client, sphere):
-    """The worker knows the quick result, and looks for its surface no more; what a cancel left
-    unmade of its memory is made first."""
-    job = client.submit(JobKind.EDIT, streamed_fields(), {"field": sphere.arrays["field"]})
-    quick = until_quick(client, job)
-    client.cancel(job)
-    assert client.wait(job, timeout=PATIENCE).kind is MessageKind.CANCELLED
-    said: list[str] = []
-    fields = streamed_fields(revision="quick", quick_revision="q2", result_revision="r2")
-    job = client.submit(JobKind.EDIT, fields, {"field": quick.arrays["field"]})
-    final = client.wait(job, lambda _, message: said.append(message), timeout=PATIENCE)
-    assert final.kind is MessageKind.RESULT
-    assert said[0] in ("Preparing", "Sculpting")
-    assert radii(final).max() == pytest.approx(0.70, abs=0.01)
-
-
-def test_an_edit_of_which_no_quick_result_is_wanted_gives_none(client, sphere):
-    fields = streamed_fields()
-    del fields["quick_revision"]
-    client.submit(JobKind.EDIT, fields, {"field": sphere.arrays["field"]})
-    kinds = set()
-    while not kinds & FINAL:
-        kinds |= {message.kind for message in client.poll_once()}
-        time.sleep(0.01)
-    assert kinds == {MessageKind.PROGRESS, MessageKind.RESULT}
+def test_a_fresh_worker_says_what_it_lacks(client, sphere):
+    field = np.arange(200, dtype="u1")
+    message = ended(client, JobKind.MESH, state_of(field, "unheard of"))
+    assert message.fields["missing"] == list(sent(field))
 
 
 def test_a_mesh_becomes_a_field(client):
@@ -218,21 +177,22 @@ def test_a_fit_shows_what_it_has_and_ends_when_that_is_good_enough(client):
 
 
 BAD = {
-    "off the surface": (JobKind.EDIT, edit_fields(strokes=[STROKE | {"points": [[0, 0, 0.95]]}])),
-    "no stroke": (JobKind.EDIT, edit_fields(strokes=[{}])),
-    "no solver": (JobKind.EDIT, edit_fields(solver="magic")),
-    "no resolution": (JobKind.MESH, {"revision": "a"}),
-    "wrong resolution": (JobKind.MESH, {"resolution": "64", "revision": "a"}),
-    "no primitive": (JobKind.FIT, {"primitive": "teapot", "resolution": CELLS}),
-    "no file": (JobKind.LOAD, {"path": "/nowhere/a.pth", "resolution": CELLS}),
+    "off the surface": (JobKind.EDIT, {"stroke": STROKE | {"points": [[0, 0, 0.95]]}}),
+    "no stroke": (JobKind.EDIT, {"stroke": {}}),
+    "no solver": (JobKind.EDIT, {"solver": "magic"}),
+    "no state": (JobKind.MESH, {"state": {}, "revision": "?"}),
+    "wrong resolution": (JobKind.MESH, {"resolution": "64"}),
+    "no primitive": (JobKind.FIT, {"primitive": "teapot"}),
+    "no file": (JobKind.LOAD, {"path": "/nowhere/a.pth"}),
     "no folder": (JobKind.SAVE, {"path": "/nowhere/a.pth"}),
+    "nothing to measure": (JobKind.MEASURE, {"revision": "?"}),
 }
 
 
 @pytest.mark.parametrize("what", BAD)
 def test_what_cannot_be_done_is_an_error_with_a_sentence(client, sphere, what):
-    kind, fields = BAD[what]
-    message = ended(client, kind, fields, field=sphere.arrays["field"])
+    kind, changes = BAD[what]
+    message = ended(client, kind, edit_fields(sphere.arrays["field"]) | changes)
     assert message.kind is MessageKind.ERROR
     assert message.fields["message"].endswith(".")
     assert message.fields["detail"] == ""  # foreseen, not a defect
@@ -240,7 +200,7 @@ def test_what_cannot_be_done_is_an_error_with_a_sentence(client, sphere, what):
 
 @pytest.mark.parametrize("field", [np.zeros(0, "u1"), np.arange(200, dtype="u1")])
 def test_a_field_that_is_none_is_an_error_with_a_sentence(client, field):
-    message = ended(client, JobKind.MESH, {"resolution": 32, "revision": "x"}, field=field)
+    message = ended(client, JobKind.MESH, state_of(field, "x"), **sent(field))
     assert (message.kind, message.fields["detail"]) == (MessageKind.ERROR, "")
 
 

@@ -8,7 +8,6 @@ import sys
 
 import pytest
 
-from neural_sculpt_addon.field.solvers import precision
 from tests.worker.support import ROOT
 
 LOOK = """
@@ -34,16 +33,6 @@ before = faults()
 for _ in range(10):
     work()
 found = {"threads": torch.get_num_threads(), "faults": faults() - before}
-if sys.platform == "linux":
-    def held():
-        with open("/proc/self/statm") as file:
-            return int(file.read().split()[1])
-    square = torch.ones(128, 128, dtype=torch.bfloat16)
-    torch.ones(2000, 128, dtype=torch.bfloat16) @ square
-    before = held()
-    for count in range(1000, 1800):
-        torch.ones(count, 128, dtype=torch.bfloat16) @ square
-    found["pages"] = held() - before
 print(json.dumps(found))
 """
 
@@ -62,11 +51,3 @@ def test_libraries_start_no_threads_of_their_own():
 def test_freed_memory_is_not_asked_for_anew():
     assert look("settled")["faults"] < 1000
     assert look("as it comes")["faults"] > 10_000  # of some 40,000
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_code_of_products_is_not_kept_for_every_shape():
-    pages = look("settled")["pages"]  # of 4 kB: 42,000 to 53,000 of 224 shapes
-    assert pages < 75_000
-    if precision._multiplies_bfloat16():
-        assert look("as it comes")["pages"] > 2 * pages  # 139,000 to 147,000 of 800

@@ -20,6 +20,7 @@ from scipy.spatial import KDTree
 
 from ..detail import cells_of, centres, linear, places, spacing
 from ..evaluate import values, values_and_gradients
+from ..field import Field
 from ..fold import SweptVolume
 from ..problem import DisplacedTubes, Problem
 from ..projection import project
@@ -27,7 +28,7 @@ from ..surface import Samples
 from ..threads import in_pieces, join
 from .spline_system import Rows
 
-PRESERVE, AROUND = 1.5, 0.3
+PRESERVE, AROUND = 2.0, 0.3
 """Weights of rows; a target has 1."""
 
 STEEP = 0.5
@@ -49,39 +50,74 @@ BURIED = 0.5
 """|winding number| of the swept volume, from which on it has swallowed a sample."""
 
 
-def edit_rows(
-    problem: Problem,
-    displaced: DisplacedTubes,
-    active: NDArray[np.int32],
-    coarse: NDArray[np.int32],
-    level: int,
-    random: np.random.Generator,
-) -> Rows:
-    """The rows of a stroke, for nodes in the cells `active` of a level and `coarse` of the next."""
-    field = problem.field
-    target = join([tube.target for tube in displaced.tubes])
-    kept = _preserved(problem, displaced.swept, active, coarse, level, random)
-    problem.check()
-    points, distance = _around(problem, displaced.swept, target, kept, active, level)
-    problem.check()
-    f0, gradient = values_and_gradients(field, target.points)
-    held = values(field, kept.points)
-    before = np.concatenate([f0, held, values(field, points)])
-    wanted = np.concatenate([np.zeros_like(f0), held, distance])
-    directions = random.normal(size=gradient.shape) + UPRIGHT * target.normals
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    slopes = np.einsum("na,na->n", target.normals - gradient, directions)
-    counts = [len(target.points), len(kept.points), len(points)]
-    return Rows(
-        np.concatenate([target.points, kept.points, points]),
-        wanted,
-        wanted - before,
-        np.repeat(np.array([1, PRESERVE, AROUND], np.float32), counts),
-        target.points,
-        directions.astype(np.float32),
-        slopes.astype(np.float32),
-        np.full(len(target.points), STEEP * spacing(level), np.float32),
-    )
+class EditedSurface:
+    """Samples of the surface after the stroke: where it is displaced, and where it is untouched."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        displaced: DisplacedTubes,
+        active: NDArray[np.int32],
+        coarse: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> None:
+        """For nodes in the cells `active` of a level and `coarse` of the one above it."""
+        self._problem, self._swept = problem, displaced.swept
+        self.target = join([tube.target for tube in displaced.tubes])
+        self.kept = _preserved(problem, displaced.swept, active, coarse, level, random)
+        self._cloud = join([self.target, self.kept])
+        self._tree = KDTree(self._cloud.points)
+
+    def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
+        """All rows, with those around it in the cells `active` of a level."""
+        f0, gradient = values_and_gradients(self._problem.field, self.target.points)
+        held = values(self._problem.field, self.kept.points)
+        points, wanted, before = self._around(active, level)
+        targets = np.concatenate([np.zeros_like(f0), held, wanted])
+        directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        slopes = np.einsum("na,na->n", self.target.normals - gradient, directions)
+        counts = [len(f0), len(held), len(points)]
+        return Rows(
+            np.concatenate([self.target.points, self.kept.points, points]),
+            targets,
+            targets - np.concatenate([f0, held, before]),
+            np.repeat(np.array([1, PRESERVE, AROUND], np.float32), counts),
+            self.target.points,
+            directions.astype(np.float32),
+            slopes.astype(np.float32),
+            np.full(len(f0), STEEP * spacing(level), np.float32),
+        )
+
+    def add_around(self, rows: Rows, active: NDArray[np.int32], level: int, field: Field) -> None:
+        """Rows in the cells `active` of a finer level, too; `field` is what f is so far."""
+        points, wanted, _ = self._around(active, level)
+        rows.add(points, wanted, wanted - values(field, points), AROUND)
+
+    def _around(
+        self, active: NDArray[np.int32], level: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Points in the active cells (N, 3), what f shall be there (N,), and what it was (N,)."""
+        points = centres(places(active, level), level)
+        if self._swept is not None:
+            points = np.concatenate([points, points + np.float32(spacing(level) / 2)])
+
+        def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+            away, nearest = self._tree.query(points[part])
+            sample = self._cloud.where(nearest)
+            plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
+            return np.stack([away, plane], axis=1), np.asarray(nearest)
+
+        found, nearest = in_pieces(measure, len(points), self._problem.check)
+        away, distance = found.T
+        f0 = values(self._problem.field, points)
+        wanted = np.where(nearest < len(self.target.points), distance, f0)
+        if self._swept is not None:
+            inside = (f0 < 0) + self._swept.winding(points) > BURIED
+            wrong = (wanted < 0) != inside
+            wanted[wrong] = np.where(inside, -away, away)[wrong]
+        return points, wanted.astype(np.float32), f0
 
 
 def _preserved(
@@ -123,34 +159,3 @@ def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -
 def _block(start: int, end: int) -> NDArray[np.int32]:
     """All steps (n^3, 3) from `start` to before `end` on each axis."""
     return (np.indices((end - start,) * 3).reshape(3, -1).T + start).astype(np.int32)
-
-
-def _around(
-    problem: Problem,
-    swept: SweptVolume | None,
-    target: Samples,
-    kept: Samples,
-    active: NDArray[np.int32],
-    level: int,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Points in each active cell (N, 3), and what f shall be there (N,)."""
-    points = centres(places(active, level), level)
-    if swept is not None:
-        points = np.concatenate([points, points + np.float32(spacing(level) / 2)])
-    cloud = join([target, kept])
-    tree = KDTree(cloud.points)
-
-    def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-        away, nearest = tree.query(points[part])
-        plane = ((points[part] - cloud.points[nearest]) * cloud.normals[nearest]).sum(axis=1)
-        return np.stack([away, plane], axis=1), np.asarray(nearest)
-
-    found, nearest = in_pieces(measure, len(points), problem.check)
-    away, distance = found.T
-    f0 = values(problem.field, points)
-    distance = np.where(nearest < len(target.points), distance, f0)
-    if swept is not None:
-        inside = (f0 < 0) + swept.winding(points) > BURIED
-        wrong = (distance < 0) != inside
-        distance[wrong] = np.where(inside, -away, away)[wrong]
-    return points, distance.astype(np.float32)

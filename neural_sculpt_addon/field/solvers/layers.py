@@ -3,203 +3,131 @@
 
     f(x) = w . sin(omega (W a(x) + b)) + c
 
-Everything below stays as it is, so the features a(x) of a point never change. A bias is one more
-column of its matrix, and one more feature that is 1. Changes are counted in directions in which
-J^T J is nearly diagonal (the eigenbases of EKFAC: George et al., "Fast Approximate Natural Gradient
-Descent in a Kronecker-factored Eigenbasis", 2018; or the common ones of two sets of rows, which
-save a third of the iterations, but as they are not orthogonal, the damping there keeps a first fit
-less well on its way). Features of neighbouring points are much alike: W changes only in the K
-directions in which they differ most.
+The layers below stay as they are, so the activations a(x) of a point never change. A bias is one
+more column of its matrix, and one more activation that is 1. Changes are expressed in directions in
+which J^T J is nearly diagonal: the eigenbases of EKFAC (George et al., "Fast Approximate Natural
+Gradient Descent in a Kronecker-factored Eigenbasis", 2018). Activations of neighbouring points are
+much alike: W changes only in the K directions in which they differ most.
 """
 
-import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from ...stroke.progress import Check, go_on
 from ..network import Siren
-from .least_squares import Linear, common_directions, eigenvectors
-from .precision import product_type
-from .rows import Rows
+from ..threads import parallel
+from .least_squares import Linear
+from .residuals import Residuals
 
-BLOCK = 4096  # rows that are looked at together
-MOST = 192  # directions of W's inputs; in a network that has grown more cost more than they bring
+INPUTS = 80  # directions of W's inputs; more are slower
 
 
-class View(NamedTuple):
-    """What n value rows and m derivative rows see of the network, and below that, in m places more,
-    its slopes along the directions of the derivative rows."""
+class Activations(NamedTuple):
+    """Residuals, and the inputs of W at their points: those of derivatives have their slopes
+    along the directions in as many rows more."""
 
-    features: Tensor  # (n + 2 m, K), in the directions in which W changes; of the type of J
-    z: Tensor  # (n + 2 m, H), the arguments of the sine
+    residuals: Residuals  # N
+    inputs: Tensor  # (N or 2 N, A + 1)
+
+    @staticmethod
+    def of(network: Siren, residuals: Residuals) -> "Activations":
+        """By the layers below the last hidden one."""
+        h, dh = residuals.points, residuals.directions
+        below = network.weights[:-2], network.biases[:-2], network.omegas[:-1]
+        for weight, bias, omega in zip(*below, strict=True):
+            z = torch.addmm(omega * bias, h, omega * weight.T)
+            if dh is not None:
+                dh = torch.cos(z) * (dh @ (omega * weight.T))
+            h = torch.sin(z)
+        inputs = torch.cat([h, h.new_ones(len(h), 1)], 1)
+        if dh is not None:
+            inputs = torch.cat([inputs, torch.cat([dh, dh.new_zeros(len(dh), 1)], 1)])
+        return Activations(residuals, inputs)
 
 
 class Directions(NamedTuple):
-    """Unit directions in which the unknowns change."""
+    """Orthonormal directions in which the unknowns change."""
 
     left: Tensor  # (H, H), of the outputs of W
     right: Tensor  # (A + 1, K), of its inputs
-    output: Tensor  # (H + 1, O), of the output layer
-
-    @staticmethod
-    def of(
-        network: Siren,
-        rows: Rows,
-        rank: float,
-        output: int,
-        split: bool,
-        check: Check = go_on,
-    ) -> "Directions":
-        """Those in which what `rows` see differs most; of W's inputs `rank` for each of A.
-
-        output: how many at most of the output layer
-        split: in the span of those of W, the ones in which J^T J is nearly diagonal when rows near
-               the stroke and others see different things. They are not orthogonal
-        check: called between the parts of the work, may raise
-        """
-        units, inputs = network.weights[-2].shape
-        sizes = units, inputs + 1, units + 1
-        layers = Layers.of(network, Directions(*(torch.eye(n).to(rows.points) for n in sizes)))
-        view = layers.view(rows, check)
-        check()
-        linear = layers.linearise(rows, view)
-        check()
-        changes = linear.left.to(rows.points)
-        seen = torch.cat([rows.weights, rows.weights[rows.values :]])[:, None] * view.features
-        check()
-        near, far = _moments(changes, rows)
-        left = common_directions(near, far) if split else eigenvectors(near + far)
-        last = eigenvectors(linear.output.T @ linear.output)[:, -output:]
-        check()
-        near, far = _moments(seen, rows)
-        check()
-        right = eigenvectors(near + far)[:, -min(math.ceil(rank * inputs), MOST) :]
-        if split:
-            check()
-            right = right @ common_directions(right.T @ near @ right, right.T @ far @ right)
-        check()
-        return Directions(left, right.contiguous(), last.contiguous())
+    output: Tensor  # (H + 1, O), of the output layer; O = H + 1
 
 
+@dataclass(frozen=True)
 class Layers:
-    """The unknowns at some value."""
+    """The unknowns at some value: `inner` is W with b, `output` w with c."""
 
-    def __init__(
-        self, network: Siren, directions: Directions, inner: Tensor, output: Tensor
-    ) -> None:
-        """`inner` (H, A + 1) and `output` (H + 1,) take the place of the layers of `network`."""
-        self._network = network
-        self._directions = directions
-        self._inner = inner
-        self._output = output
-        self._omega = network.omegas[-1]
-        self._coarse = product_type(inner)
+    network: Siren
+    inner: Tensor  # (H, A + 1)
+    output: Tensor  # (H + 1,)
 
     @staticmethod
-    def of(network: Siren, directions: Directions) -> "Layers":
+    def of(network: Siren) -> "Layers":
         """The unknowns at the values that they have in `network`."""
         inner = torch.cat([network.weights[-2], network.biases[-2][:, None]], 1)
-        output = torch.cat([network.weights[-1][0], network.biases[-1]])
-        return Layers(network, directions, inner, output)
+        return Layers(network, inner, torch.cat([network.weights[-1][0], network.biases[-1]]))
 
-    @staticmethod
-    def mean(several: Sequence["Layers"]) -> "Layers":
-        """The mean of unknowns at several values."""
-        inner = torch.stack([one._inner for one in several]).mean(0)
-        output = torch.stack([one._output for one in several]).mean(0)
-        return Layers(several[0]._network, several[0]._directions, inner, output)
+    def changed(self) -> Siren:
+        """The network with these unknowns."""
+        weight, bias = self.inner[:, :-1].contiguous(), self.inner[:, -1].contiguous()
+        last, constant = self.output[None, :-1].contiguous(), self.output[-1:].clone()
+        below = self.network.parameters[:-4]
+        return self.network.with_parameters([*below, weight, bias, last, constant])
 
-    def network(self) -> Siren:
-        """The whole network with these unknowns."""
-        below = self._network.parameters[:-4]
-        weight, bias = self._inner[:, :-1].contiguous(), self._inner[:, -1].contiguous()
-        last, constant = self._output[None, :-1].contiguous(), self._output[-1:].clone()
-        return self._network.with_parameters([*below, weight, bias, last, constant])
-
-    def moved(self, x: Tensor) -> "Layers":
-        """The unknowns after a change x (H K + O,)."""
-        inner, output = self._change(x)
-        inner = self._inner + inner @ self._directions.right.T
-        return Layers(self._network, self._directions, inner, self._output + output)
-
-    def view(self, rows: Rows, check: Check = go_on) -> View:
-        """What `rows` see. `check` is called between blocks of them, and may raise."""
-        network, n, count = self._network, rows.values, len(rows.points)
-        below = network.weights[:-2], network.biases[:-2], network.omegas[:-1]
-        layers = [
-            ((omega * weight).T, omega * bias) for weight, bias, omega in zip(*below, strict=True)
-        ]
-        right = self._directions.right.to(self._coarse)  # (A + 1, K)
-        inner = (self._omega * self._inner).T  # (A + 1, H)
-        places = count + len(rows.directions)
-        features = right.new_empty(places, right.shape[1])
-        z = inner.new_empty(places, inner.shape[1])
-
-        def see(h: Tensor, start: int, beta: float) -> None:
-            """Write down what inputs (B, A) of W lead to, or their slopes, which see no bias."""
-            block = slice(start, start + len(h))
-            torch.addmm(right[-1], h.to(right.dtype), right[:-1], beta=beta, out=features[block])
-            torch.addmm(inner[-1], h, inner[:-1], beta=beta, out=z[block])
-
-        for start in (*range(0, n, BLOCK), *range(n, count, BLOCK)):
-            check()
-            block = slice(start, min(start + BLOCK, n if start < n else count))
-            h, dh = rows.points[block], rows.directions[max(start - n, 0) : max(block.stop - n, 0)]
-            for weight, bias in layers:
-                argument = torch.addmm(bias, h, weight)
-                if len(dh):
-                    dh = torch.cos(argument) * (dh @ weight)
-                h = argument.sin_()
-            see(h, start, 1.0)
-            if len(dh):
-                see(dh, start + len(rows.directions), 0.0)
-        return View(features, z)
-
-    def view_after(self, x: Tensor, view: View) -> View:
-        """What rows of a `view` see after a change x (H K + O,)."""
-        turn = self._omega * self._change(x)[0].T  # (K, H)
-        return view._replace(z=view.z + view.features @ turn.to(self._coarse))
-
-    def residual(self, rows: Rows, view: View) -> Tensor:
-        """r for `rows` (n + m,)."""
-        n, count, weight = rows.values, len(rows.points), self._output[:-1]
-        value = torch.addmv(self._output[-1:], torch.sin(view.z[:n]), weight)
-        slope = (torch.cos(view.z[n:count]) * view.z[count:]) @ weight
-        return rows.weights * (rows.targets - torch.cat([value, slope]))
-
-    def linearise(self, rows: Rows, view: View) -> Linear:
-        """J and r for `rows`."""
-        n, count, weights = rows.values, len(rows.points), rows.weights[:, None]
-        sine, cosine, dz = torch.sin(view.z[:count]), torch.cos(view.z[:count]), view.z[count:]
-        left = torch.empty_like(view.z)
-        torch.mul(cosine[:n], weights[:n], out=left[:n])
-        torch.mul(sine[n:] * dz, -weights[n:], out=left[n:count])
-        torch.mul(cosine[n:], weights[n:], out=left[count:])
-        output = sine.new_ones(count, len(self._output))
-        output[:n, :-1] = sine[:n]
-        output[n:, :-1] = cosine[n:] * dz
-        output[n:, -1] = 0
-        residual = rows.weights * (rows.targets - output @ self._output)
-        turned = (self._omega * self._output[:-1, None]) * self._directions.left
-        changes = left.to(self._coarse) @ turned.to(self._coarse)
-        output = output.mul_(weights).to(self._coarse) @ self._directions.output.to(self._coarse)
-        return Linear(changes, view.features, output.to(residual.dtype), residual)
-
-    def _change(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """The change of W in directions of its inputs (H, K), and that of the output (H + 1,)."""
-        left, right, output = self._directions
+    def moved(self, x: Tensor, directions: Directions) -> "Layers":
+        """The unknowns after a change x (H K + O,) along `directions`."""
+        left, right, output = directions
         matrix, vector = x.split([left.shape[1] * right.shape[1], output.shape[1]])
-        return left @ matrix.view(left.shape[1], -1), output @ vector
+        inner = left @ matrix.view(left.shape[1], -1) @ right.T
+        return replace(self, inner=self.inner + inner, output=self.output + output @ vector)
 
+    def residual(self, at: Activations) -> Tensor:
+        """r (N,)."""
+        z, count = self._arguments(at), len(at.residuals.points)
+        if at.residuals.directions is None:
+            f = torch.sin(z) @ self.output[:-1] + self.output[-1]
+        else:
+            f = (torch.cos(z[:count]) * z[count:]) @ self.output[:-1]
+        return at.residuals.weights * (at.residuals.targets - f)
 
-def _moments(seen: Tensor, rows: Rows) -> tuple[Tensor, Tensor]:
-    """Second moments (K, K) of what `rows` see (n + 2 m, K): of those near the stroke, of others.
+    def linearise(self, at: Activations, directions: Directions) -> Linear:
+        """J along `directions`, and r."""
+        slopes, output, residual = self._derivatives(at)
+        left, right, outer = directions
+        return Linear(slopes @ left, at.inputs @ right, output @ outer, residual)
 
-    All derivative rows are near.
-    """
-    parts = seen.split([rows.near, rows.values - rows.near, len(seen) - rows.values])
-    near, far, slopes = (part.T @ part for part in parts)
-    return near + slopes, far
+    def directions(self, parts: Sequence[Activations]) -> Directions:
+        """Those along which J^T J of all `parts` is nearly diagonal, the strongest ones."""
+
+        def moments(at: Activations) -> tuple[Tensor, ...]:
+            slopes, output, _ = self._derivatives(at)
+            weights = at.residuals.weights.repeat(len(slopes) // len(output))
+            inputs = weights[:, None] * at.inputs
+            return slopes.T @ slopes, inputs.T @ inputs, output.T @ output
+
+        sums = [torch.stack(some).sum(0) for some in zip(*parallel(moments, parts), strict=True)]
+        left, right, output = (torch.linalg.eigh(some).eigenvectors for some in sums)
+        return Directions(left, right[:, -INPUTS:].contiguous(), output)
+
+    def _arguments(self, at: Activations) -> Tensor:
+        """Of the sine, and their slopes (N or 2 N, H)."""
+        return at.inputs @ (self.network.omegas[-1] * self.inner.T)
+
+    def _derivatives(self, at: Activations) -> tuple[Tensor, Tensor, Tensor]:
+        """Of the weighted f by the arguments' sources (N or 2 N, H): W times inputs and slopes; by
+        the output layer (N, H + 1); and r (N,)."""
+        z, weights = self._arguments(at), at.residuals.weights[:, None]
+        count = len(weights)
+        sine, cosine, dz = torch.sin(z[:count]), torch.cos(z[:count]), z[count:]
+        scale = self.network.omegas[-1] * self.output[:-1]
+        if at.residuals.directions is None:
+            slopes = weights * cosine * scale
+            output = torch.cat([sine, sine.new_ones(count, 1)], 1)
+        else:
+            slopes = torch.cat([weights * -sine * dz * scale, weights * cosine * scale])
+            output = torch.cat([cosine * dz, sine.new_zeros(count, 1)], 1)
+        residual = at.residuals.weights * (at.residuals.targets - output @ self.output)
+        return slopes, weights * output, residual

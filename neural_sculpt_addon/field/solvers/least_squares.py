@@ -5,84 +5,66 @@
 
 The unknowns x are a matrix (H, K) and then a vector (O,), row after row. A row of J's first block
 is an outer product left (x) right, or the sum of two, so products with J and its transpose are
-products of matrices (N, width). The scale s of each unknown makes the diagonal of J^T J nearly 1.
-The directions of the last system that was solved precondition the next one, which differs little
-(Morales and Nocedal, "Automatic Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
+products of matrices (N, width). J comes in parts, whose products threads compute side by side. The
+scale s of each unknown makes the diagonal of J^T J nearly 1. The directions of the last system that
+was solved precondition the next one, which differs little (Morales and Nocedal, "Automatic
+Preconditioning by Limited Memory Quasi-Newton Updating", 2000).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-import scipy.linalg
 import torch
 from torch import Tensor
 
+from ...stroke.progress import Check, go_on
+from ..threads import parallel
+
 RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
-FLOOR = 1e-3  # added to the diagonal of a second moment, in means of it
 
 
-@dataclass(frozen=True)
-class Linear:
-    """J and r, rows weighted: n value rows, then m derivative rows.
+class Linear(NamedTuple):
+    """Some rows of J and r; where rows are sums of two outer products, the second ones stand in
+    N places more of `left` and `right`."""
 
-    A derivative row is a sum of two outer products: the second one stands in the last m places of
-    `left` and `right`, which may be of fewer bits than the others.
-    """
-
-    left: Tensor  # (n + 2 m, H)
-    right: Tensor  # (n + 2 m, K)
-    output: Tensor  # (n + m, O)
-    residual: Tensor  # (n + m,)
+    left: Tensor  # (N or 2 N, H)
+    right: Tensor  # (N or 2 N, K)
+    output: Tensor  # (N, O)
+    residual: Tensor  # (N,)
 
     @property
-    def values(self) -> int:
-        """n."""
-        return 2 * len(self.residual) - len(self.left)
-
-    @property
-    def inner(self) -> int:
-        """H K, the unknowns of the first block."""
-        return self.left.shape[1] * self.right.shape[1]
+    def sizes(self) -> list[int]:
+        """H K and O, the unknowns of both blocks."""
+        return [self.left.shape[1] * self.right.shape[1], self.output.shape[1]]
 
     def apply(self, x: Tensor) -> Tensor:
-        """J x (n + m,), for x (H K + O,)."""
-        n, count = self.values, len(self.residual)
-        matrix = x[: self.inner].view(self.left.shape[1], -1).to(self.left.dtype)
-        turned = torch.mm(self.left, matrix, out=self._space)
-        terms = torch.linalg.vecdot(turned, self.right).to(x.dtype)  # (n + 2 m,)
-        rows = torch.addmv(terms[:count], self.output, x[self.inner :])
-        rows[n:] += terms[count:]
-        return rows
+        """J x (N,), for x (H K + O,)."""
+        matrix, vector = x.split(self.sizes)
+        products = self.left @ matrix.view(self.left.shape[1], -1)  # (N or 2 N, K)
+        terms = torch.linalg.vecdot(products, self.right)
+        return terms.view(-1, len(self.residual)).sum(0) + self.output @ vector
 
     def transposed(self, rows: Tensor) -> Tensor:
-        """J^T rows (H K + O,), for rows (n + m,)."""
-        terms = torch.cat([rows, rows[self.values :]]).to(self.right.dtype)  # (n + 2 m,)
-        weighted = torch.mul(self.right, terms[:, None], out=self._space)
-        inner = weighted.T @ self.left  # (K, H): faster than (H, K)
-        return torch.cat([inner.T.to(rows.dtype).ravel(), self.output.T @ rows])
+        """J^T rows (H K + O,), for rows (N,)."""
+        weights = rows.repeat(len(self.left) // len(rows))[:, None]
+        inner = ((self.right * weights).T @ self.left).T  # faster than (H, K) at once
+        return torch.cat([inner.ravel(), rows @ self.output])
 
     def gram(self, x: Tensor) -> Tensor:
         """J^T J x."""
         return self.transposed(self.apply(x))
 
+    def gradient(self) -> Tensor:
+        """J^T r."""
+        return self.transposed(self.residual)
+
     def diagonal(self) -> Tensor:
         """The diagonal of J^T J (H K + O,)."""
-        n, count = self.values, len(self.residual)
-        inner = (self.left**2).T @ (self.right**2)  # (H, K)
-        first, second = slice(n, count), slice(count, None)
-        inner += (
-            2 * (self.left[first] * self.left[second]).T @ (self.right[first] * self.right[second])
-        )
-        outer = (self.output**2).sum(0)
-        return torch.cat([inner.clamp_min(0).ravel().to(outer.dtype), outer])
-
-    @cached_property
-    def _space(self) -> Tensor:
-        """Kept, because the system hands out fresh memory slowly (n + 2 m, K)."""
-        return torch.empty_like(self.right)
+        left, right = (side.split(len(self.residual)) for side in (self.left, self.right))
+        terms = range(len(left))
+        inner = sum((left[i] * left[j]).T @ (right[i] * right[j]) for i in terms for j in terms)
+        assert isinstance(inner, Tensor)
+        return torch.cat([inner.clamp_min(0).ravel(), self.output.square().sum(0)])
 
 
 class Memory(NamedTuple):
@@ -108,86 +90,65 @@ class Memory(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """What `solve` found."""
+    """An approximate solution."""
 
     x: Tensor  # (H K + O,)
-    promised: float
-    """The decrease |r|^2 - |J x - r|^2."""
+    predicted: float
+    """The predicted reduction |r|^2 - |J x - r|^2."""
     memory: Memory
 
 
 def solve(
-    linear: Linear,
+    system: Sequence[Linear],
     damping: float,
     iterations: int,
-    memory: Memory | None,
-    share: Callable[[float], None],
+    memory: Memory | None = None,
+    check: Check = go_on,
 ) -> Solution:
     """The solution after `iterations` preconditioned conjugate gradient iterations from zero.
 
     memory: of a system like this one
-    share:  is told the part that is done before each iteration, and may raise
+    check:  called before each iteration, may raise
     """
-
-    scale = scale_of(linear)
+    scale = scale_of(system)
     known = None if memory is None else memory.scaled(scale)
 
     def preconditioned(vector: Tensor) -> Tensor:
         return vector if known is None else known.precondition(vector)
 
-    gradient = scale * linear.transposed(linear.residual)
+    gradient = scale * total(Linear.gradient, system)
     solution, remaining = torch.zeros_like(gradient), gradient
     direction = better = preconditioned(remaining)
-    length = dot(remaining, better)
+    length = remaining @ better
     directions, products = [], []
-    for iteration in range(iterations):
-        share(iteration / iterations)
-        product = scale * linear.gram(scale * direction) + damping * direction
-        curvature = dot(direction, product)
+    for _ in range(iterations):
+        check()
+        step = scale * direction
+        product = scale * total(lambda part, x=step: part.gram(x), system) + damping * direction
+        curvature = direction @ product
         directions.append(direction * curvature.rsqrt())
         products.append(product * curvature.rsqrt())
         alpha = length / curvature
         solution = solution + alpha * direction
         remaining = remaining - alpha * product
         better = preconditioned(remaining)
-        before, length = length, dot(remaining, better)
+        before, length = length, remaining @ better
         direction = better + (length / before) * direction
     # |r|^2 - |J x - r|^2 = 2 g . y - y . (A - lambda) y, and A y = g - remaining
-    promised = dot(solution, gradient + remaining + damping * solution)
+    predicted = float(solution @ (gradient + remaining + damping * solution))
     found = Memory(torch.stack(directions), torch.stack(products)).scaled(1 / scale)
-    return Solution(scale * solution, float(promised), found)
+    return Solution(scale * solution, predicted, found)
 
 
-def scale_of(linear: Linear) -> Tensor:
+def scale_of(system: Sequence[Linear]) -> Tensor:
     """s (H K + O,), which makes the diagonal of the system nearly 1."""
-    blocks = linear.diagonal().split([linear.inner, linear.output.shape[1]])
+    blocks = total(Linear.diagonal, system).split(system[0].sizes)
     return torch.cat([torch.rsqrt(block + RIDGE * block.mean()) for block in blocks])
 
 
-def dot(a: Tensor, b: Tensor) -> Tensor:
-    """a . b of vectors (N,), the same to the bit however many threads take part."""
-    return (a[None] @ b)[0]
-
-
-def eigenvectors(moment: Tensor) -> Tensor:
-    """Eigenvectors (K, K) of a second moment (K, K), the weakest first.
-
-    SciPy's, on one thread: torch's would wait for each other thousands of times, which can take
-    seconds where another program has a core.
-    """
-    vectors = scipy.linalg.eigh(moment.cpu().numpy(), driver="evd")[1]
-    return torch.from_numpy(vectors).to(moment)
-
-
-def common_directions(first: Tensor, second: Tensor) -> Tensor:
-    """Unit vectors (K, K) along which neither of two sets of rows is correlated, given their second
-    moments (K, K).
-
-    The generalised eigenvectors of these; they need not be orthogonal. A sum of two Kronecker
-    products is diagonal in those of its factors (Martens and Grosse, "Optimizing Neural Networks
-    with Kronecker-factored Approximate Curvature", 2015, appendix B).
-    """
-    one, other = (moment.double().cpu().numpy() for moment in (first, second))
-    other = other + FLOOR * other.trace() / len(other) * np.eye(len(other))
-    vectors = scipy.linalg.eigh(one, other)[1]
-    return torch.from_numpy(vectors / np.linalg.norm(vectors, axis=0)).to(first)
+def total(task: Callable[[Linear], Tensor], system: Sequence[Linear]) -> Tensor:
+    """The sum of what `task` makes of the parts, always in their order."""
+    first, *others = parallel(task, system)
+    for other in others:
+        first += other
+    return first

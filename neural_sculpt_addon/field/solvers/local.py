@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The local solver: a stroke becomes coefficients near it (docs/method.md, section 4).
 
-    choose the level -> active cells -> rows -> solve the coarse level, then the fine one
+    choose the level -> active cells -> rows -> solve a coarse level, a fine one, and where that
+    misses a finer one
 
 The level follows from the stroke: its cells are a third of the width of the narrowest rise or fall
 of the profile. Nodes exist in the cells that the surface passes on its way from where it was to
@@ -33,7 +34,7 @@ from ..evaluate import values
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..threads import join
-from .edit_rows import edit_rows
+from .edit_rows import EditedSurface
 from .spline_system import Rows, solve_level
 
 CELLS_PER_FEATURE = 3.0
@@ -42,7 +43,7 @@ CELLS_PER_FEATURE = 3.0
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
 
-DENSITY = 8.0
+DENSITY = 5.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
 ROWS, NODES = 60_000, 40_000
@@ -62,6 +63,10 @@ STRIDE = 0.7
 
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
+
+MISSED, SHARE = 2e-4, 0.15
+"""Model units that a surface sample may be off, and the share of those of a cell that may be more:
+a cell with more gets nodes of one more level."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -119,25 +124,32 @@ class LocalEdit:
         self._active = dilated(passed, level)
         self._coarse = numbers(centres(places(passed, level), level), level - 1)
         progress(0.3, "Sculpting")
-        self._rows = edit_rows(problem, displaced, self._active, self._coarse, level, random)
-        self._problem = problem
-        self.targets = join([tube.target.points for tube in displaced.tubes])
+        self._problem, self._field = problem, problem.field
+        self._surface = EditedSurface(problem, displaced, self._active, self._coarse, level, random)
+        self._rows = self._surface.rows(self._active, level, random)
+        self._layer = dict[int, Level]()
+
+    @property
+    def targets(self) -> NDArray[np.float32]:
         """Samples (N, 3) of the displaced surface."""
+        return self._surface.target.points
 
     def solve(self) -> Coefficients:
-        """The layer: the coarse level first, then the fine one."""
-        level, check = self.resolution.level, self._problem.check
-        coarse = solve_level(level - 1, self._coarse, self._rows, check)
-        self._layer = {
-            level - 1: coarse,
-            level: solve_level(level, self._active, self._rows, check),
-        }
+        """The layer: a coarse level, a fine one, and a finer one where that misses."""
+        level = self.resolution.level
+        self._add(level - 1, self._coarse)
+        self._add(level, self._active)
+        if level < FINEST and len(missed := self._missed(level)):
+            cells = children(missed, level)
+            field = self._field.plus(self._layer)
+            self._surface.add_around(self._rows, cells, level + 1, field)
+            self._add(level + 1, cells)
         for _ in range(REPAIRS):
             wrong = _wrong_side(self._rows, spacing(level))
             if not wrong.any():
                 break
             self._rows.weights[wrong] *= HEAVIER
-            self._improve()
+            self._add(level, self._active)
         return self._layer
 
     def forbid(self, islands: Islands) -> Coefficients:
@@ -145,30 +157,45 @@ class LocalEdit:
 
         Rows are added at their vertices, and those that lie close by are brought to the same side.
         """
-        h, rows = spacing(self.resolution.level), self._rows
+        level, rows = self.resolution.level, self._rows
+        h = np.float32(spacing(level))
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
         near = KDTree(islands.points).query(rows.points, distance_upper_bound=CLEARING * h)[1]
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
-        wanted = np.where(now * there > 0, now, there * np.float32(CLEAR * h))
+        wanted = np.where(now * there > 0, now, CLEAR * h * there)
         rows.residuals[some] += wanted - now
         rows.targets[some] = wanted
-        targets = side * np.float32(CLEAR * h)
-        field = self._problem.field.plus(self._layer)
-        rows.points = np.concatenate([rows.points, islands.points])
-        rows.targets = np.concatenate([rows.targets, targets])
-        residuals = targets - values(field, islands.points)
-        rows.residuals = np.concatenate([rows.residuals, residuals])
-        weights = np.full(len(targets), HEAVIER, np.float32)
-        rows.weights = np.concatenate([rows.weights, weights])
-        self._improve()
+        targets = CLEAR * h * side
+        before = values(self._field.plus(self._layer), islands.points)
+        rows.add(islands.points, targets, targets - before, HEAVIER)
+        self._add(level, self._active)
         return self._layer
 
-    def _improve(self) -> None:
-        """Solve the fine level once more for what is left of the rows."""
-        level = self.resolution.level
-        more = solve_level(level, self._active, self._rows, self._problem.check)
-        self._layer[level] = Level(self._active, self._layer[level].values + more.values)
+    def _add(self, level: int, cells: NDArray[np.int32]) -> None:
+        """Solve one level for what is left of the rows, and add it to the layer."""
+        found = solve_level(level, cells, self._rows, self._problem.check)
+        if level in self._layer:
+            found = Level(cells, self._layer[level].values + found.values)
+        self._layer[level] = found
+
+    def _missed(self, level: int) -> NDArray[np.int32]:
+        """The active cells (K,) of which more than a share of the surface samples are off."""
+        count = len(self._surface.target.points) + len(self._surface.kept.points)
+        cells = linear(cells_of(self._rows.points[:count], level), level)
+        place = np.searchsorted(self._active, cells)
+        inside = self._active.take(place, mode="clip") == cells
+        size = len(self._active)
+        off = np.abs(self._rows.residuals[:count]) > MISSED
+        samples = np.bincount(place[inside], minlength=size)
+        return self._active[np.bincount(place[inside], off[inside], size) > SHARE * samples]
+
+
+def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells (8 K,) of the next level in cells (K,) of a level, rising."""
+    lowest = centres(places(cells, level), level) - np.float32(spacing(level + 2))
+    steps = np.indices((2, 2, 2)).reshape(3, -1).T.astype(np.int32)
+    return _distinct((cells_of(lowest, level + 1)[:, None] + steps).reshape(-1, 3), level + 1)
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:

@@ -58,6 +58,13 @@ class Rows:
     slopes: Array
     steep: Array
 
+    def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
+        """Append value rows (N,) of one weight."""
+        self.points = np.concatenate([self.points, points])
+        self.targets = np.concatenate([self.targets, targets])
+        self.residuals = np.concatenate([self.residuals, residuals])
+        self.weights = np.concatenate([self.weights, np.full(len(points), weight, np.float32)])
+
 
 class _Piece(NamedTuple):
     """Some of the rows: those of them that a node reaches.
@@ -80,9 +87,13 @@ def solve_level(
     rows: Rows,
     check: Check = go_on,
     iterations: int = ITERATIONS,
+    damped: float = LEAST_TOUCHED,
+    left_out: float = 0.0,
 ) -> Level:
     """The best coefficients of the nodes `index` (K,) of a level.
 
+    damped:   see LEAST_TOUCHED
+    left_out: of the mean diagonal: nodes with less are left out
     What they add to the rows is taken from their residuals, which are changed in place.
     """
     numbers = Grid.empty(level, torch.int32).plus(
@@ -105,13 +116,14 @@ def solve_level(
     pieces = list(_each(piece, parts, check))
     c = np.zeros(len(index) + 1, np.float32)
     if pieces:
-        c[1:] = quantised(_solve(pieces, iterations, check)[1:])
+        c[1:] = quantised(_solve(pieces, iterations, damped, left_out, check)[1:])
 
     def take_away(piece: _Piece) -> None:
         piece.residuals[piece.some] -= piece.matrix @ c
 
     list(_each(take_away, pieces, check))
-    return Level(index, c[1:])
+    some = np.flatnonzero(c[1:])
+    return Level(index[some], c[1:][some])
 
 
 def _parts(count: int) -> list[slice]:
@@ -148,7 +160,9 @@ def _matrix(
     return csr_array((values, nodes, ends), shape=(len(some), count)), some.numpy()
 
 
-def _solve(pieces: list[_Piece], iterations: int, check: Check) -> Array:
+def _solve(
+    pieces: list[_Piece], iterations: int, damped: float, left_out: float, check: Check
+) -> Array:
     def total(task: Callable[[_Piece], Array]) -> Array:
         sums = _each(task, pieces, check)
         result = next(sums)
@@ -161,9 +175,10 @@ def _solve(pieces: list[_Piece], iterations: int, check: Check) -> Array:
         return total(lambda piece: piece.matrix.T @ (piece.weights * (piece.matrix @ c)))
 
     diagonal = total(lambda piece: piece.matrix.power(2).T @ piece.weights)  # (K + 1,)
-    floor = np.maximum(diagonal, LEAST_TOUCHED * diagonal[1:].mean())
+    mean = diagonal[1:].mean()
+    floor = np.maximum(diagonal, damped * mean)
     damping = DAMPING * floor
-    scale = 1 / (floor + damping)
+    scale = np.where(diagonal < left_out * mean, 0, 1 / (floor + damping))
     residual = total(lambda piece: piece.matrix.T @ (piece.weights * piece.residuals[piece.some]))
     c = np.zeros_like(residual)
     z = scale * residual

@@ -23,12 +23,11 @@ Preview = Callable[[Siren, float], None]
 
 
 @dataclass(frozen=True)
-class Course:
+class Schedule:
     """How long to learn.
 
     steps, batch, samples: how many, of how many samples each, of how many in all
     rate:                  of the first step
-    tolerance:             mean distance from the surface that will do, model units
     omega:                 of a new network's first layer; a high one holds more detail, but needs
                            more steps to calm down far from the surface
     """
@@ -37,7 +36,6 @@ class Course:
     batch: int
     samples: int
     rate: float
-    tolerance: float
     omega: float = 30.0
 
 
@@ -53,25 +51,25 @@ class Learner(Protocol):
 
 def follow(
     learner: Learner,
-    course: Course,
+    schedule: Schedule,
     progress: Progress,
     preview: Preview = lambda *_: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Take the steps of the course, or as many as the artist waits for.
+    """Take the steps of the schedule, or as many as the artist waits for.
 
     enough: looked at before every step; once it is true, the learner settles where it is
     """
     error, shown = math.nan, time.monotonic()
-    for step in range(course.steps):
-        rate = course.rate * cosine(step / course.steps)
+    for step in range(schedule.steps):
+        rate = schedule.rate * cosine(step / schedule.steps)
         if enough():
             for settling in range(SETTLING):
                 learner.step(rate * cosine(settling / SETTLING))
             return
         latest = learner.step(rate)
         error = latest if step == 0 else SMOOTHING * error + (1 - SMOOTHING) * latest
-        progress((step + 1) / course.steps, f"Fitting, error {error:.4f}")
+        progress((step + 1) / schedule.steps, f"Fitting, error {error:.4f}")
         if time.monotonic() - shown > PREVIEW_SECONDS:
             tensors = [tensor.clone() for tensor in learner.network.parameters]
             preview(learner.network.with_parameters(tensors), error)

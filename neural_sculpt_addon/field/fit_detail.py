@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detail where a mesh asks for it, level by level (docs/method.md, section 5).
+
+    samples that miss the tolerance -> cells -> nodes around them -> rows -> coefficients
+
+A level is added only in cells where more than `MISSED` of the samples of the mesh miss the
+tolerance in distance or normals. Its rows, all in cells that its nodes reach:
+
+    on the mesh     f = 0, and slopes of 0 along a random tangent
+    beside it       f = signed distance, at 0.3 to 1.5 h
+    in empty cells  f = signed distance on the first level, which puts right what the network got
+                    wrong, islands included; on finer ones f as it is, so that nothing drifts
+
+Model space.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..stroke.progress import Progress, silent
+from .detail import cells_of, centres, linear, places, spacing
+from .evaluate import values, values_and_gradients
+from .field import Field
+from .mesh_cleanup import areas
+from .mesh_distance import MeshDistance
+from .solvers.spline_system import Rows, solve_level
+
+Array = NDArray[np.float32]
+Cells = NDArray[np.int32]
+
+COARSEST = 5
+"""A draft network is within 0.1 h of the mesh there, but for thin parts."""
+
+MISSED = 0.15  # share of a cell's samples
+DENSITY = 6.0
+"""Samples of the mesh for each h^2 of its area; 4 have a tenth more error, 8 a twentieth less."""
+
+PROBES = 6.0  # samples for each h^2 of the level before that tell where another one is needed
+MOST = 800_000
+"""Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
+
+SIDES = 2.0  # samples for each h^2
+NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
+SIDE, EMPTY = 0.3, 0.2  # weights, where a sample on the mesh has 1
+SLOPE = 0.5  # weight, times h
+AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
+NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
+FAR = 0.005  # |f| at a sample that may bound nothing
+DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
+ITERATIONS = 10
+"""Of conjugate gradients: a level only adds what coarser ones miss. 30 are 1 % closer."""
+DAMPED = 1.0
+"""Of the mean diagonal, for nodes that few rows touch. With 0.1 there are crumbs near creases."""
+
+LEFT_OUT = 0.05
+"""Of the mean diagonal: 0 takes half as many coefficients more for a twentieth less of error."""
+
+
+class Tolerance(NamedTuple):
+    """What is close enough, and the finest level that may be used for it."""
+
+    distance: float  # model units
+    degrees: float  # of normals
+    finest: int
+
+
+class _Samples(NamedTuple):
+    """Samples of the mesh, and the field there."""
+
+    points: Array  # (N, 3)
+    normals: Array  # (N, 3)
+    value: Array  # (N,)
+    gradient: Array  # (N, 3)
+
+    def where(self, chosen: NDArray[np.bool_]) -> "_Samples":
+        return _Samples(*(array[chosen] for array in self))
+
+
+def refine(
+    field: Field,
+    distance: MeshDistance,
+    tolerance: Tolerance,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+    preview: Callable[[Field], None] = lambda _: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Field:
+    """The field with detail wherever it missed the mesh by more than the tolerance.
+
+    preview: given the field after each level but the last
+    enough:  once it is true, no other level is begun
+    """
+    area = float(areas(distance.vertices[distance.faces]).sum())
+    levels = range(COARSEST, tolerance.finest + 1)
+    for done, level in enumerate(levels):
+        if enough():
+            break
+        if done:
+            preview(field)
+        progress(done / len(levels), f"Fitting detail, level {level}")
+
+        def check(part: float = done / len(levels), text: str = f"Level {level}") -> None:
+            progress(part, text)
+
+        candidates = None
+        if done:
+            probes = _sample(field, distance, PROBES * area / spacing(level - 1) ** 2, rng)
+            missed = _missed(probes, level - 1, tolerance)
+            if not len(missed):
+                break
+            candidates = dilated(missed, level - 1)
+        check()
+        samples = _sample(
+            field, distance, DENSITY * area / spacing(level) ** 2, rng, candidates, level - 1
+        )
+        flagged = _missed(samples, level, tolerance)
+        if not len(flagged):
+            break
+        nodes = dilated(flagged, level)
+        rows = _rows(field, distance, samples, nodes, level, rng)
+        check()
+        field = field.plus(
+            {level: solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)}
+        )
+    return field
+
+
+def _sample(
+    field: Field,
+    distance: MeshDistance,
+    count: float,
+    rng: np.random.Generator,
+    cells: Cells | None = None,
+    level: int = 0,
+) -> _Samples:
+    """Samples of the mesh, `count` of all of it, in `cells` of `level` if given."""
+    surface = distance.surface(int(count) + 1, rng)
+    points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
+    if cells is not None:
+        inside = among(linear(cells_of(points, level), level), cells)
+        points, normals = points[inside], normals[inside]
+    if len(points) > MOST:
+        chosen = np.linspace(0, len(points) - 1, MOST).astype(int)
+        points, normals = points[chosen], normals[chosen]
+    samples = _Samples(points, normals, *values_and_gradients(field, points))
+    return _facing_outward(samples, distance)
+
+
+def _facing_outward(samples: _Samples, distance: MeshDistance) -> _Samples:
+    """The samples with flipped normals turned, without those that bound nothing.
+
+    The field knows the outside but where it is far off the mesh: there winding numbers are asked.
+    """
+    doubtful = (_cosine(samples) < DOUBTED) | (np.abs(samples.value) > FAR)
+    doubtful = np.flatnonzero(doubtful)
+    if not len(doubtful):
+        return samples
+    facing = distance.facing(samples.points[doubtful], samples.normals[doubtful])
+    samples.normals[doubtful] *= facing[:, None]
+    kept = np.ones(len(samples.points), bool)
+    kept[doubtful[facing == 0]] = False
+    return samples.where(kept)
+
+
+def _cosine(samples: _Samples) -> Array:
+    slope = np.linalg.norm(samples.gradient, axis=1)
+    return (samples.gradient * samples.normals).sum(axis=1) / np.maximum(slope, 1e-9)
+
+
+def _missed(samples: _Samples, level: int, tolerance: Tolerance) -> Cells:
+    """The cells of a level in which too many of the samples miss the tolerance, rising."""
+    missed = np.abs(samples.value) > tolerance.distance
+    missed |= _cosine(samples) < np.cos(np.radians(tolerance.degrees))
+    cells = linear(cells_of(samples.points, level), level)
+    found, home, count = np.unique(cells, return_inverse=True, return_counts=True)
+    return found[np.bincount(home, missed, len(found)) > MISSED * count]
+
+
+def _rows(
+    field: Field,
+    distance: MeshDistance,
+    samples: _Samples,
+    nodes: Cells,
+    level: int,
+    rng: np.random.Generator,
+) -> Rows:
+    """The equations for the `nodes` of a level."""
+    h = spacing(level)
+    reached = dilated(nodes, level)
+    cells = linear(cells_of(samples.points, level), level)
+    inside = among(cells, reached)
+    on, cells = samples.where(inside), cells[inside]
+    tangent = rng.standard_normal(on.points.shape, np.float32)
+    tangent -= (tangent * on.normals).sum(axis=1, keepdims=True) * on.normals
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+
+    chosen = rng.random(len(on.points)) < SIDES / DENSITY
+    side = rng.uniform(NEAREST, FARTHEST, chosen.sum()) * rng.choice([-h, h], chosen.sum())
+    beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
+    empty = np.setdiff1d(reached, cells)
+    apart = centres(places(empty, level), level)
+    apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
+
+    off = np.concatenate([beside, apart])
+    value = values(field, off)
+    target = np.concatenate([side, value[len(side) :]])
+    near = np.abs(value[len(side) :]) < NEAR * h
+    asked = np.concatenate([np.abs(value[: len(side)] - side) > AGREES * np.abs(side), near])
+    asked |= level == COARSEST
+    target[asked] = distance(off[asked].astype(float)).value
+    points = np.concatenate([on.points, off])
+    residuals = np.concatenate([-on.value, target - value]).astype(np.float32)
+    weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])
+    return Rows(
+        points=points,
+        targets=np.concatenate([np.zeros(len(on.points)), target]).astype(np.float32),
+        residuals=residuals,
+        weights=weights.astype(np.float32),
+        at=on.points,
+        along=tangent,
+        slopes=-(on.gradient * tangent).sum(axis=1),
+        steep=np.full(len(on.points), SLOPE * h, np.float32),
+    )
+
+
+def dilated(cells: Cells, level: int) -> Cells:
+    """The cells of a level and all that touch them, rising."""
+    x, y, z = linear(np.eye(3, dtype=np.int32), level)  # steps along the axes
+    for step in (x, y, z):
+        cells = np.unique(np.concatenate([cells - step, cells, cells + step]))
+    return cells
+
+
+def among(cells: Cells, some: Cells) -> NDArray[np.bool_]:
+    """Which of the cells (N,) are among `some`, which rise."""
+    place = np.searchsorted(some, cells)
+    return some[np.minimum(place, len(some) - 1)] == cells
