@@ -19,10 +19,9 @@ from neural_sculpt_addon.field.proxy import extract
 Array = NDArray[np.float64]
 
 CELLS = 256  # of the proxy
-TILES, AROUND = 512, 5  # of the picture, in each of which the proxy is found; two vertices apart
 START = 0.005  # above the proxy
 STEPS = 120
-CAUTION = 0.8  # of the way that the field's value allows: a neural field is nearly a distance
+CAUTION = 0.8  # of the way that the value allows; half of it after each passage of the surface
 LONGEST = 0.02  # of a step
 DEPTH = 1.6  # behind which there is nothing
 CLOSE = 2e-4
@@ -62,14 +61,19 @@ def trace(field: Field, camera: Camera, places: ArrayLike) -> tuple[Array, NDArr
     """
     right, up, toward = camera.axes
     flat = np.asarray(places, float)
-    height = _heights(field, camera)[_tiles(flat)] + START
+    heights = _heights(field, camera)
+    height = heights[_tiles(flat, len(heights))] + START
     going = np.flatnonzero(np.isfinite(height))
     hit = np.zeros(len(flat), bool)
     points = camera.target + camera.half * (flat[:, :1] * right + flat[:, 1:] * up)  # (N, 3)
     points[going] += height[going, None] * toward
+    caution, last = np.full(len(flat), CAUTION), np.ones(len(flat))
     for _ in range(STEPS):
         value = values(field, points[going])
-        points[going] -= CAUTION * np.clip(value, -LONGEST, LONGEST)[:, None] * toward
+        caution[going] *= np.where(value * last[going] < 0, 0.5, 1.0)
+        last[going] = value
+        step = caution[going] * np.clip(value, -LONGEST, LONGEST)
+        points[going] -= step[:, None] * toward
         hit[going] = np.abs(value) < CLOSE
         behind = (points[going] - camera.target) @ toward < -DEPTH
         going = going[~hit[going] & ~behind]
@@ -80,19 +84,23 @@ def trace(field: Field, camera: Camera, places: ArrayLike) -> tuple[Array, NDArr
 
 
 def _heights(field: Field, camera: Camera) -> Array:
-    """How far the proxy reaches towards the viewer in each tile (TILES, TILES), or near it."""
+    """How far the proxy reaches towards the viewer in each tile (T, T) of the picture or beside it.
+
+    Tiles are as large as the proxy's cells, so each that shows some of it has a vertex near.
+    """
     right, up, toward = camera.axes
     seen = extract(field, CELLS).vertices - np.array(camera.target)
     places = np.stack([seen @ right, seen @ up], axis=1) / camera.half
-    heights = np.full((TILES, TILES), -np.inf)
+    size = max(int(camera.half * CELLS), 1)
+    heights = np.full((size, size), -np.inf)
     inside = (np.abs(places) < 1).all(axis=1)
-    np.maximum.at(heights, _tiles(places[inside]), (seen @ toward)[inside])
-    return maximum_filter(heights, AROUND)
+    np.maximum.at(heights, _tiles(places[inside], size), (seen @ toward)[inside])
+    return maximum_filter(heights, 3)
 
 
-def _tiles(places: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The tiles in which places (N, 2) of the picture lie."""
-    x, y = ((places + 1) / 2 * TILES).astype(np.intp).T
+def _tiles(places: Array, size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The tiles, of (size, size), in which places (N, 2) of the picture lie."""
+    x, y = ((places + 1) / 2 * size).astype(np.intp).T
     return x, y
 
 
