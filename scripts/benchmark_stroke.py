@@ -11,11 +11,7 @@ solve    the local solver
 proxy    the proxy's update
 arrays   the mesh's edges, and the layer as bytes
 send     through the pipe, and until Blender looks
-<<<<<<< HEAD
 commit   stroke, layer and mesh written into the scene, its undo step, and the view layer updated
-=======
-commit   layer and mesh written into the scene, its undo step, and the view layer updated
->>>>>>> blender
 blocked  the most work of Blender's main thread at a time, for submit or commit
 
 The strokes are the public cases, or where these are absent strokes over the top of the primitives.
