@@ -8,13 +8,13 @@ The local solver adds detail, the other two change the network's weights.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
 from ..stroke.errors import SculptError
-from ..stroke.progress import Progress, silent, sub_progress
+from ..stroke.progress import Progress, rising, silent, sub_progress
 from ..stroke.stroke import Stroke
 from . import metrics
 from .detail import Coefficients, spacing, support
@@ -69,12 +69,13 @@ class Edit:
         reached, floor = None, 0.0
         if self.layer is not None:
             reached, floor = support(self.layer), HELD * spacing(max(self.layer))
-        measures = metrics.measure(self.problem, self.field, self.proxy, reached, floor, progress)
+        tell = rising(progress)
+        problem = replace(self.problem, check=lambda: tell(0.0, metrics.MEASURING))
+        measures = metrics.measure(problem, self.field, self.proxy, reached, floor, tell)
         if chamfer:
-            measures |= metrics.chamfer(self.problem, self.field, self.proxy)
-        name = self.problem.stroke.name
+            measures |= metrics.chamfer(problem, self.field, self.proxy)
         return {
-            "stroke": name,
+            "stroke": problem.stroke.name,
             "solver": self.solver.value,
             "seconds": self.seconds,
             "levels": sorted(self.layer or ()),
@@ -101,10 +102,11 @@ def sculpt(
     """
     chosen = _solver(solver, epochs)
     started = time.perf_counter()
+    progress = rising(progress)
     problem = pose(preparation, stroke, lambda: progress(0.0, "Sculpting"))
-    share = sub_progress(progress, 0.1, 0.8)
     if chosen is Solver.LOCAL:
-        return _sculpt_detail(problem, started, share)
+        return _sculpt_detail(problem, started, sub_progress(progress, 0.1, 1.0))
+    share = sub_progress(progress, 0.1, 0.8)
     field = preparation.field
     refuse_detail(field)
     if chosen is Solver.NETWORK:

@@ -3,7 +3,7 @@
 
 Rows are spaced along the path, columns across it, in [-r, r]; each grid point is offset along v and
 projected onto the surface (paper, section 4: 99 x 101). Around round ends and dabs the rows go on
-past the end, and what lies within one radius is kept. Model space.
+past the end, and what lies within one radius is kept. Model space. See docs/method.md, section 2.
 """
 
 from dataclasses import dataclass

@@ -22,3 +22,16 @@ def go_on() -> None:
 def sub_progress(progress: Progress, start: float, end: float) -> Progress:
     """Progress of the part from `start` to `end` of the whole."""
     return lambda fraction, message: progress(start + (end - start) * fraction, message)
+
+
+def rising(progress: Progress) -> Progress:
+    """Progress that never goes back: what is behind the latest news repeats it."""
+    latest = 0.0, ""
+
+    def tell(fraction: float, message: str) -> None:
+        nonlocal latest
+        if fraction >= latest[0]:
+            latest = fraction, message
+        progress(*latest)
+
+    return tell

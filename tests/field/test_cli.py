@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 from neural_sculpt_addon.cli import main
 from neural_sculpt_addon.field import consolidate, points_file
 from neural_sculpt_addon.field.checkpoint import layer_to_bytes, load, save
-from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.metrics import find_surface
 from neural_sculpt_addon.field.network import Siren

@@ -4,18 +4,20 @@
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field import fold
+from neural_sculpt_addon.field.fold import SweptVolume, lost
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.tube import sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.progress import go_on
 from neural_sculpt_addon.stroke.stroke import Direction, Stroke
 from tests.field.analytic import ball, ellipsoid
 
 AXES = (0.5, 0.5, 0.2)  # its meridian has a radius of curvature of 0.08 at the equator
 
 
-def meridian(brush, count=20_000):
+def meridian(brush, count=3_000):
     """The displaced ellipse (count, 2) when the whole equator is stroked: from the axis, and z."""
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
     ellipse = np.stack([AXES[0] * np.cos(angle), AXES[2] * np.sin(angle)], axis=1)
@@ -48,6 +50,12 @@ def equator(brush):
     return Stroke(points, brush, closed=True)
 
 
+def whole_tube(problem, rows=99, columns=101):
+    """With what bounds nothing."""
+    (laid,) = problem.laid
+    return sample_tube(problem.field, *laid, rows, columns)
+
+
 def in_plane(samples, beside=0.0):
     x, y, z = (samples.points + beside * samples.normals).astype(float).T
     return np.stack([np.hypot(x, y), z], axis=1)
@@ -58,7 +66,7 @@ def test_of_a_carved_edge_is_left_what_bounds_the_shape(preparation, depth):
     """Carved deeper than 0.08, the edge folds over: its two sides cross and leave a loop."""
     brush = Brush(0.15, -depth)
     problem = pose(preparation, equator(brush))
-    (whole,), (tube,) = problem._whole_tubes(99, 101), problem.tubes()
+    whole, (tube,) = whole_tube(problem), problem.tubes()
     beside = in_plane(whole.target, 2e-3)
     bounds = np.abs(winding(meridian(brush), beside)) < 0.5
     left = np.isin(whole.surface.points[:, 2], tube.surface.points[:, 2])
@@ -78,13 +86,15 @@ def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
 
 
 def test_a_cancel_is_heard_between_the_winding_numbers_of_few_samples(preparation):
-    """Where a stroke lies many times upon itself, those of 8 take up to 30 ms."""
+    """Where a stroke lies many times upon itself, each takes up to 4 ms."""
     problem = pose(preparation, equator(Brush(0.15, -0.16)))
-    (tube,) = problem._whole_tubes(60, 60)
-    crossing = np.ones(len(tube.surface.points), bool)
+    tube = whole_tube(problem, 60, 60)
     heard = []
-    fold.lost(problem.network, [tube], [crossing], lambda: heard.append(None))
-    assert len(heard) > len(crossing) / 8 > 160
+    swept = SweptVolume([tube], lambda: heard.append(None))
+    crossing = np.ones(len(tube.surface.points), bool)
+    heard.clear()
+    lost(problem.field, swept, tube, crossing, lambda: None)
+    assert len(heard) > len(crossing) / 50 > 50
 
 
 def test_a_steep_side_that_was_displaced_sideways_is_kept():
@@ -101,7 +111,7 @@ def test_a_steep_side_that_was_displaced_sideways_is_kept():
             direction=Direction.STROKE,
         ),
     )
-    (whole,), (tube,) = problem._whole_tubes(99, 101), problem.tubes()
+    whole, (tube,) = whole_tube(problem), problem.tubes()
     cosine = (whole.surface.normals * whole.target.normals).sum(axis=1)
     assert cosine.min() < -0.1
     assert len(tube.target.points) == len(whole.target.points)
@@ -115,6 +125,5 @@ def test_the_swept_volume_lies_between_both_surfaces(intensity):
     tubes = pose(prepare(ball(0.5)), stroke).tubes()
     heights = 0.5 + intensity * np.array([-0.5, 0.2, 0.5, 0.8, 1.5])
     points = np.stack([0 * heights, 0 * heights, heights], axis=1)
-    trees = fold._sweep(tubes, lambda: None)
-    volume = sum(np.asarray(tree.winding_number(points, 2.0)) for tree in trees)
+    volume = SweptVolume(tubes, go_on).winding(points)
     np.testing.assert_allclose(volume, np.sign(intensity) * np.array([0, 1, 1, 1, 0]), atol=0.02)

@@ -119,13 +119,13 @@ def test_a_straight_stroke_on_a_plane():
 @pytest.mark.parametrize("model", MODELS)
 def test_the_scored_paths(model):
     """Control points to path: chord-length not-a-knot spline, projected, uniform."""
-    network = pretrained(model)
+    field = pretrained(model)
     found = [case for case in cases() if case["model"] == model]
     if not found:
         pytest.skip(f"scored cases {DATA / 'cases'} are absent")
     for case in found:
         expected = np.array(case["path_points"])
-        path = lay(network, Stroke(np.array(case["control_points"]), BRUSH))
+        path = lay(field, Stroke(np.array(case["control_points"]), BRUSH))
         np.testing.assert_allclose(path.points, expected, atol=2e-3)
         # As curves they agree better than point by point.
         away = np.linalg.norm(path.points[:, None] - expected, axis=2).min(axis=1)

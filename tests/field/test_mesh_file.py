@@ -8,7 +8,6 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.field import mesh_file
-from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import ball

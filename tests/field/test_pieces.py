@@ -24,7 +24,7 @@ def proxy_of(*spheres, inward=()):
     vertices, triangles = np.concatenate(corners, dtype=np.float32), np.concatenate(faces)
     normals = np.zeros_like(vertices)
     edges = np.arange(len(vertices), dtype=np.int64)
-    return Proxy(vertices, normals, normals[:, 0], triangles, edges, ACTIVE)
+    return Proxy(vertices, normals, triangles, edges, ACTIVE)
 
 
 def ball_samples(count, center=(0, 0, 0), radius=0.5):

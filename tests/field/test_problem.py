@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.memory import follow
-from neural_sculpt_addon.field.prepare import BOX_SAMPLES, SURFACE_SAMPLES, prepare
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.prepare import CELLS, SURFACE_SAMPLES, prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
 from neural_sculpt_addon.field.surface import Samples
@@ -54,11 +54,17 @@ def test_values_off_the_surface_are_those_of_the_field(preparation):
     assert away.mean() == pytest.approx(0.01 * (2 / np.pi) ** 0.5, rel=0.05)
 
 
-def test_doubt_is_the_ratio_of_the_distance_to_the_field(preparation):
+def test_underestimation_is_the_ratio_of_the_distance_to_the_field(preparation):
     radius = np.linalg.norm(preparation.box.points.astype(float), axis=1)
     expected = np.abs(radius - 0.5) / (np.abs(radius**2 - 0.25) + 0.01)
     far = np.abs(radius - 0.5) > 0.05  # than which the samples are denser
-    np.testing.assert_allclose(preparation.doubt[far], expected[far], rtol=0.05)
+    np.testing.assert_allclose(preparation.underestimation[far], expected[far], rtol=0.05)
+
+
+def test_samples_are_drawn_once(preparation):
+    assert preparation.proxy.active.cells == CELLS
+    for name in ("surface", "shell", "box", "underestimation"):
+        assert getattr(preparation, name) is getattr(preparation, name)
 
 
 def test_the_same_seed_prepares_the_same(preparation):
@@ -77,7 +83,7 @@ def test_preparation_can_be_cancelled():
 
 def test_a_field_without_a_surface_cannot_be_prepared():
     with pytest.raises(SculptError, match="no surface"):
-        prepare(siren(([[0.1, 0, 0]], [0.0]), ([[0.1]], [1.0])))
+        prepare(Field(siren(([[0.1, 0, 0]], [0.0]), ([[0.1]], [1.0]))))
 
 
 @pytest.mark.parametrize("axes", ["X", "XY", "XYZ"])
@@ -174,7 +180,6 @@ def on_path(problem, count):
         (lambda problem: problem.nearness(on_path(problem, 9000)), 9000),
         (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
         (lambda problem: problem.distance(on_path(problem, 9000).points), 9000),
-        (lambda problem: follow(problem, problem.network, problem.preparation.proxy), BOX_SAMPLES),
     ],
 )
 def test_a_cancel_is_heard_between_short_pieces(preparation, work, samples):
@@ -193,13 +198,13 @@ def test_a_cancel_is_heard_between_short_pieces(preparation, work, samples):
 
 
 def test_a_mirror_image_that_misses_the_surface_is_refused():
-    beside = ball(0.4)
+    beside = ball(0.4).network
     weights = [w.clone() for w in beside.weights]
     biases = [beside.biases[0] - weights[0] @ weights[0].new_tensor([0.4, 0, 0]), beside.biases[1]]
     moved = type(beside)(tuple(weights), tuple(biases), beside.omegas)  # centred at (0.4, 0, 0)
     stroke = Stroke(np.array([[0.8, 0, 0]]), Brush(0.1, 0.05), mirror=frozenset("X"))
     with pytest.raises(SculptError, match="off the surface"):
-        pose(prepare(moved), stroke)
+        pose(prepare(Field(moved)), stroke)
 
 
 def test_a_stroke_without_width_is_refused(preparation):
@@ -215,8 +220,8 @@ def test_targets_beyond_a_thin_part_are_left_out():
     problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2)))
     (tube,) = problem.tubes()
     assert len(tube.target.points) > 500
-    assert values(lens.network, tube.target.points).max() < 2e-3
-    alone = sample_tube(lens.network, *problem.laid[0])
+    assert values(lens.field, tube.target.points).max() < 2e-3
+    alone = sample_tube(lens.field, *problem.laid[0])
     through = alone.target.points[:, 2] < -0.06
     assert through.sum() > 500
     assert len(alone.target.points) - len(tube.target.points) >= through.sum()
@@ -235,3 +240,21 @@ def test_what_runs_through_itself_is_left_out():
     np.testing.assert_allclose(away, 0.1, atol=0.02)
     with pytest.raises(SculptError, match="nothing"):
         folded.tubes()
+
+
+def test_a_volume_tells_inside_from_outside_only_where_planes_do_not(preparation):
+    """A ridge on a ball does not run through itself; two copies that meet do."""
+    points = on_ball(np.linspace(0.6, 1.0, 6), 0.3)
+    alone = pose(preparation, Stroke(points, Brush(0.1, 0.05))).displaced_tubes(40, 41)
+    assert alone.swept is None
+    assert len(alone.tubes) == 1 and len(alone.tubes[0].target.points) > 1000
+    lens = prepare(ellipsoid((0.5, 0.5, 0.2)))
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    carved = pose(lens, Stroke(on_ball(turn, 0), Brush(0.15, -0.16), closed=True))
+    displaced = carved.displaced_tubes(60, 61)
+    assert displaced.swept is not None
+    np.testing.assert_allclose(
+        displaced.swept.winding(np.float32([[0.42, 0, 0], [0, 0.42, 0], [0, 0, 0.6]])),
+        [-1, -1, 0],
+        atol=0.1,
+    )

@@ -78,16 +78,16 @@ def test_the_given_points_are_left_as_they_are():
 @pytest.mark.parametrize("model", MODELS)
 def test_onto_pretrained_surfaces(model):
     """Points near the surface arrive where f = 0, by little more than |f| / |grad f|."""
-    network = pretrained(model)
+    field = pretrained(model)
     random = np.random.default_rng(4)
     x = random.uniform(-0.9, 0.9, (60_000, 3)).astype(np.float32)
-    f, gradient = values_and_gradients(network, x)
+    f, gradient = values_and_gradients(field, x)
     estimate = np.abs(f) / np.linalg.norm(gradient, axis=1)
     near = estimate < 0.02
-    found = project(network, x[near])
+    found = project(field, x[near])
     settled = found.distance < 1e-4
     assert settled.mean() > 0.99
-    assert np.abs(values(network, found.points[settled])).max() < 2e-4
+    assert np.abs(values(field, found.points[settled])).max() < 2e-4
     way = np.linalg.norm(found.points - x[near], axis=1)[settled]
     assert np.median(np.abs(way - estimate[near][settled])) < 1e-3
     np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, atol=1e-5)

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detail against SciPy's B-splines, sums of layers against whole numbers, supports by intervals."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.field.detail import (
+    COARSEST,
+    FINEST,
+    LARGEST,
+    MARGIN,
+    SUPPORT,
+    UNIT,
+    Detail,
+    Level,
+    cells_of,
+    cells_per_axis,
+    centres,
+    linear,
+    places,
+    quantised,
+    scaled,
+    spacing,
+    support,
+)
+from neural_sculpt_addon.field.evaluate import values, values_and_gradients
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.network import Siren
+from tests.field.splines import basis, nodes
+
+LEVELS = range(COARSEST, FINEST + 1)
+FRACTION = 2.0**-17  # of places: float32 holds them and their offsets in cells exactly
+seeds = st.integers(0, 2**32 - 1)
+
+
+@st.composite
+def coefficients(draw, levels=LEVELS):
+    """Some nodes on some levels, about corners of bricks, the faces of the box and of the grid."""
+    chosen = draw(st.sets(st.sampled_from(levels), min_size=1, max_size=3))
+    random = np.random.default_rng(draw(seeds))
+    result = {}
+    for level in sorted(chosen):
+        last = cells_per_axis(level) - 2  # the outermost cells have no nodes
+        some = (1, MARGIN, 2 * MARGIN, last // 2 + 1, last - MARGIN + 1, last)
+        middle = draw(st.tuples(*[st.sampled_from(some)] * 3))
+        cells = random.integers(-4, 4, (draw(st.integers(1, 60)), 3)) + middle
+        index = np.unique(linear(np.clip(cells, 1, last).astype(np.int32), level))
+        result[level] = Level(index, quantised(random.normal(0, 0.1, len(index))))
+    return result
+
+
+def points_about(terms, seed, count=300):
+    """Points within and beside the supports, some on the faces of cells, and some anywhere."""
+    random = np.random.default_rng(seed)
+    clouds = [random.uniform(-1.1, 1.1, (count, 3))]
+    for level, part in terms.items():
+        start = nodes(random.choice(part.index, count), level)
+        away = 2.5 * spacing(level) * random.uniform(-1, 1, (count, 3))
+        away[::4] = spacing(level) / 2 * np.round(2 * away[::4] / spacing(level))
+        clouds.append(start + away)
+    return (np.round(np.concatenate(clouds) / FRACTION) * FRACTION).astype(np.float32)
+
+
+def by_scipy(terms, points):
+    """The detail and its gradient in double precision."""
+    value, gradient = np.zeros(len(points)), np.zeros((len(points), 3))
+    for level, part in terms.items():
+        splines, slopes = basis(points, part.index, level)
+        value += splines @ part.values
+        gradient += np.einsum("nka,k->na", slopes, part.values)
+    return value, gradient
+
+
+def by_detail(detail, points):
+    """The same by the detail, with the value alone, too."""
+    x = torch.from_numpy(points)
+    alone, value, gradient = torch.zeros(len(x)), torch.zeros(len(x)), torch.zeros(len(x), 3)
+    detail.add_value(x, alone)
+    detail.add_value_and_gradient(x, value, gradient)
+    return alone.numpy(), value.numpy(), gradient.numpy()
+
+
+def same(first, second):
+    """Whether coefficients are the same to the bit."""
+    return first.keys() == second.keys() and all(
+        np.array_equal(first[k].index, second[k].index)
+        and np.array_equal(first[k].values, second[k].values)
+        for k in first
+    )
+
+
+@settings(max_examples=30)
+@given(coefficients(), seeds)
+def test_values_and_gradients_are_those_of_scipy(terms, seed):
+    points = points_about(terms, seed)
+    value, gradient = by_scipy(terms, points)
+    alone, found, slopes = by_detail(Detail.of(terms), points)
+    np.testing.assert_allclose(alone, value, atol=3e-7)
+    np.testing.assert_allclose(found, value, atol=3e-7)
+    np.testing.assert_allclose(slopes, gradient, atol=1e-6 / spacing(max(terms)))
+
+
+@settings(max_examples=20)
+@given(coefficients(), seeds)
+def test_a_field_is_its_network_outside_of_every_support(terms, seed):
+    """To the bit; a spline ends 1.5 cells from its node."""
+    points = points_about(terms, seed)
+    outside = np.ones(len(points), bool)
+    for level, part in terms.items():
+        away = np.abs(points[:, None] - nodes(part.index, level)).max(axis=2)
+        outside &= (away >= 1.5 * spacing(level)).all(axis=1)
+    field = Field(Siren.random((16, 16), 10.0, torch.Generator().manual_seed(seed)))
+    before, after = (values_and_gradients(one, points) for one in (field, field.plus(terms)))
+    assert outside.any() and not outside.all()
+    np.testing.assert_array_equal(after[0][outside], before[0][outside])
+    np.testing.assert_array_equal(after[1][outside], before[1][outside])
+    np.testing.assert_array_equal(
+        values(field.plus(terms), points)[outside], values(field, points)[outside]
+    )
+    value, gradient = by_scipy(terms, points)
+    np.testing.assert_allclose(after[0] - before[0], value, atol=3e-6)
+    np.testing.assert_allclose(
+        after[1] - before[1], gradient, atol=2e-5 + 1e-6 / spacing(max(terms))
+    )
+
+
+@settings(max_examples=20)
+@given(
+    st.lists(coefficients((2, 5, 7)), min_size=2, max_size=5),
+    st.randoms(use_true_random=False),
+    seeds,
+)
+def test_sums_are_exact_in_any_order_and_leave_no_trace(terms, random, seed):
+    totals = {}
+    for layer in terms:
+        for level, part in layer.items():
+            for index, value in zip(part.index.tolist(), part.values.tolist(), strict=True):
+                key = level, index
+                totals[key] = totals.get(key, 0) + round(value / UNIT)
+    whole = Detail.of(*terms)
+    found = {
+        (level, index): round(value / UNIT)
+        for level, part in whole.coefficients.items()
+        for index, value in zip(part.index.tolist(), part.values.tolist(), strict=True)
+    }
+    assert found == {key: value for key, value in totals.items() if value}
+    shuffled = random.sample(terms, len(terms))
+    points = points_about(terms[0], seed, 50)
+    other = Detail.of(*shuffled)
+    assert same(other.coefficients, whole.coefficients)
+    for mine, theirs in zip(by_detail(other, points), by_detail(whole, points), strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    *rest, last = shuffled
+    without = other.plus(last, -1)
+    assert same(without.coefficients, Detail.of(*rest).coefficients)
+    for mine, theirs in zip(
+        by_detail(without, points), by_detail(Detail.of(*rest), points), strict=True
+    ):
+        np.testing.assert_array_equal(mine, theirs)
+    for layer in rest:
+        without = without.plus(layer, -1)
+    assert not without.coefficients
+    assert not any(part.any() for part in by_detail(without, points))
+
+
+@settings(max_examples=20)
+@given(coefficients())
+def test_coefficients_go_in_and_come_out(terms):
+    """But zeros, which are not stored."""
+    zero = {level: Level(part.index, 0 * part.values) for level, part in terms.items()}
+    left = {k: Level(p.index[p.values != 0], p.values[p.values != 0]) for k, p in terms.items()}
+    left = {level: part for level, part in left.items() if len(part.index)}
+    assert same(Detail.of(terms, zero).coefficients, left)
+    assert not Detail.of(zero).coefficients
+    assert Detail.of(terms).levels == tuple(sorted(terms))
+
+
+@settings(max_examples=30)
+@given(coefficients())
+def test_a_support_is_all_cells_that_a_spline_meets(terms):
+    edge, count = spacing(SUPPORT), cells_per_axis(SUPPORT)
+    low = (np.arange(count) - MARGIN) * edge - 1
+    met = np.zeros((count,) * 3, bool)
+    for level, part in terms.items():
+        for x, y, z in nodes(part.index, level):
+            reach = 1.5 * spacing(level)
+            touched = [(low < a + reach) & (low + edge > a - reach) for a in (x, y, z)]
+            met[np.ix_(*touched)] = True
+    np.testing.assert_array_equal(support(terms), np.flatnonzero(met))
+
+
+def test_no_coefficients_reach_nowhere():
+    assert len(support({})) == 0
+    assert Detail().coefficients == {} and Detail().levels == ()
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_cells_their_numbers_and_middles_belong_together(level):
+    random = np.random.default_rng(level)
+    cells = random.integers(0, cells_per_axis(level), (500, 3)).astype(np.int32)
+    index = linear(cells, level)
+    np.testing.assert_array_equal(
+        index, np.ravel_multi_index(cells.T, (cells_per_axis(level),) * 3)
+    )
+    np.testing.assert_array_equal(places(index, level), cells)
+    np.testing.assert_array_equal(centres(cells, level), nodes(index, level))
+    inside = centres(cells, level) + 0.49 * spacing(level) * random.uniform(-1, 1, cells.shape)
+    np.testing.assert_array_equal(cells_of(inside, level), cells)
+    assert cells_of(np.array([[-1.0, -1.0, -1.0]]), level).tolist() == [[MARGIN] * 3]
+
+
+@given(st.lists(st.floats(-3, 3, width=32), min_size=1, max_size=20))
+def test_quantised_values_are_the_nearest_multiples(numbers):
+    found = quantised(np.array(numbers))
+    assert found.dtype == np.float32
+    units = found.astype(float) / UNIT
+    np.testing.assert_array_equal(units, np.round(units))
+    np.testing.assert_allclose(found, np.clip(numbers, -LARGEST, LARGEST), atol=UNIT / 2, rtol=0)
+
+
+@settings(max_examples=20)
+@given(coefficients((3, 6, 8)), st.floats(0, 1))
+def test_a_strength_scales_all_coefficients(terms, strength):
+    found = scaled(terms, strength)
+    assert found.keys() == terms.keys()
+    for level, part in found.items():
+        np.testing.assert_array_equal(part.index, terms[level].index)
+        np.testing.assert_allclose(
+            part.values, strength * terms[level].values, atol=0.51 * UNIT, rtol=0
+        )
+        np.testing.assert_array_equal(part.values, quantised(part.values))
+    assert same(scaled(terms, 1.0), terms)
+    assert not Detail.of(scaled(terms, 0.0)).coefficients

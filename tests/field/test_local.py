@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The local solver against displaced spheres in closed form, and what it must leave as it is."""
+
+import os
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.field import threads
+from neural_sculpt_addon.field.detail import SUPPORT, cells_of, linear, quantised, spacing, support
+from neural_sculpt_addon.field.edit import sculpt
+from neural_sculpt_addon.field.evaluate import values, values_and_gradients
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.pieces import components
+from neural_sculpt_addon.field.prepare import prepare
+from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.solvers.local import LocalEdit, resolution
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Stroke
+from tests.field.analytic import ball, ellipsoid
+
+POLE = np.array([[0, 0, 0.5]])
+TOP = np.array([[-0.2, 0, 0.029], [0.2, 0, 0.029]])  # on the plate
+
+
+def on_ball(longitudes, latitudes, radius=0.5):
+    a, b = np.broadcast_arrays(np.asarray(longitudes, float), latitudes)
+    return radius * np.stack([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)], axis=1)
+
+
+def belt(brush):
+    return Stroke(on_ball(np.linspace(0, 2 * np.pi, 25)[:-1], 0), brush, closed=True)
+
+
+def arc(brush, **words):
+    return Stroke(on_ball(np.linspace(0.4, 1.0, 6), 0.4), brush, **words)
+
+
+def height(brush, away):
+    """Of the displaced sphere of radius 1/2, by angle (N,) from the stroke."""
+    t = np.minimum(np.sin(np.abs(away) / 2) / brush.radius, 1)  # a chord, in radii
+    return brush.intensity * (1 - 10 * t**3 + 15 * t**4 - 6 * t**5)
+
+
+def distance_from_middle(field, directions, start):
+    """Where rays (N, 3) from the middle meet f = 0, sought from `start` (N,)."""
+    for _ in range(5):
+        value, gradient = values_and_gradients(field, start[:, None] * directions)
+        start = start - value / np.einsum("na,na->n", gradient, directions)
+    return start
+
+
+def plate(steepness):
+    """A lens 1.6 wide and 0.06 thick, on top of which |grad f| is `steepness`."""
+    lens = ellipsoid((0.8, 0.8, 0.03)).network
+    *rest, weight, bias = lens.parameters
+    share = steepness / (1.63 / 3 / 0.03)  # the mean axis by the least one
+    return prepare(Field(lens.with_parameters([*rest, share * weight, share * bias])))
+
+
+@pytest.fixture(scope="module")
+def lens():
+    return plate(1.0)
+
+
+@pytest.fixture(scope="module")
+def dab(preparation):
+    return sculpt(preparation, Stroke(POLE, Brush(0.15, 0.05)))
+
+
+@pytest.fixture
+def cores(monkeypatch):
+    """Sets for how many cores the pool has threads."""
+
+    def forget():
+        threads.pool.cache_clear()
+        threads.threads.cache_clear()
+
+    def choose(number):
+        monkeypatch.setattr(os, "cpu_count", lambda: number)
+        forget()
+
+    yield choose
+    monkeypatch.undo()
+    forget()
+
+
+@pytest.mark.parametrize(
+    "brush", [Brush(0.2, 0.05), Brush(0.15, -0.05), Brush(0.1, 0.03), Brush(0.05, 0.01)]
+)
+def test_a_dab_on_a_sphere(preparation, brush):
+    edit = sculpt(preparation, Stroke(POLE, brush))
+    random = np.random.default_rng(1)
+    away = np.arccos(random.uniform(np.cos(2.8 * np.arcsin(brush.radius)), 1, 4000))
+    rays = on_ball(random.uniform(0, 2 * np.pi, 4000), np.pi / 2 - away, 1.0)
+    expected = 0.5 + height(brush, away)
+    error = np.abs(distance_from_middle(edit.field, rays, expected) - expected)
+    assert error.mean() < 1e-4
+    assert error.max() < 1e-3
+
+
+@pytest.mark.parametrize("brush", [Brush(0.2, 0.05), Brush(0.1, -0.03)])
+def test_a_belt_around_a_sphere(preparation, brush):
+    edit = sculpt(preparation, belt(brush))
+    random = np.random.default_rng(2)
+    latitude = 2.8 * np.arcsin(brush.radius) * random.uniform(-1, 1, 6000)
+    rays = on_ball(random.uniform(0, 2 * np.pi, 6000), latitude, 1.0)
+    expected = 0.5 + height(brush, latitude)
+    error = np.abs(distance_from_middle(edit.field, rays, expected) - expected)
+    assert error.mean() < 1e-4
+    assert error.max() < 1e-3
+
+
+def test_a_stroke_upon_detail_of_another_is_as_close(preparation):
+    """Two dabs on the same place add up: the second one starts from 0.53 instead of 0.5."""
+    first = sculpt(preparation, Stroke(POLE, Brush(0.2, 0.03)))
+    top = POLE * 1.06
+    second = sculpt(first.preparation, Stroke(top, Brush(0.1, 0.03)))
+    found = distance_from_middle(second.field, np.array([[0, 0, 1.0]]), np.array([0.56]))
+    assert found[0] == pytest.approx(0.56, abs=1e-3)
+    random = np.random.default_rng(3)
+    away = np.arccos(random.uniform(np.cos(0.4), np.cos(0.23), 2000))  # the first one alone
+    rays = on_ball(random.uniform(0, 2 * np.pi, 2000), np.pi / 2 - away, 1.0)
+    expected = 0.5 + height(Brush(0.2, 0.03), away)
+    error = np.abs(distance_from_middle(second.field, rays, expected) - expected)
+    assert error.mean() < 1e-4
+
+
+def test_outside_of_the_layer_the_field_is_what_it_was_to_the_bit(preparation, dab):
+    points = np.random.default_rng(4).uniform(-1, 1, (100_000, 3)).astype(np.float32)
+    points[::2] = 0.3 * points[::2] + np.float32([0, 0, 0.5])
+    reached = np.isin(linear(cells_of(points, SUPPORT), SUPPORT), support(dab.layer))
+    assert 1000 < reached.sum() < 50_000
+    before, after = (values_and_gradients(e, points) for e in (preparation.field, dab.field))
+    for was, now in zip(before, after, strict=True):
+        np.testing.assert_array_equal(was[~reached], now[~reached])
+    assert (before[0] != after[0]).sum() > 1000
+    assert np.linalg.norm(points[before[0] != after[0]] - POLE[0], axis=1).max() < 0.3
+
+
+def test_a_layer_is_all_that_was_added(preparation, dab):
+    """In whole multiples, so that taking it away again leaves the field that was."""
+    points = np.random.default_rng(5).uniform(-0.7, 0.7, (5000, 3))
+    np.testing.assert_array_equal(
+        values(dab.field, points), values(preparation.field.plus(dab.layer), points)
+    )
+    np.testing.assert_array_equal(
+        values(dab.field.plus(dab.layer, -1), points), values(preparation.field, points)
+    )
+    for part in dab.layer.values():
+        np.testing.assert_array_equal(part.values, quantised(part.values))
+        assert (np.diff(part.index) > 0).all()
+    assert dab.field.network is preparation.field.network
+
+
+def test_mirror_images_are_alike(preparation):
+    edit = sculpt(preparation, arc(Brush(0.1, 0.04), mirror=frozenset("XZ")))
+    random = np.random.default_rng(6)
+    rays = on_ball(random.uniform(0, np.pi, 4000), random.uniform(-1, 1, 4000), 1.0)
+    found = distance_from_middle(edit.field, rays, np.full(4000, 0.52))
+    for signs in ((-1, 1, 1), (1, 1, -1), (-1, 1, -1)):
+        image = distance_from_middle(edit.field, rays * signs, np.full(4000, 0.52))
+        assert np.abs(image - found).mean() < 2e-5
+        assert np.abs(image - found).max() < 5e-4
+    moved = distance_from_middle(edit.field, on_ball(0.7, [-0.4, 0.4], 1.0), np.full(2, 0.54))
+    np.testing.assert_allclose(moved, 0.54, atol=2e-4)
+
+
+@pytest.mark.parametrize("intensity", [0.03, -0.02])
+def test_the_other_sheet_of_a_thin_plate_stays(lens, intensity):
+    edit = sculpt(lens, Stroke(TOP, Brush(0.1, intensity)))
+    place = np.random.default_rng(7).uniform(-0.35, 0.35, (6000, 2))
+    depth = 0.03 * np.sqrt(1 - np.square(place / 0.8).sum(axis=1))
+    below = np.column_stack([place, -depth])
+    for _ in range(4):
+        value, gradient = values_and_gradients(edit.field, below)
+        below[:, 2] -= value / gradient[:, 2]
+    assert np.abs(below[:, 2] + depth).mean() < 2e-5
+    assert np.abs(below[:, 2] + depth).max() < 3e-4
+    above = np.array([[0, 0, 0.03 + intensity]])
+    assert np.abs(values(edit.field, above)[0]) < 5e-4
+    assert components(edit.proxy) == 1
+
+
+@pytest.mark.parametrize(("radius", "peaks"), [(0.15, 1), (0.04, 1), (0.1, 3), (0.02, 1)])
+def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
+    """A third of it is a cell at most; of no wide stroke more than 1/64."""
+    x = np.linspace(-1, 1, 2 * peaks + 1)
+    profile = Profile(points=tuple((a, float(number % 2)) for number, a in enumerate(x)))
+    found = resolution(pose(preparation, Stroke(POLE, Brush(radius, 0.01, profile))))
+    wanted = min(2 * radius / (2 * peaks) / 3, 1 / 64)
+    assert spacing(found.wanted) <= wanted < 2 * spacing(found.wanted)
+    assert found.level == found.wanted
+
+
+def test_a_stroke_that_is_too_large_gets_a_coarser_level_and_says_so(preparation):
+    problem = pose(preparation, belt(Brush(0.2, 0.05)))
+    found = resolution(problem)
+    assert (found.level, found.wanted) == (5, 6)
+    edit = LocalEdit(problem)
+    assert edit.resolution == found
+    assert set(edit.solve()) == {4, 5}
+
+
+def test_what_no_level_can_hold_is_refused(preparation):
+    with pytest.raises(SculptError, match="smaller radius"):
+        LocalEdit(pose(preparation, belt(Brush(0.9, 0.3))))
+
+
+def test_the_number_of_threads_changes_no_bit(preparation, cores):
+    stroke, layers = arc(Brush(0.1, 0.05), mirror=frozenset("Z")), []
+    for number in (1, 2, 3):
+        cores(number)
+        assert threads.threads() == number
+        layers.append(sculpt(prepare(preparation.field), stroke).layer)
+    first, *others = layers
+    assert sum(len(part.index) for part in first.values()) > 1000
+    for other in others:
+        assert other.keys() == first.keys()
+        for level, part in other.items():
+            np.testing.assert_array_equal(part.index, first[level].index)
+            np.testing.assert_array_equal(part.values, first[level].values)
+
+
+def figure_of_eight(intensity):
+    turn = np.linspace(0, 2 * np.pi, 31)[:-1]
+    points = on_ball(0.5 * np.sin(turn), 0.25 * np.sin(2 * turn))
+    return prepare(ball(0.5)), Stroke(points, Brush(0.08, intensity), closed=True)
+
+
+def edge_of_a_lens(intensity):
+    """Carved by more than the 0.08 that its meridian is curved by."""
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    brush = Brush(0.15, intensity)
+    return prepare(ellipsoid((0.5, 0.5, 0.2))), Stroke(on_ball(turn, 0), brush, closed=True)
+
+
+def hole_of_a_torus(intensity):
+    """0.3 wide, which the stroke all but fills."""
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    return prepare(primitive("torus")), Stroke(
+        on_ball(turn, 0, 0.3), Brush(0.1, intensity), closed=True
+    )
+
+
+def images_that_meet(intensity):
+    points = on_ball(np.linspace(1.3, 1.5, 5), 0.2)
+    return prepare(ball(0.5)), Stroke(points, Brush(0.12, intensity), mirror=frozenset("X"))
+
+
+@pytest.mark.parametrize(
+    ("make", "intensity"),
+    [
+        (figure_of_eight, 0.06),
+        (figure_of_eight, -0.15),
+        (edge_of_a_lens, -0.16),
+        (hole_of_a_torus, 0.26),
+        (images_that_meet, 0.1),
+    ],
+)
+def test_where_the_displaced_surface_meets_itself_there_is_one_piece(make, intensity):
+    before, stroke = make(intensity)
+    edit = sculpt(before, stroke)
+    assert components(edit.proxy) == 1
+    assert np.abs(values(before.field, edit.proxy.vertices)).max() > 0.05
+
+
+def test_a_cancel_ends_it_wherever_it_comes(preparation):
+    stroke = arc(Brush(0.1, 0.03))
+
+    def calls(last=None):
+        heard = []
+
+        def progress(fraction, message):
+            heard.append((fraction, message))
+            if len(heard) == last:
+                raise Cancelled
+
+        try:
+            sculpt(preparation, stroke, progress=progress)
+        except Cancelled:
+            assert last is not None
+        return heard
+
+    whole = calls()
+    assert all(0 <= fraction <= 1 and message for fraction, message in whole)
+    for last in (1, 2, len(whole) // 3, 2 * len(whole) // 3, len(whole)):
+        assert len(calls(last)) == last
