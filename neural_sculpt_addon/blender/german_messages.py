@@ -10,6 +10,8 @@ MESSAGES = {
     "Export {}": "{} exportieren",
     "Fit {}": "{} anpassen",
     "Cleaning the mesh": "Mesh bereinigen",
+    "Absorbing": "Übernehmen",
+    "Fitting detail, level {}": "Details anpassen, Stufe {}",
     "Fitting, error {}": "Anpassen, Fehler {}",
     "Looking for the inside": "Das Innere suchen",
     "Looking for what was moved": "Suchen, was verschoben wurde",

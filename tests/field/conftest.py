@@ -28,7 +28,7 @@ class Sculpted(NamedTuple):
 @pytest.fixture(scope="session")
 def preparation():
     """Of a sphere whose network has units to spare for an edit."""
-    return prepare(Field(ball(0.5, spare=100)))
+    return prepare(ball(0.5, spare=100))
 
 
 @pytest.fixture(scope="session")
