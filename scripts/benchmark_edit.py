@@ -158,7 +158,7 @@ def _print_summary(rows: list[dict[str, Any]], methods: list[str]) -> None:
         print(f"{method}: tolerance met by {met} of {len(chosen)}", end="")
         times = {row["case"]: row["seconds"] for row in chosen}
         slow = {row["case"]: row["seconds"] for row in solved.get(BASELINE, ())}
-        if both := times.keys() & slow.keys():
+        if method != BASELINE and (both := times.keys() & slow.keys()):
             ratio = statistics.median(slow[case] for case in both) / statistics.median(
                 times[case] for case in both
             )
