@@ -10,6 +10,8 @@ MESSAGES = {
     "Export {}": "{} exportieren",
     "Fit {}": "{} anpassen",
     "Cleaning the mesh": "Mesh bereinigen",
+    "Absorbing": "Übernehmen",
+    "Fitting detail, level {}": "Details anpassen, Stufe {}",
     "Fitting, error {}": "Anpassen, Fehler {}",
     "Following the surface": "Der Oberfläche folgen",
     "Looking for the inside": "Das Innere suchen",

@@ -12,6 +12,7 @@ of other topology (dyntopo, remesh) has moved all over, and is absorbed as a who
 
 import time
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,8 +36,9 @@ Array = NDArray[np.float32]
 
 MOVED = 3e-4  # from the zero level, model units; vertices of a proxy are within 1.5e-4
 FLATTEST = 0.3  # |grad f| from which on a small f is believed to be near the zero level
-FINEST = 7
-"""Cells of 1/128: half of what a vertex of the usual proxy holds. Level 6 misses twice as much."""
+FINEST = 8
+HELD = 2.0
+"""Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
 
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
@@ -83,12 +85,10 @@ def absorb(
     moved = _moved(field, mesh)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = _patch(mesh, moved)
-    levels = range(COARSEST, FINEST + 1)
+    levels = range(COARSEST, _finest(mesh, moved) + 1)
+    progress(0.3, "Absorbing")
     rows, nodes = _rows(field, distance, mesh, patch, moved, levels, rng)
-
-    def check() -> None:
-        progress(0.5, "Absorbing")
-
+    check = partial(progress, 0.5, "Absorbing")
     layer: dict[int, Level] = {}
     for level in levels:
         layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, DAMPED)
@@ -116,6 +116,15 @@ def _moved(field: Field, mesh: CleanMesh) -> NDArray[np.bool_]:
         raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
     moved[mesh.triangles[moved[mesh.triangles].any(axis=1)]] = True
     return moved
+
+
+def _finest(mesh: CleanMesh, moved: NDArray[np.bool_]) -> int:
+    """The finest level that edges as long as those of what was moved can hold."""
+    corners = mesh.corners[moved[mesh.triangles].all(axis=1)]
+    if not len(corners):
+        return COARSEST
+    edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+    return int(np.clip(np.rint(np.log2(HELD / edge)), COARSEST, FINEST))
 
 
 def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
@@ -162,9 +171,11 @@ def _rows(
     nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
     for level in levels:
         h = spacing(level)
-        steps = max(int(np.ceil(longest / (STEP * h))), 1)
-        swept = [new + part * way for part in np.linspace(0, 1, steps + 1)]
-        cells = linear(cells_of(np.concatenate([points, *swept]), level), level)
+        touched = [points]
+        if level == COARSEST:
+            steps = max(int(np.ceil(longest / (STEP * h))), 1)
+            touched += [new + part * way for part in np.linspace(0, 1, steps + 1)]
+        cells = linear(cells_of(np.concatenate(touched), level), level)
         nodes[level] = dilated(np.unique(cells), level)
         reached = dilated(nodes[level], level)
         cells = linear(cells_of(patch.points, level), level)

@@ -15,7 +15,7 @@ are whole multiples of `UNIT`, so float32 adds and subtracts them exactly: a sum
 depend on its order, and taking a layer away again leaves no trace. Model space.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -82,6 +82,14 @@ class Level:
 
     index: NDArray[np.int32]  # (N,), `linear` numbers of the nodes, rising
     values: NDArray[np.float32]  # (N,), multiples of UNIT
+
+    @staticmethod
+    def sum(parts: Sequence["Level"]) -> "Level":
+        """The sum of `parts` of one level, without what has become zero."""
+        index, place = np.unique(np.concatenate([p.index for p in parts]), return_inverse=True)
+        values = np.bincount(place, np.concatenate([p.values for p in parts]), len(index))
+        some = np.flatnonzero(values)
+        return Level(index[some], values[some].astype(np.float32))
 
 
 Coefficients = Mapping[int, Level]

@@ -10,23 +10,27 @@ tolerance in distance or normals. Its rows, all in cells that its nodes reach:
     beside it       f = signed distance, at 0.3 to 1.5 h
     in empty cells  f = signed distance on the first level, which puts right what the network got
                     wrong, islands included; on finer ones f as it is, so that nothing drifts
+    where f is doubted, signed distance: near zero in empty cells, and in cells where it is not as
+                    far from zero beside the mesh as it should be
 
 Model space.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stroke.progress import Progress, silent
+from ..stroke.progress import Check, Progress, silent
 from .detail import cells_of, centres, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
 from .mesh_cleanup import areas
 from .mesh_distance import MeshDistance
 from .solvers.spline_system import Rows, solve_level
+from .threads import in_pieces, join
 
 Array = NDArray[np.float32]
 Cells = NDArray[np.int32]
@@ -42,11 +46,15 @@ PROBES = 6.0  # samples for each h^2 of the level before that tell where another
 MOST = 800_000
 """Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
 
+BATCH = 1 << 16  # samples between two looks at a cancel
+AT_ONCE = 1 << 13  # points that one thread takes at a time
+
 SIDES = 2.0  # samples for each h^2
 NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
 SIDE, EMPTY = 0.3, 0.2  # weights, where a sample on the mesh has 1
 SLOPE = 0.5  # weight, times h
 AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
+MORE = 4  # samples in cells where it may
 NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
 FAR = 0.005  # |f| at a sample that may bound nothing
 DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
@@ -93,35 +101,29 @@ def refine(
     preview: given the field after each level but the last
     enough:  once it is true, no other level is begun
     """
-    area = float(areas(distance.vertices[distance.faces]).sum())
     levels = range(COARSEST, tolerance.finest + 1)
     for done, level in enumerate(levels):
         if enough():
             break
         if done:
             preview(field)
-        progress(done / len(levels), f"Fitting detail, level {level}")
-
-        def check(part: float = done / len(levels), text: str = f"Level {level}") -> None:
-            progress(part, text)
-
+        check = partial(progress, done / len(levels), f"Fitting detail, level {level}")
+        check()
         candidates = None
         if done:
-            probes = _sample(field, distance, PROBES * area / spacing(level - 1) ** 2, rng)
+            probes = _sample(field, distance, PROBES / spacing(level - 1) ** 2, rng, check)
             missed = _missed(probes, level - 1, tolerance)
             if not len(missed):
                 break
             candidates = dilated(missed, level - 1)
-        check()
         samples = _sample(
-            field, distance, DENSITY * area / spacing(level) ** 2, rng, candidates, level - 1
+            field, distance, DENSITY / spacing(level) ** 2, rng, check, candidates, level - 1
         )
         flagged = _missed(samples, level, tolerance)
         if not len(flagged):
             break
         nodes = dilated(flagged, level)
-        rows = _rows(field, distance, samples, nodes, level, rng)
-        check()
+        rows = _rows(field, distance, samples, nodes, level, rng, check)
         field = field.plus(
             {level: solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)}
         )
@@ -131,22 +133,29 @@ def refine(
 def _sample(
     field: Field,
     distance: MeshDistance,
-    count: float,
+    density: float,
     rng: np.random.Generator,
+    check: Check,
     cells: Cells | None = None,
     level: int = 0,
 ) -> _Samples:
-    """Samples of the mesh, `count` of all of it, in `cells` of `level` if given."""
-    surface = distance.surface(int(count) + 1, rng)
-    points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
-    if cells is not None:
-        inside = among(linear(cells_of(points, level), level), cells)
-        points, normals = points[inside], normals[inside]
-    if len(points) > MOST:
-        chosen = np.linspace(0, len(points) - 1, MOST).astype(int)
-        points, normals = points[chosen], normals[chosen]
-    samples = _Samples(points, normals, *values_and_gradients(field, points))
-    return _facing_outward(samples, distance)
+    """Samples of the mesh, `density` for each unit of area, in `cells` of `level` if given."""
+    area = float(areas(distance.vertices[distance.faces]).sum())
+    parts = int(density * area / BATCH) + 1
+    found = []
+    for _ in range(parts):
+        check()
+        surface = distance.surface(int(density * area / parts) + 1, rng)
+        points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
+        if cells is not None:
+            inside = among(linear(cells_of(points, level), level), cells)
+            points, normals = points[inside], normals[inside]
+        if (most := MOST // parts + 1) < len(points):
+            chosen = np.linspace(0, len(points) - 1, most).astype(int)
+            points, normals = points[chosen], normals[chosen]
+        samples = _Samples(points, normals, *values_and_gradients(field, points))
+        found.append(_facing_outward(samples, distance))
+    return join(found)
 
 
 def _facing_outward(samples: _Samples, distance: MeshDistance) -> _Samples:
@@ -186,8 +195,13 @@ def _rows(
     nodes: Cells,
     level: int,
     rng: np.random.Generator,
+    check: Check,
 ) -> Rows:
     """The equations for the `nodes` of a level."""
+
+    def evaluated(points: Array) -> Array:
+        return in_pieces(lambda part: values(field, points[part]), len(points), check, size=AT_ONCE)
+
     h = spacing(level)
     reached = dilated(nodes, level)
     cells = linear(cells_of(samples.points, level), level)
@@ -200,17 +214,20 @@ def _rows(
     chosen = rng.random(len(on.points)) < SIDES / DENSITY
     side = rng.uniform(NEAREST, FARTHEST, chosen.sum()) * rng.choice([-h, h], chosen.sum())
     beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
-    empty = np.setdiff1d(reached, cells)
+    value = evaluated(beside)
+    doubted = np.abs(value - side) > AGREES * np.abs(side)
+    puzzling = np.unique(linear(cells_of(beside[doubted], level), level))
+    empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, MORE)])
     apart = centres(places(empty, level), level)
     apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
 
     off = np.concatenate([beside, apart])
-    value = values(field, off)
+    value = np.concatenate([value, evaluated(apart)])
     target = np.concatenate([side, value[len(side) :]])
-    near = np.abs(value[len(side) :]) < NEAR * h
-    asked = np.concatenate([np.abs(value[: len(side)] - side) > AGREES * np.abs(side), near])
+    asked = np.concatenate([doubted, np.abs(value[len(side) :]) < NEAR * h])
+    asked[len(asked) - MORE * len(puzzling) :] = True
     asked |= level == COARSEST
-    target[asked] = distance(off[asked].astype(float)).value
+    target[asked] = distance(off[asked].astype(float), lambda *_: check()).value
     points = np.concatenate([on.points, off])
     residuals = np.concatenate([-on.value, target - value]).astype(np.float32)
     weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])

@@ -222,7 +222,7 @@ def difference(before: Sequence[Term], after: Sequence[Term]) -> Coefficients:
         if sign and strength:
             for level, part in scaled(layers[name].coefficients, strength).items():
                 parts.setdefault(level, []).append(Level(part.index, sign * part.values))
-    sums = {level: _sum(some) for level, some in sorted(parts.items())}
+    sums = {level: Level.sum(some) for level, some in sorted(parts.items())}
     return {level: part for level, part in sums.items() if len(part.index)}
 
 
@@ -231,14 +231,6 @@ def _counts(before: Sequence[Term], after: Sequence[Term]) -> Counter[tuple[str,
     counts = Counter((term.layer.id, term.strength) for term in after)
     counts.subtract((term.layer.id, term.strength) for term in before)
     return counts
-
-
-def _sum(parts: Sequence[Level]) -> Level:
-    """The sum of parts of one level: exact, for float64 has room for any number of them."""
-    index, place = np.unique(np.concatenate([part.index for part in parts]), return_inverse=True)
-    values = np.bincount(place, np.concatenate([part.values for part in parts]), len(index))
-    kept = values != 0
-    return Level(index[kept], values[kept].astype(np.float32))
 
 
 def _valid(entry: Entry, base: str, beneath: Sequence[Term], memo: Memo) -> Solved | None:

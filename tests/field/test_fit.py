@@ -2,6 +2,7 @@
 """Fitting meshes: against closed forms, autograd and trimesh; damaged meshes; messages."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import igl
 import numpy as np
@@ -11,11 +12,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field import course
-from neural_sculpt_addon.field import fit as fit_module
+from neural_sculpt_addon.field import evaluate, schedule, threads
 from neural_sculpt_addon.field.adam import Adam
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.fit import Method, Preset, fit_mesh
+from neural_sculpt_addon.field.fit import fit_mesh
 from neural_sculpt_addon.field.fit_distance import (
     GRADIENT_WEIGHT,
     SOFTNESS,
@@ -28,6 +28,7 @@ from neural_sculpt_addon.field.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.mesh_thicken import thicken
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.projection import find_surface
+from neural_sculpt_addon.field.solvers import spline_system
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 
 SPHERE = trimesh.creation.icosphere(subdivisions=4)
@@ -334,6 +335,21 @@ def test_the_papers_loss_has_its_published_weights():
     assert float(paper_loss(on, gradient, normals, off, gradient)) == pytest.approx(expected)
 
 
+def same(one, other):
+    """Whether two fields have the same bits."""
+    pairs = list(zip(one.network.parameters, other.network.parameters, strict=True))
+    details = one.detail.coefficients, other.detail.coefficients
+    return (
+        all(torch.equal(a, b) for a, b in pairs)
+        and details[0].keys() == details[1].keys()
+        and all(
+            np.array_equal(details[0][k].index, details[1][k].index)
+            and np.array_equal(details[0][k].values, details[1][k].values)
+            for k in details[0]
+        )
+    )
+
+
 @pytest.fixture(scope="module")
 def sphere_fit():
     return fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
@@ -343,41 +359,90 @@ def test_a_sphere_is_fitted_and_reported(sphere_fit):
     assert sphere_fit.scale == pytest.approx(20 / 1.7, rel=1e-3)
     assert sphere_fit.center == pytest.approx((5, 5, 5), abs=1e-3)
     report = sphere_fit.report
-    assert report["error_mean"] < 3e-3
+    assert report["error_mean"] < 5e-4
     assert report["error_mean"] <= report["error_p95"] <= report["error_max"]
-    assert report["normal_deg"] < 5
-    assert report["sign_errors"] < 1e-3
+    assert report["normal_deg"] < 2.5
+    assert report["sign_errors"] == 0
     assert report["components"] == 1
     json.dumps(report, allow_nan=False)
     x = box_points()
     exact = np.linalg.norm(x, axis=1) - 0.85
-    assert np.abs(values(sphere_fit.network, x) - exact).mean() < 0.03
+    assert np.abs(values(sphere_fit.field, x) - exact).mean() < 0.03
 
 
-def test_the_same_seed_gives_the_same_weights(sphere_fit):
-    again = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
+def test_the_same_seed_gives_the_same_bits_whatever_the_cores(sphere_fit, monkeypatch):
+    with ThreadPoolExecutor(1, threads.NAME) as alone:
+        for module in (evaluate, spline_system):
+            monkeypatch.setattr(module, "pool", lambda: alone)
+        again = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
+    assert same(again.field, sphere_fit.field)
+
+
+def test_another_seed_gives_another_field(sphere_fit):
     other = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft", seed=1)
-    pairs = list(zip(sphere_fit.network.parameters, again.network.parameters, strict=True))
-    assert all(torch.equal(a, b) for a, b in pairs)
-    assert not torch.equal(other.network.weights[0], again.network.weights[0])
+    assert not same(other.field, sphere_fit.field)
 
 
-@pytest.mark.parametrize("mesh", [TORUS, BOX], ids=["torus", "box"])
-def test_a_torus_and_a_box_are_fitted(mesh):
-    report = fit_mesh(mesh.vertices, mesh.faces, preset="draft").report
-    assert report["error_mean"] < 5e-3
-    assert report["sign_errors"] < 1e-3
+def test_finer_levels_come_closer_to_a_torus():
+    """Against the closed form, of which the mesh is a fine tessellation."""
+    mesh = trimesh.creation.torus(0.5, 0.2, major_sections=384, minor_sections=192)
+    turn, round_ = 2 * np.pi * np.random.default_rng(3).random((2, 4000))
+    out = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    normal = np.cos(round_)[:, None] * out + np.sin(round_)[:, None] * [0, 0, 1]
+    x = 0.5 * out + 0.2 * normal
+    errors, angles = [], []
+    for preset in ("draft", "normal"):
+        fit = fit_mesh(mesh.vertices, mesh.faces, preset=preset)
+        found = find_surface(fit.field, (x - fit.center) / fit.scale)
+        errors.append(found.distance.mean() * fit.scale)
+        cosine = np.clip((found.normals * normal).sum(axis=1), -1, 1)
+        angles.append(np.degrees(np.arccos(cosine)).mean())
+        assert fit.report["sign_errors"] == 0
+        assert fit.report["components"] == 1
+    assert errors[1] < 1e-4 and errors[1] < errors[0]
+    assert angles[1] < 1.5 and angles[1] < angles[0]
+
+
+def test_a_box_has_sharp_creases_and_no_crumbs():
+    fit = fit_mesh(BOX.vertices, BOX.faces)
+    assert fit.report["error_mean"] < 2e-4
+    assert fit.report["normal_deg"] < 2
+    assert fit.report["components"] == 1
+    points = box_points(40_000)
+    beyond = np.abs(points) - np.array([1.7, 1.2, 0.8]) / 2
+    exact = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
+    clear = np.abs(exact) > 5e-3
+    assert np.array_equal((values(fit.field, points) < 0)[clear], (exact < 0)[clear])
+    flat = sum(len(level.index) for level in fit.field.detail.coefficients.values())
+    assert flat < 40_000  # where a ball of this size has twice as many: its creases alone are fine
+
+
+def test_a_thin_plate_is_one_piece():
+    plate = trimesh.creation.box((1.7, 1.2, 0.04))
+    report = fit_mesh(plate.vertices, plate.faces).report
+    assert report["error_mean"] < 2e-4
+    assert report["sign_errors"] == 0
+    assert report["components"] == 1
+
+
+def test_flipped_faces_do_not_turn_the_surface_over():
+    flipped = TORUS.faces.copy()
+    some = np.random.default_rng(0).random(len(flipped)) < 0.1
+    flipped[some] = flipped[some, ::-1]
+    report = fit_mesh(TORUS.vertices, flipped, preset="draft").report
+    assert report["error_mean"] < 1e-3
+    assert report["sign_errors"] == 0
     assert report["components"] == 1
 
 
 def test_a_sheet_with_thickness_is_fitted():
     fit = fit_mesh(*sheet(), preset="draft", thickness=0.3)
-    assert fit.report["error_mean"] < 0.01
+    assert fit.report["error_mean"] < 2e-3
     assert fit.report["components"] == 1
 
 
 def test_good_enough_keeps_what_is_there_and_a_preview_shows_it(monkeypatch):
-    monkeypatch.setattr(course, "PREVIEW_SECONDS", 0.0)
+    monkeypatch.setattr(schedule, "PREVIEW_SECONDS", 0.0)
     shown, steps = [], []
 
     def watch(fraction, text):
@@ -391,29 +456,28 @@ def test_good_enough_keeps_what_is_there_and_a_preview_shows_it(monkeypatch):
         enough=lambda: len(shown) >= 150,
     )
     assert len(shown) == 150
-    assert sum(text.startswith("Fitting") for text in steps) == 150
+    assert sum(text.startswith("Fitting, error") for text in steps) == 150
     assert shown[-1].report["error"] < shown[0].report["error"]
     assert (shown[0].scale, shown[0].center) == (fit.scale, fit.center)
     points, _, _ = distance_to(BOX.vertices, BOX.faces).surface(2000, np.random.default_rng(0))
-    networks = shown[0].network, shown[-1].network
-    first, last = (find_surface(network, points).distance.mean() for network in networks)
+    fields = shown[0].field, shown[-1].field
+    first, last = (find_surface(field, points).distance.mean() for field in fields)
     assert last < first / 3
+    assert not fit.field.detail.levels
     assert fit.report["error_mean"] < 0.01
 
 
 @pytest.mark.parametrize("width", [64, 256])
 def test_the_width_is_a_choice(width):
     fit = fit_mesh(SPHERE.vertices, SPHERE.faces, preset="draft", width=width)
-    assert fit.network.widths == (width, width)
+    assert fit.field.network.widths == (width, width)
+    assert fit.report["error_mean"] < 5e-4
+
+
+def test_without_detail_there_is_a_network_alone():
+    fit = fit_mesh(SPHERE.vertices, SPHERE.faces, preset="draft", detail=False)
+    assert not fit.field.detail.levels
     assert fit.report["error_mean"] < 3e-3
-
-
-def test_a_network_that_misses_the_tolerance_grows(monkeypatch):
-    for tolerance, width in ((0.0, 256), (1.0, 128)):
-        short = course.Course(60, 256, 20_000, 2e-3, tolerance)
-        monkeypatch.setitem(fit_module.COURSES, (Method.DISTANCE, Preset.DRAFT), short)
-        fit = fit_mesh(SPHERE.vertices, SPHERE.faces, preset="draft")
-        assert fit.network.widths == (width, width)
 
 
 def test_no_other_width():
@@ -423,7 +487,8 @@ def test_no_other_width():
 
 def test_the_papers_fit_finds_the_surface():
     fit = fit_mesh(SPHERE.vertices, SPHERE.faces, method="paper", preset="draft")
-    assert fit.network.omegas == (30.0, 30.0)
+    assert fit.field.network.omegas == (30.0, 30.0)
+    assert not fit.field.detail.levels
     assert fit.report["error_mean"] < 0.02
 
 
@@ -439,5 +504,4 @@ def test_progress_tells_the_error_and_cancels():
         fit_mesh(BOX.vertices, BOX.faces, preset="draft", progress=watch)
     fractions = [fraction for fraction, _ in seen]
     assert fractions == sorted(fractions)
-    assert "error 0." in seen[-1][1]
-    assert torch.get_num_threads() >= 1
+    assert any("error 0." in text for _, text in seen)

@@ -4,10 +4,10 @@
     choose the level -> active cells -> rows -> solve a coarse level, a fine one, and where that
     misses a finer one
 
-The level follows from the stroke: its cells are a third of the width of the narrowest rise or fall
-of the profile. Nodes exist in the cells that the surface passes on its way from where it was to
-where it goes, and in those beside them, so the field elsewhere stays what it was to the last bit.
-Model space.
+The level follows from the stroke: some two or three of its cells are as wide as the narrowest rise
+or fall of the profile. Nodes exist in the cells that the surface passes on its way from where it
+was to where it goes, and in those beside them, so the field elsewhere stays what it was to the last
+bit. Model space.
 """
 
 import math
@@ -33,17 +33,18 @@ from ..detail import (
 from ..evaluate import values
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
+from ..surface import Samples
 from ..threads import join
 from .edit_rows import EditedSurface
 from .spline_system import Rows, solve_level
 
-CELLS_PER_FEATURE = 3.0
-"""Cells at least in the width of the narrowest rise or fall: more are closer, and cost rows."""
+CELLS_PER_FEATURE = 2.5
+"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
 
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
 
-DENSITY = 5.0
+DENSITY = 8.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
 ROWS, NODES = 60_000, 40_000
@@ -58,15 +59,18 @@ FEWEST = 7
 MARGIN = 0.75
 """Cells beyond both surfaces that are active, before one more on each side."""
 
+GAP = 1.5
+"""Cells, of the proxy where those are larger: how far from all tube samples a gap begins."""
+
 STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at."""
 
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
 
-MISSED, SHARE = 2e-4, 0.15
-"""Model units that a surface sample may be off, and the share of those of a cell that may be more:
-a cell with more gets nodes of one more level."""
+MISSED, TILTED, SHARE = 2e-4, 0.05, 0.15
+"""Model units and slope (3 degrees) that a surface sample may be off, and the share of those of a
+cell that may be more: a cell with more gets nodes of one more level."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -90,12 +94,14 @@ class Resolution:
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
     brush = problem.stroke.brush
-    wanted = max(LEAST_FINEST, math.ceil(math.log2(CELLS_PER_FEATURE / _feature(problem))))
+    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+    feature = _feature(problem)
+    feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
+    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
     area = 0.0
     for stroke, path in problem.laid:
         radius = brush.radius * stroke.largest_factor
         area += 2 * radius * path.length + math.pi * radius**2
-    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
 
     def fits(level: int) -> bool:
         faces = area / spacing(level) ** 2
@@ -120,12 +126,18 @@ class LocalEdit:
         random = np.random.default_rng(problem.seed)
         progress(0.0, "Sculpting")
         displaced = _sample(problem, spacing(level), random)
-        passed = _passed(displaced, level)
+        surface, target = displaced.joined("surface"), displaced.joined("target")
+        gaps = surface.where(slice(0, 0)), target.where(slice(0, 0))
+        if displaced.swept is None:
+            gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
+        passed = _passed(join([surface, gaps[0]]), join([target, gaps[1]]), level)
         self._active = dilated(passed, level)
         self._coarse = numbers(centres(places(passed, level), level), level - 1)
         progress(0.3, "Sculpting")
         self._problem, self._field = problem, problem.field
-        self._surface = EditedSurface(problem, displaced, self._active, self._coarse, level, random)
+        self._surface = EditedSurface(
+            problem, displaced, gaps[1], self._active, self._coarse, level, random
+        )
         self._rows = self._surface.rows(self._active, level, random)
         self._layer = dict[int, Level]()
 
@@ -175,20 +187,23 @@ class LocalEdit:
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, cells, self._rows, self._problem.check)
-        if level in self._layer:
-            found = Level(cells, self._layer[level].values + found.values)
-        self._layer[level] = found
+        known = self._layer.get(level)
+        self._layer[level] = found if known is None else Level.sum([known, found])
 
     def _missed(self, level: int) -> NDArray[np.int32]:
-        """The active cells (K,) of which more than a share of the surface samples are off."""
+        """The active cells (K,) of which more than a share of the surface samples are off, those
+        of which most are where the budget has no room for all."""
         count = len(self._surface.target.points) + len(self._surface.kept.points)
         cells = linear(cells_of(self._rows.points[:count], level), level)
         place = np.searchsorted(self._active, cells)
         inside = self._active.take(place, mode="clip") == cells
         size = len(self._active)
         off = np.abs(self._rows.residuals[:count]) > MISSED
+        off[: len(self._rows.slopes)] |= np.abs(self._rows.slopes) > TILTED
         samples = np.bincount(place[inside], minlength=size)
-        return self._active[np.bincount(place[inside], off[inside], size) > SHARE * samples]
+        share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
+        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // 8]
+        return np.sort(self._active[most[share[most] > SHARE]])
 
 
 def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
@@ -234,12 +249,9 @@ def _sample(problem: Problem, h: float, random: np.random.Generator) -> Displace
     return problem.displaced_tubes(rows, columns, random)
 
 
-def _passed(displaced: DisplacedTubes, level: int) -> NDArray[np.int32]:
+def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     """The cells that the surface passes on its way, and those within MARGIN of it."""
     h = spacing(level)
-    surface, target = (
-        join([getattr(tube, name) for tube in displaced.tubes]) for name in ("surface", "target")
-    )
     way = target.points - surface.points
     farthest = float(np.linalg.norm(way, axis=1).max())
     parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
