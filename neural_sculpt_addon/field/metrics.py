@@ -211,7 +211,8 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         if len(vertices) and len(triangles):
             mesh = tube.target.points.astype(float), triangles
             distance, face = _to_mesh(vertices, *mesh, problem.check)
-            inner = (tube.displacement.nearness < INNER)[triangles].all(axis=1)
+            inner = (tube.displacement.nearness < INNER) & tube.inner()
+            inner = inner[triangles].all(axis=1)
             if gap is not None:
                 nearest = gap.query(vertices)[1]
                 away = vertices - gaps.points[nearest]

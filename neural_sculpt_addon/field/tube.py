@@ -59,6 +59,17 @@ class Tube:
             places[self.grid],
         )
 
+    def inner(self) -> NDArray[np.bool_]:
+        """Which samples (N,) have all four neighbours in the grid: beyond others nothing is known.
+
+        On strongly curved surfaces those at the border lie well within the radius.
+        """
+        here = np.pad(self.grid >= 0, 1)
+        around = here[:-2, 1:-1] & here[2:, 1:-1] & here[1:-1, :-2] & here[1:-1, 2:]
+        inner = np.zeros(len(self.surface.points), bool)
+        inner[self.grid[around & (self.grid >= 0)]] = True
+        return inner
+
     def triangles(self) -> NDArray[np.int64]:
         """Triangles (T, 3) between neighbours of the grid, counter-clockwise seen from outside.
 

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Any stroke at all: an edit ends with a sound network and a report, or says why it cannot.
+"""Any stroke at all: an edit ends with a sound field and a report, or says why it cannot.
 
 NEURAL_SCULPT_FUZZ=500 tries so many strokes instead of a few.
 """
 
 import os
-import resource
 
 import numpy as np
 import torch
+import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field.edit import edit
+from neural_sculpt_addon.field.detail import LARGEST
+from neural_sculpt_addon.field.edit import Solver, sculpt
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.modulation import Modulation
@@ -20,7 +21,6 @@ from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Direction, Ends, Stroke
 
 MOST = int(os.environ.get("NEURAL_SCULPT_FUZZ", "6"))
-MEMORY = 3 << 20  # kilobytes
 
 height = st.floats(-1, 1, width=32)
 tables = st.lists(height, min_size=2, max_size=33).map(lambda values: Profile(table=tuple(values)))
@@ -71,16 +71,18 @@ def strokes(draw):
 
 def check(ready, stroke, solver):
     try:
-        result = edit(ready.network, [stroke], solver=solver, preparation=ready)
+        done = sculpt(ready, stroke, solver=solver)
     except SculptError as error:
         assert str(error)
         return
-    assert all(torch.isfinite(part).all() for part in result.network.parameters)
-    for array in (*result.preparation.surface, *result.preparation.shell):
+    assert all(torch.isfinite(part).all() for part in done.field.network.parameters)
+    for part in (done.layer or {}).values():
+        assert np.isfinite(part.values).all() and np.abs(part.values).max(initial=0) <= LARGEST
+    for array in (done.proxy.vertices, done.proxy.normals):
         assert np.isfinite(array).all()
-    (report,) = result.reports
-    assert all(np.isfinite(v) for v in report.values() if isinstance(v, float))
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MEMORY
+    mesh = trimesh.Trimesh(done.proxy.vertices, done.proxy.triangles, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent
+    assert all(np.isfinite(v) for v in done.report().values() if isinstance(v, float))
 
 
 slow = settings(
@@ -92,11 +94,11 @@ slow = settings(
 
 @slow
 @given(strokes())
-def test_any_stroke_can_be_shown(ready, stroke):
-    check(ready, stroke, "quick")
+def test_any_stroke_can_be_sculpted(ready, stroke):
+    check(ready, stroke, Solver.LOCAL)
 
 
 @settings(slow, max_examples=max(1, MOST // 10))
 @given(strokes())
-def test_any_stroke_can_be_refined(ready, stroke):
-    check(ready, stroke, "gauss_newton")
+def test_any_stroke_can_change_the_network(ready, stroke):
+    check(ready, stroke, Solver.NETWORK)

@@ -204,3 +204,17 @@ def test_the_rim_lies_just_outside_of_the_tube():
     assert away.min() > 1.0
     assert away.max() <= 2.0 + 1e-3
     assert 1000 < len(rim.points) < 3000
+
+
+def test_inner_samples_have_neighbours_on_all_sides():
+    """Of a flat strip all but the outermost rows and columns, of a dab all but its edge."""
+    stroke, path = ridge(ends=Ends.FLAT)
+    tube = sample_tube(plane(), stroke, path)
+    x, y = np.abs(tube.surface.points[:, :2].T)
+    assert tube.inner()[(x < 0.5 - 1.5 / 98) & (y < 0.2 - 2.5 * 0.004)].all()
+    assert not tube.inner()[(x > 0.5 - 0.5 / 98) | (y > 0.2 - 0.5 * 0.004)].any()
+    dab = Stroke(np.zeros((1, 3)), Brush(0.2, 0.1))
+    tube = sample_tube(plane(), dab, lay(plane(), dab))
+    away = np.hypot(*tube.surface.points[:, :2].T)
+    assert away[tube.inner()].max() < 0.2 - 0.0015
+    assert away[~tube.inner()].min() > 0.2 - 1.5 * 0.4 / 98
