@@ -108,7 +108,8 @@ class EditedSurface:
             points = np.concatenate([points, points + np.float32(spacing(level) / 2)])
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-            away, nearest = map(np.asarray, self._tree.query(points[part]))
+            found = self._tree.query(points[part])
+            away, nearest = np.asarray(found[0]), np.asarray(found[1])
             sample = self._cloud.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
             return np.stack([away, plane], axis=1), nearest
