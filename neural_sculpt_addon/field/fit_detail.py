@@ -10,6 +10,8 @@ tolerance in distance or normals. Its rows, all in cells that its nodes reach:
     beside it       f = signed distance, at 0.3 to 1.5 h
     in empty cells  f = signed distance on the first level, which puts right what the network got
                     wrong, islands included; on finer ones f as it is, so that nothing drifts
+    where f is doubted, signed distance: near zero in empty cells, and in cells where it is not as
+                    far from zero beside the mesh as it should be
 
 Model space.
 """
@@ -45,13 +47,14 @@ MOST = 800_000
 """Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
 
 BATCH = 1 << 16  # samples between two looks at a cancel
-EVALUATED = 1 << 13  # points that one thread takes at a time
+AT_ONCE = 1 << 13  # points that one thread takes at a time
 
 SIDES = 2.0  # samples for each h^2
 NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
 SIDE, EMPTY = 0.3, 0.2  # weights, where a sample on the mesh has 1
 SLOPE = 0.5  # weight, times h
 AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
+MORE = 4  # samples in cells where it may
 NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
 FAR = 0.005  # |f| at a sample that may bound nothing
 DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
@@ -195,6 +198,10 @@ def _rows(
     check: Check,
 ) -> Rows:
     """The equations for the `nodes` of a level."""
+
+    def evaluated(points: Array) -> Array:
+        return in_pieces(lambda part: values(field, points[part]), len(points), check, size=AT_ONCE)
+
     h = spacing(level)
     reached = dilated(nodes, level)
     cells = linear(cells_of(samples.points, level), level)
@@ -207,15 +214,18 @@ def _rows(
     chosen = rng.random(len(on.points)) < SIDES / DENSITY
     side = rng.uniform(NEAREST, FARTHEST, chosen.sum()) * rng.choice([-h, h], chosen.sum())
     beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
-    empty = np.setdiff1d(reached, cells)
+    value = evaluated(beside)
+    doubted = np.abs(value - side) > AGREES * np.abs(side)
+    puzzling = np.unique(linear(cells_of(beside[doubted], level), level))
+    empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, MORE)])
     apart = centres(places(empty, level), level)
     apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
 
     off = np.concatenate([beside, apart])
-    value = in_pieces(lambda part: values(field, off[part]), len(off), check, size=EVALUATED)
+    value = np.concatenate([value, evaluated(apart)])
     target = np.concatenate([side, value[len(side) :]])
-    near = np.abs(value[len(side) :]) < NEAR * h
-    asked = np.concatenate([np.abs(value[: len(side)] - side) > AGREES * np.abs(side), near])
+    asked = np.concatenate([doubted, np.abs(value[len(side) :]) < NEAR * h])
+    asked[len(asked) - MORE * len(puzzling) :] = True
     asked |= level == COARSEST
     target[asked] = distance(off[asked].astype(float), lambda *_: check()).value
     points = np.concatenate([on.points, off])

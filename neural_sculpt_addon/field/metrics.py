@@ -64,6 +64,7 @@ STEEPEST = 0.2  # |grad f . n|, below which the edited surface is all but parall
 MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
+GAP, GAP_REACH = 1.5, 2.0  # cells of the proxy: see `Problem.gaps`, and how far its samples count
 
 Array = NDArray[np.floating[Any]]
 
@@ -187,9 +188,14 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
-    and the triangle nearest to it does not lie at the tube's border, beyond which there is none.
+    and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
+    a gap of the tube the plane of the nearest sample in it stands for the triangles.
     """
     distances = []
+    gaps = problem.gaps(join([tube.surface for tube in tubes]), GAP * problem.preparation.spacing)[
+        1
+    ]
+    gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]
     for one, tube in zip(problem.laid, tubes, strict=True):
@@ -206,6 +212,15 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
             mesh = tube.target.points.astype(float), triangles
             distance, face = _to_mesh(vertices, *mesh, problem.check)
             inner = (tube.displacement.nearness < INNER)[triangles].all(axis=1)
+            if gap is not None:
+                nearest = gap.query(vertices)[1]
+                away = vertices - gaps.points[nearest]
+                plane = np.abs((away * gaps.normals[nearest]).sum(axis=1))
+                distance = np.where(
+                    np.linalg.norm(away, axis=1) < GAP_REACH * problem.preparation.spacing,
+                    np.minimum(distance, plane),
+                    distance,
+                )
             distances.append(distance[inner[face]])
     return np.concatenate([*distances, np.empty(0)])
 

@@ -44,6 +44,11 @@ class Preparation:
     field: Field
     proxy: Proxy
 
+    @property
+    def spacing(self) -> float:
+        """Edge of a cell of the proxy, model units."""
+        return self.proxy.active.spacing
+
     @cached_property
     def surface(self) -> Samples:
         """(SURFACE_SAMPLES,) uniform by area, in spatial order."""

@@ -30,6 +30,7 @@ from .threads import in_pieces, join
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
+INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
 class Laid(NamedTuple):
@@ -48,6 +49,10 @@ class DisplacedTubes(NamedTuple):
 
     tubes: list[Tube]
     swept: SweptVolume | None
+
+    def joined(self, name: str) -> Samples:
+        """Samples of all tubes: their `surface`, or their `target`."""
+        return join([getattr(tube, name) for tube in self.tubes])
 
 
 @dataclass(frozen=True)
@@ -171,6 +176,24 @@ class Problem:
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
         return surface, moved, stretch
+
+    def gaps(self, surface: Samples, spacing: float) -> tuple[Samples, Samples]:
+        """Samples of the unedited surface under the stroke of which the tube's samples `surface`
+        are farther than `spacing`, and where they are displaced to.
+
+        A tube is projected from tangent planes, and so has gaps where the surface is steep to
+        them: around legs and ears. The samples are vertices of the proxy. There are none where the
+        displaced surface runs through itself.
+        """
+        proxy = self.preparation.proxy
+        vertices = Samples(proxy.vertices, proxy.normals)
+        vertices = vertices.where(
+            np.logical_or.reduce([_close(m, vertices.points) for m in self.laid])
+        )
+        distance = KDTree(surface.points).query(vertices.points, distance_upper_bound=spacing)[0]
+        vertices = vertices.where(~np.isfinite(distance))
+        vertices = vertices.where(self.nearness(vertices, beyond_flat_ends=False) < INNER)
+        return vertices, self.displaced(vertices)[0]
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""

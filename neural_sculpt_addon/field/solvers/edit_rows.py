@@ -57,14 +57,18 @@ class EditedSurface:
         self,
         problem: Problem,
         displaced: DisplacedTubes,
+        gaps: Samples,
         active: NDArray[np.int32],
         coarse: NDArray[np.int32],
         level: int,
         random: np.random.Generator,
     ) -> None:
-        """For nodes in the cells `active` of a level and `coarse` of the one above it."""
+        """For nodes in the cells `active` of a level and `coarse` of the one above it.
+
+        gaps: targets that the tubes lack, see `Problem.gaps`
+        """
         self._problem, self._swept = problem, displaced.swept
-        self.target = join([tube.target for tube in displaced.tubes])
+        self.target = join([displaced.joined("target"), gaps])
         self.kept = _preserved(problem, displaced.swept, active, coarse, level, random)
         self._cloud = join([self.target, self.kept])
         self._tree = KDTree(self._cloud.points)

@@ -33,6 +33,7 @@ from ..detail import (
 from ..evaluate import values
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
+from ..surface import Samples
 from ..threads import join
 from .edit_rows import EditedSurface
 from .spline_system import Rows, solve_level
@@ -58,15 +59,18 @@ FEWEST = 7
 MARGIN = 0.75
 """Cells beyond both surfaces that are active, before one more on each side."""
 
+GAP = 1.5
+"""Cells, of the proxy where those are larger: how far from all tube samples a gap begins."""
+
 STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at."""
 
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
 
-MISSED, SHARE = 2e-4, 0.15
-"""Model units that a surface sample may be off, and the share of those of a cell that may be more:
-a cell with more gets nodes of one more level."""
+MISSED, TILTED, SHARE = 2e-4, 0.05, 0.15
+"""Model units and slope (3 degrees) that a surface sample may be off, and the share of those of a
+cell that may be more: a cell with more gets nodes of one more level."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -90,12 +94,14 @@ class Resolution:
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
     brush = problem.stroke.brush
-    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / _feature(problem))))
+    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+    feature = _feature(problem)
+    feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
+    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
     area = 0.0
     for stroke, path in problem.laid:
         radius = brush.radius * stroke.largest_factor
         area += 2 * radius * path.length + math.pi * radius**2
-    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
 
     def fits(level: int) -> bool:
         faces = area / spacing(level) ** 2
@@ -120,12 +126,18 @@ class LocalEdit:
         random = np.random.default_rng(problem.seed)
         progress(0.0, "Sculpting")
         displaced = _sample(problem, spacing(level), random)
-        passed = _passed(displaced, level)
+        surface, target = displaced.joined("surface"), displaced.joined("target")
+        gaps = surface.where(slice(0, 0)), target.where(slice(0, 0))
+        if displaced.swept is None:
+            gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
+        passed = _passed(join([surface, gaps[0]]), join([target, gaps[1]]), level)
         self._active = dilated(passed, level)
         self._coarse = numbers(centres(places(passed, level), level), level - 1)
         progress(0.3, "Sculpting")
         self._problem, self._field = problem, problem.field
-        self._surface = EditedSurface(problem, displaced, self._active, self._coarse, level, random)
+        self._surface = EditedSurface(
+            problem, displaced, gaps[1], self._active, self._coarse, level, random
+        )
         self._rows = self._surface.rows(self._active, level, random)
         self._layer = dict[int, Level]()
 
@@ -187,6 +199,7 @@ class LocalEdit:
         inside = self._active.take(place, mode="clip") == cells
         size = len(self._active)
         off = np.abs(self._rows.residuals[:count]) > MISSED
+        off[: len(self._rows.slopes)] |= np.abs(self._rows.slopes) > TILTED
         samples = np.bincount(place[inside], minlength=size)
         share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
         most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // 8]
@@ -236,12 +249,9 @@ def _sample(problem: Problem, h: float, random: np.random.Generator) -> Displace
     return problem.displaced_tubes(rows, columns, random)
 
 
-def _passed(displaced: DisplacedTubes, level: int) -> NDArray[np.int32]:
+def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     """The cells that the surface passes on its way, and those within MARGIN of it."""
     h = spacing(level)
-    surface, target = (
-        join([getattr(tube, name) for tube in displaced.tubes]) for name in ("surface", "target")
-    )
     way = target.points - surface.points
     farthest = float(np.linalg.norm(way, axis=1).max())
     parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
