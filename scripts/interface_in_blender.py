@@ -109,7 +109,7 @@ def steps() -> Steps:
     waits = []
     for number in range(DRAWN):
         waits.append((yield from draw(number)))
-        yield from hand.until(lambda: not session.jobs, SECONDS, "the stroke's end")
+        yield from hand.until(lambda: not session.jobs, SECONDS, "the final result")
     _print_times(waits)
     yield from remember(int(count), session)
     Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
@@ -123,10 +123,10 @@ def draw(number: int) -> Generator[float, None, tuple[float, float]]:
     yield from hand.drag(path, pause=0.01)
     released = ended["event: leftmouse"]
 
-    def there() -> bool:
+    def is_there() -> bool:
         return len(fields()[0].neural_sculpt.strokes) > strokes
 
-    yield from hand.until(there, SECONDS, "a result")
+    yield from hand.until(is_there, SECONDS, "a result")
     seen = ended["result into the scene"]
     hand.view_area().tag_redraw()
     yield from hand.until(lambda: ended["overlay: stroke"] > seen, SECONDS, "a drawn result")

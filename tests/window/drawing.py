@@ -47,8 +47,12 @@ class WindowCase(harness.SculptCase):
 
     def idle(self) -> Steps:
         """Wait until the worker has nothing to do."""
-        yield from hand.until(lambda: not self.session.jobs, SECONDS, "an idle worker")
+        yield from hand.until(self.is_idle, SECONDS, "an idle worker")
         self.assertEqual(self.session.last_error, "")
+
+    def is_idle(self) -> bool:
+        """Whether every job has ended, and the last stroke is measured."""
+        return not self.session.jobs and self.session.behind is None
 
     def arc(self, tilt: float = 0.0, spread: float = 0.5) -> Array:
         """Points (15, 3) over the front of the sphere from left to right; `tilt` is upward."""

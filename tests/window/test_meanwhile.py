@@ -147,10 +147,8 @@ class Meanwhile(WindowCase):
         np.testing.assert_array_equal(vertices(field()), sculpted)
         self.session.last_error = ""
         operate(bpy.ops.neural_sculpt.absorb)
-        yield 3 * hand.DRAWN
-        hand.tap("RET", middle())
-        yield from self.strokes_are(1)
-        self.assertEqual(self.listed(), [True])
+        yield from self.strokes_are(3)
+        self.assertEqual(self.listed(), [False, True, False])
         self.assertFalse(self.edited())
         absorbed = field().neural_sculpt.revision
         yield from undo()
