@@ -12,6 +12,7 @@ import benchmark_fit
 import benchmark_fuzz
 import benchmark_interface
 import benchmark_proxy
+import benchmark_session
 import benchmark_stroke
 import environment
 
@@ -23,6 +24,7 @@ BENCHMARKS = {
     "fuzz": benchmark_fuzz,
     "interface": benchmark_interface,
     "proxy": benchmark_proxy,
+    "session": benchmark_session,
     "stroke": benchmark_stroke,
 }
 

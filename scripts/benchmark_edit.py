@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The edit benchmark: the paper's solver, quick and final on every scored case, in one run.
+"""The edit benchmark: the paper's solver, the network's and the local one on every scored case.
 
 Others instead: --hard, strokes that are hard to solve; --points, the cost of a stroke against its
-control points; --sequence N, what N strokes after each other leave of the surface asked for.
-Lengths are in model space; preparing is not timed, because it happens while the artist draws.
+control points. Lengths are in model space. Seconds are from the stroke's end to the new field, the
+fewer of two runs; preparing is not timed, because it happens while the artist draws.
 """
 
 import argparse
 import json
 import statistics
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,20 +18,29 @@ import benchmark_strokes
 import read_cases
 
 if TYPE_CHECKING:
+    from neural_sculpt_addon.field.edit import Edit
     from neural_sculpt_addon.field.prepare import Preparation
-    from neural_sculpt_addon.field.solvers import Solve
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     Case = tuple[str, Preparation, Stroke]
 
 COLUMNS = (
-    *("seconds", "tube_mean", "tube_p95", "tube_max", "drift_mean", "drift_p99", "drift_max"),
-    *("rim_mean", "normal_deg", "gradient", "components_before", "components_after"),
-    "tolerance_met",
+    *("seconds", "tube_mean", "tube_p95", "tube_max", "reverse_p95", "gain"),
+    *("drift_mean", "drift_p99", "drift_max", "untouched_normal_rms", "rim_mean", "normal_deg"),
+    *("gradient", "components_before", "components_after", "tolerance", "tolerance_met"),
 )
-SEQUENCE_COLUMNS = ("drift_mean", "drift_p99", "gradient", "components_after", "width")
-THOUSANDTHS = ("tube", "drift", "rim")  # lengths, which the table shows in 1e-3 of model space
-METHODS = ("paper50", "paper100", "quick", "final")
+THOUSANDTHS = ("tube", "reverse", "drift", "rim", "tolerance")
+"""Beginnings of the names of lengths, which the table shows in 1e-3 of model space."""
+
+GOOD = ("gain", "tolerance", "tolerance_met")  # whose worst is the least
+METHODS: dict[str, dict[str, Any]] = {
+    "paper50": {"solver": "paper", "epochs": 50},
+    "paper100": {"solver": "paper", "epochs": 100},
+    "network": {"solver": "network"},
+    "local": {"solver": "local"},
+}
+BASELINE = "paper50"
+ROUNDS = 2
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -42,41 +49,35 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cases", type=Path, default=read_cases.CASES, help="default: %(default)s")
     parser.add_argument("--hard", action="store_true", help="hard strokes")
     parser.add_argument("--points", action="store_true", help="one stroke of 8 to 512 points")
-    parser.add_argument("--sequence", type=int, metavar="N", help="N strokes one after another")
     parser.add_argument("--methods", default=",".join(METHODS), help="default: %(default)s")
 
 
 def run(options: argparse.Namespace) -> None:
     """Print the table, and write the rows where `--json` says."""
-    if unknown := set(options.methods.split(",")) - set(METHODS):
+    methods = options.methods.split(",")
+    if unknown := set(methods) - set(METHODS):
         sys.exit(
             f"There is no method {', '.join(sorted(unknown))}; choose of {', '.join(METHODS)}."
         )
-    rows = _print_sequences(options.sequence) if options.sequence else _print_methods(options)
+    print("lengths in 1e-3 of model space\n" + _line("case", "method", COLUMNS))
+    rows = []
+    for row in _rows(_cases(options), methods):
+        rows.append(row)
+        cells = [] if "refused" in row else [_short(row, column) for column in COLUMNS]
+        print(_line(row["case"], row["method"], cells) + row.get("refused", ""), flush=True)
+    _print_summary(rows, methods)
     if options.json:
         options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 
 
-def _print_methods(options: argparse.Namespace) -> list[dict[str, Any]]:
+def _cases(options: argparse.Namespace) -> "Iterator[Case]":
     if options.hard:
-        cases = _hard()
-    elif options.points:
-        cases = _more_points()
-    elif options.cases.is_file():
-        cases = _scored(options.cases)
-    else:
+        return _hard()
+    if options.points:
+        return _more_points()
+    if not options.cases.is_file():
         sys.exit(f"There are no cases at {options.cases}; name a file with --cases.")
-    print("lengths in 1e-3 of model space\n" + _line("case", "method", COLUMNS))
-    rows = []
-    for row in _rows(cases, options.methods.split(",")):
-        rows.append(row)
-        print(_line(row["case"], row["method"], [_short(row, column) for column in COLUMNS]))
-    for word, summary in (("median", statistics.median), ("worst", max)):
-        for method in options.methods.split(","):
-            chosen = [row for row in rows if row["method"] == method]
-            whole = {c: summary([float(row[c]) for row in chosen]) for c in COLUMNS}
-            print(_line(word, method, [_short(whole, column) for column in COLUMNS]))
-    return rows
+    return _scored(options.cases)
 
 
 def _scored(path: Path) -> "Iterator[Case]":
@@ -93,10 +94,10 @@ def _scored(path: Path) -> "Iterator[Case]":
 def _hard() -> "Iterator[Case]":
     from neural_sculpt_addon.field.prepare import prepare
 
-    for model, network in benchmark_strokes.networks():
-        preparation = prepare(network)
+    for model, field in benchmark_strokes.fields():
+        preparation = prepare(field)
         for name in benchmark_strokes.HARD:
-            stroke = benchmark_strokes.hard(network, preparation.surface, name)
+            stroke = benchmark_strokes.hard(field, preparation.surface, name)
             yield f"{model}-{name}", preparation, stroke
 
 
@@ -117,72 +118,68 @@ def _more_points() -> "Iterator[Case]":
 
 def _rows(cases: "Iterable[Case]", methods: list[str]) -> Iterator[dict[str, Any]]:
     """Every case by every method."""
-    from neural_sculpt_addon.field import metrics
-    from neural_sculpt_addon.field.problem import pose
-    from neural_sculpt_addon.field.proxy import extract
-    from neural_sculpt_addon.field.solvers.gauss_newton import TOLERANCE
+    from neural_sculpt_addon.stroke.errors import SculptError
 
     for case, preparation, stroke in cases:
         for method in methods:
-            start = time.perf_counter()
-            problem = pose(preparation, stroke)
-            network = _solver(method)(problem, lambda _, __: None)
-            seconds = time.perf_counter() - start
-            measures = metrics.measure(problem, network, extract(network))
-            met = measures["tube_p95"] < TOLERANCE
-            row = {"case": case, "method": method, "seconds": seconds, "tolerance_met": met}
-            yield row | {name: measures[name] for name in COLUMNS if name in measures}
+            row: dict[str, Any] = {"case": case, "method": method}
+            try:
+                edit, seconds = _best(preparation, stroke, method)
+            except SculptError as error:
+                yield row | {"refused": str(error)}
+            else:
+                report = edit.report()
+                row |= {"seconds": seconds, "levels": report["levels"]}
+                yield row | {name: report[name] for name in COLUMNS[1:]}
 
 
-def _print_sequences(count: int) -> list[dict[str, Any]]:
-    """What is left after each of `count` random strokes on every model."""
-    import numpy as np
+def _best(preparation: "Preparation", stroke: "Stroke", method: str) -> "tuple[Edit, float]":
+    """The edit, and the fewest seconds of so many rounds. What is drawn of the unedited field when
+    it is first asked for is there from the first one."""
+    from neural_sculpt_addon.field.edit import sculpt
 
-    from neural_sculpt_addon.field.edit import edit
-    from neural_sculpt_addon.field.pieces import components
-    from neural_sculpt_addon.field.prepare import prepare
-    from neural_sculpt_addon.field.projection import find_surface
-
-    rows = []
-    print("drift in 1e-3 of model space\n" + _line("model", "strokes", SEQUENCE_COLUMNS))
-    for model, network in benchmark_strokes.networks():
-        preparation, random = prepare(network), np.random.default_rng(1)
-        for number in range(1, count + 1):
-            stroke = benchmark_strokes.random(preparation.network, preparation.surface, random)
-            preparation = edit(preparation.network, [stroke], preparation=preparation).preparation
-            found = find_surface(preparation.network, preparation.surface.points)
-            row = {
-                "case": model,
-                "strokes": number,
-                "drift_mean": float(found.distance.mean()),
-                "drift_p99": float(np.percentile(found.distance, 99)),
-                "gradient": float(np.abs(found.slope - 1).mean()),
-                "components_after": components(preparation.proxy),
-                "width": preparation.network.widths[0],
-            }
-            rows.append(row)
-            print(_line(model, str(number), [_short(row, column) for column in SEQUENCE_COLUMNS]))
-    return rows
+    edits = [sculpt(preparation, stroke, **METHODS[method]) for _ in range(ROUNDS)]
+    return edits[-1], min(edit.seconds for edit in edits)
 
 
-def _solver(method: str) -> "Solve":
-    from neural_sculpt_addon.field.solvers import gauss_newton, paper
-
-    solvers: dict[str, Callable[..., Any]] = {
-        "paper50": partial(paper.solve, epochs=50),
-        "paper100": partial(paper.solve, epochs=100),
-        "quick": gauss_newton.quick,
-        "final": lambda problem, progress: (
-            gauss_newton.refine(problem, gauss_newton.quick(problem, progress), progress).network
-        ),
+def _print_summary(rows: list[dict[str, Any]], methods: list[str]) -> None:
+    """Medians and worst of each method, and how much faster than the paper's it is."""
+    solved = {
+        method: [row for row in rows if row["method"] == method and "refused" not in row]
+        for method in methods
     }
-    return solvers[method]
+    for word in ("median", "worst"):
+        for method, chosen in solved.items():
+            if chosen:
+                whole = {column: _whole(word, column, chosen) for column in COLUMNS}
+                print(_line(word, method, [_short(whole, column) for column in COLUMNS]))
+    for method, chosen in solved.items():
+        met = sum(row["tolerance_met"] for row in chosen)
+        print(f"{method}: tolerance met by {met} of {len(chosen)}", end="")
+        times = {row["case"]: row["seconds"] for row in chosen}
+        slow = {row["case"]: row["seconds"] for row in solved.get(BASELINE, ())}
+        if method != BASELINE and (both := times.keys() & slow.keys()):
+            ratio = statistics.median(slow[case] for case in both) / statistics.median(
+                times[case] for case in both
+            )
+            print(f", {ratio:.1f} times as fast as {BASELINE}", end="")
+        print()
+
+
+def _whole(word: str, column: str, rows: list[dict[str, Any]]) -> float:
+    summary = statistics.median if word == "median" else min if column in GOOD else max
+    return summary([float(row[column]) for row in rows])
 
 
 def _line(case: str, method: str, cells: Any) -> str:
-    return f"{case:<14}{method:<9}" + " ".join(f"{cell[:9]:>9}" for cell in cells)
+    widths = (max(7, len(column)) for column in COLUMNS)
+    return f"{case:<17}{method:<9}" + " ".join(
+        f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=False)
+    )
 
 
 def _short(row: dict[str, Any], column: str) -> str:
+    if column == "tolerance_met":
+        return f"{row[column]:.0f}"
     scale = 1e3 if column.startswith(THOUSANDTHS) else 1.0
     return f"{scale * float(row[column]):.3g}"

@@ -3,7 +3,7 @@
 
 Radius 0.005 to 0.5, intensity -0.3 to 0.3, 1 to 500 points of a random walk over the surface, any
 profile, modulation, ends, direction, pressure and mirror, from numbered seeds. Each ends with a
-sound network and a report, or with the reason why not. Seconds are of the processor, of all
+sound field and a report, or with the reason why not. Seconds are of the processor, of all
 threads together; memory is the most that the process ever took. Model space.
 """
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from neural_sculpt_addon.stroke.stroke import Stroke
 
 MODELS = ("sphere", "torus", "suzanne")
-METHODS = {"quick": "quick", "final": "gauss_newton"}
+METHODS = ("local", "network")
 MEASURES = (
     *("tube_mean", "tube_p95", "reverse_p95", "drift_mean", "drift_max", "gradient"),
-    *("components_before", "components_after", "tolerance_met", "widths"),
+    *("components_before", "components_after", "gain", "tolerance", "tolerance_met", "levels"),
 )
 
 
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, help="write one object per stroke, as they come")
     parser.add_argument("--strokes", type=int, default=500, help="default: %(default)s")
     parser.add_argument("--first", type=int, default=0, help="seed of the first stroke")
-    parser.add_argument("--method", choices=METHODS, default="quick", help="default: %(default)s")
+    parser.add_argument("--method", choices=METHODS, default="local", help="default: %(default)s")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -82,7 +82,7 @@ def _rows(options: argparse.Namespace) -> "Iterator[dict[str, Any]]":
             "radius": stroke.brush.radius,
             "intensity": stroke.brush.intensity,
             "points": len(stroke.points),
-            **_sculpt(ready[model], stroke, METHODS[options.method]),
+            **_sculpt(ready[model], stroke, options.method),
         }
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
         yield row | {"seconds": time.process_time() - started, "memory_mb": memory}
@@ -92,17 +92,19 @@ def _sculpt(ready: "Preparation", stroke: "Stroke", solver: str) -> dict[str, An
     import numpy as np
     import torch
 
-    from neural_sculpt_addon.field.edit import edit
+    from neural_sculpt_addon.field.edit import sculpt
     from neural_sculpt_addon.stroke.errors import SculptError
 
     try:
-        result = edit(ready.network, [stroke], solver=solver, preparation=ready)
+        edit = sculpt(ready, stroke, solver=solver)
     except SculptError as error:
         return {"refused": str(error), "sound": True}
-    (report,) = result.reports
-    finite = [bool(torch.isfinite(part).all()) for part in result.network.parameters]
-    known = result.preparation
-    finite += [bool(np.isfinite(part).all()) for part in (*known.surface, *known.shell)]
+    report = edit.report()
+    finite = [bool(torch.isfinite(part).all()) for part in edit.field.network.parameters]
+    parts = edit.field.detail.coefficients.values()
+    surface = edit.preparation.surface
+    finite += [bool(np.isfinite(part.values).all()) for part in parts]
+    finite += [bool(np.isfinite(part).all()) for part in surface]
     finite += [bool(np.isfinite(value)) for value in report.values() if isinstance(value, float)]
     return {**{name: report[name] for name in MEASURES}, "sound": all(finite)}
 

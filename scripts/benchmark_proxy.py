@@ -2,7 +2,7 @@
 """The proxy benchmark: from scratch, after a stroke, and by dense evaluation, in one run.
 
 dense is the authors' way: all points of the lattice in blocks of 64^3 through the network as it
-is, then marching cubes. stroke is the update after the edit of a case by the quick solver; scratch
+is, then marching cubes. stroke is the update after the edit of a case by the local solver; scratch
 is measured before and after it. Each time is the best of three (dense: of one).
 
 The networks are the pretrained ones with their public cases, or where these are absent the
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.field.network import Siren
+    from neural_sculpt_addon.field.field import Field
     from neural_sculpt_addon.field.proxy import Proxy
     from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -61,39 +61,47 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
+    from neural_sculpt_addon.field.detail import support
+    from neural_sculpt_addon.field.edit import sculpt
     from neural_sculpt_addon.field.prepare import prepare
-    from neural_sculpt_addon.field.problem import pose
     from neural_sculpt_addon.field.proxy import extract, update
-    from neural_sculpt_addon.field.solvers import gauss_newton
 
     def row(
         names: dict[str, str],
-        network: "Siren",
+        field: "Field",
         what: str,
         make: "Callable[[], Proxy | Dense]",
         dense: float | None = None,
     ) -> dict[str, Any]:
         seconds, mesh = _time(make, 3 if dense else 1)
-        measures = _measure(network, mesh.vertices, mesh.triangles)
+        measures = _measure(field, mesh.vertices, mesh.triangles)
         ratio = (dense or seconds) / seconds
         named = {**names, "cells": cells, "what": what, "seconds": seconds}
         return {**named, **measures, "ratio": ratio}
 
-    for name, network, strokes in networks(cases):
+    for name, field, strokes in fields(cases):
         names = {"network": name, "case": ""}
-        yield (slow := row(names, network, "dense", lambda n=network: _dense(n, cells)))
+        yield (slow := row(names, field, "dense", lambda f=field: _dense(f, cells)))
         dense = slow["seconds"]
-        yield row(names, network, "scratch", lambda n=network: extract(n, cells), dense)
-        proxy, preparation = extract(network, cells), prepare(network)
+        yield row(names, field, "scratch", lambda f=field: extract(f, cells), dense)
+        proxy, preparation = extract(field, cells), prepare(field)
         for stroke in strokes:
-            edited = gauss_newton.quick(pose(preparation, stroke))
+            edit = sculpt(preparation, stroke)
+            assert edit.layer is not None
+            edited, reached = edit.field, support(edit.layer)
             names = {"network": name, "case": stroke.name}
-            yield row(names, edited, "stroke", lambda p=proxy, n=edited: update(p, n), dense)
-            yield row(names, edited, "scratch", lambda n=edited: extract(n, cells), dense)
+            yield row(
+                names,
+                edited,
+                "stroke",
+                lambda p=proxy, f=edited, r=reached: update(p, f, r),
+                dense,
+            )
+            yield row(names, edited, "scratch", lambda f=edited: extract(f, cells), dense)
 
 
-def networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
-    """Each network with its strokes."""
+def fields(cases: Path) -> "Iterator[tuple[str, Field, list[Stroke]]]":
+    """Each field with its strokes."""
     from neural_sculpt_addon.field import checkpoint
     from neural_sculpt_addon.field.primitives import PRIMITIVES, primitive
     from neural_sculpt_addon.stroke.stroke import Stroke
@@ -101,19 +109,20 @@ def networks(cases: Path) -> "Iterator[tuple[str, Siren, list[Stroke]]]":
     if cases.is_file():
         listed = json.loads(cases.read_text(encoding="utf-8"))["cases"]
         for model in dict.fromkeys(case["model"] for case in listed):
-            network = checkpoint.load(cases.parent.parent / "networks" / f"{model}.pth")
+            field = checkpoint.load(cases.parent.parent / "networks" / f"{model}.pth")
             strokes = [
                 Stroke.from_json(read_cases.read_case(case))
                 for case in listed
                 if case["model"] == model
             ]
-            yield model, network, strokes
+            yield model, field, strokes
     else:
         for name in PRIMITIVES:
-            yield name, primitive(name), [_over_the_top(primitive(name), f"{name}-top")]
+            field = primitive(name)
+            yield name, field, [_over_the_top(field, f"{name}-top")]
 
 
-def _over_the_top(network: "Siren", name: str) -> "Stroke":
+def _over_the_top(field: "Field", name: str) -> "Stroke":
     """A stroke along x over the highest point of the surface."""
     import numpy as np
 
@@ -122,10 +131,10 @@ def _over_the_top(network: "Siren", name: str) -> "Stroke":
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 
-    vertices = extract(network, 64).vertices
+    vertices = extract(field, 64).vertices
     highest = vertices[np.argmax(vertices[:, 2])]
     line = highest + np.linspace([-0.1, 0, 0], [0.1, 0, 0], 9)  # (9, 3)
-    points = project(network, line.astype(np.float32)).points
+    points = project(field, line.astype(np.float32)).points
     return Stroke(points.astype(float), Brush(0.08, 0.06), name=name)
 
 
@@ -136,7 +145,7 @@ class Dense(NamedTuple):
     triangles: "NDArray[np.int32]"  # (F, 3)
 
 
-def _dense(network: "Siren", cells: int) -> Dense:
+def _dense(field: "Field", cells: int) -> Dense:
     import numpy as np
     import torch
     from skimage.measure import marching_cubes
@@ -144,7 +153,7 @@ def _dense(network: "Siren", cells: int) -> Dense:
     axis = torch.linspace(-1, 1, cells + 1)
     points = torch.cartesian_prod(axis, axis, axis)
     with torch.no_grad():
-        values = torch.cat([network.value(block) for block in points.split(BLOCK)])
+        values = torch.cat([field.value(block) for block in points.split(BLOCK)])
     lattice = values.reshape((cells + 1,) * 3).numpy()
     vertices, triangles, _, _ = marching_cubes(lattice, 0.0, spacing=(2 / cells,) * 3)
     return Dense(vertices - np.float32(1), triangles)
@@ -162,7 +171,7 @@ def _time(make: "Callable[[], Proxy | Dense]", times: int) -> "tuple[float, Prox
 
 
 def _measure(
-    network: "Siren", vertices: "NDArray[np.float32]", triangles: "NDArray[np.int32]"
+    field: "Field", vertices: "NDArray[np.float32]", triangles: "NDArray[np.int32]"
 ) -> dict[str, float]:
     import numpy as np
     import trimesh
@@ -170,7 +179,7 @@ def _measure(
     from neural_sculpt_addon.field.evaluate import values_and_gradients
 
     def distance(points: "NDArray[Any]") -> float:
-        value, gradient = values_and_gradients(network, points)
+        value, gradient = values_and_gradients(field, points)
         return float(np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)))
 
     mesh = trimesh.Trimesh(vertices, triangles, process=False)

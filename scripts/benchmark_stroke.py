@@ -11,7 +11,7 @@ solve    the local solver
 proxy    the proxy's update
 arrays   the mesh's edges, and the layer as bytes
 send     through the pipe, and until Blender looks
-commit   layer and mesh written into the scene, its undo step, and the view layer updated
+commit   stroke, layer and mesh written into the scene, its undo step, and the view layer updated
 blocked  the most work of Blender's main thread at a time, for submit or commit
 
 The strokes are the public cases, or where these are absent strokes over the top of the primitives.
@@ -50,9 +50,9 @@ def run(options: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         wanted = []
-        for model, network, strokes in benchmark_proxy.networks(options.cases):
+        for model, field, strokes in benchmark_proxy.fields(options.cases):
             path = folder / f"{model}.safetensors"
-            checkpoint.save(network, path)
+            checkpoint.save(field, path)
             wanted += [[str(path), stroke.name, dump_strokes([stroke])] for stroke in strokes]
         (folder / "strokes.json").write_text(json.dumps([options.cells, wanted]))
         zipped = build_extension.build(workshop)

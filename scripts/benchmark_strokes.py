@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes for the edit benchmark, drawn by walking over a surface. Model space."""
+"""Strokes for the benchmarks of edits, drawn by walking over a surface. Model space."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.field.network import Siren
+    from neural_sculpt_addon.field.field import Field
     from neural_sculpt_addon.field.surface import Samples
     from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -19,7 +19,20 @@ PRIMITIVES, PRETRAINED = ("sphere", "torus", "suzanne"), ("bunny", "frog")
 POINTS, LENGTH = 24, 0.5  # of a walk
 STRAIGHT, LOOP, CROSSING = 0.0, 1.0, 1.4  # turns on the way
 
+RADII, INTENSITIES = (0.02, 0.15), (0.01, 0.08)  # of mixed strokes
+LENGTHS, TURNS = (0.1, 0.7), (-0.6, 0.6)
+MIRRORED = 1 / 8
 PEAKS = [(-1 + k / 7, k % 2) for k in range(15)]
+PROFILES: "list[dict[str, Any]]" = [
+    {"name": "linear"},
+    {"name": "cubic"},
+    {"name": "quintic"},
+    {"points": [(-1, 0), (-0.5, 1), (0, -0.5), (0.5, 1), (1, 0)]},
+    {"points": [(-1, 0), (-0.5, 1), (0, 0), (0.5, 1), (1, 0)]},
+    {"points": [(-1, 0), (-0.3, 0.2), (0.4, 1), (1, 0)]},
+    {"points": [(-1, 0), (-0.55, 0.45), (0, -1), (0.55, 0.45), (1, 0)]},
+    {"points": [(-1, 0), (-0.6, -0.5), (0.5, 1), (1, 0)]},
+]
 HARD: "dict[str, dict[str, Any]]" = {
     "thin": {"radius": 0.02, "intensity": 0.02},
     "seven": {"profile": {"points": PEAKS}},
@@ -33,7 +46,7 @@ HARD: "dict[str, dict[str, Any]]" = {
 }
 
 
-def networks() -> "Iterator[tuple[str, Siren]]":
+def fields() -> "Iterator[tuple[str, Field]]":
     """The primitives, and pretrained networks where they are present."""
     from neural_sculpt_addon.field.checkpoint import load
     from neural_sculpt_addon.field.primitives import primitive
@@ -46,7 +59,7 @@ def networks() -> "Iterator[tuple[str, Siren]]":
             yield name, load(path)
 
 
-def hard(network: "Siren", surface: "Samples", name: str, seed: int = 1) -> "Stroke":
+def hard(field: "Field", surface: "Samples", name: str, seed: int = 1) -> "Stroke":
     """The stroke HARD[name] from a random place of the surface."""
     import numpy as np
 
@@ -54,26 +67,34 @@ def hard(network: "Siren", surface: "Samples", name: str, seed: int = 1) -> "Str
 
     brush = {"radius": 0.08, "intensity": 0.06, "turns": STRAIGHT, "length": LENGTH} | HARD[name]
     turns, length = brush.pop("turns"), brush.pop("length")
-    points = walk(network, surface, length, turns, POINTS, np.random.default_rng(seed))
+    points = walk(field, surface, length, turns, POINTS, np.random.default_rng(seed))
     if brush.get("closed"):
         points = points[:-1]
     return Stroke.from_json({"points": points.tolist(), "seed": seed, "name": name, **brush})
 
 
-def random(network: "Siren", surface: "Samples", random: "np.random.Generator") -> "Stroke":
-    """A stroke as in a session of sculpting: moderate, and anywhere."""
+def mixed(field: "Field", surface: "Samples", random: "np.random.Generator") -> "Stroke":
+    """A stroke as in a session of sculpting: anywhere, of any brush."""
+    import numpy as np
+
     from neural_sculpt_addon.stroke.brush import Brush
+    from neural_sculpt_addon.stroke.modulation import Modulation
+    from neural_sculpt_addon.stroke.profile import Profile
     from neural_sculpt_addon.stroke.stroke import Stroke
 
-    turns, length = random.uniform(-0.4, 0.4), random.uniform(0.2, 0.6)
-    points = walk(network, surface, length, turns, POINTS, random)
-    intensity = random.choice([-1, 1]) * random.uniform(0.02, 0.06)
-    brush = Brush(random.uniform(0.04, 0.1), intensity)
-    return Stroke(points, brush, seed=int(random.integers(1 << 31)))
+    points = walk(field, surface, random.uniform(*LENGTHS), random.uniform(*TURNS), POINTS, random)
+    brush = Brush(
+        float(np.exp(random.uniform(*np.log(RADII)))),
+        float(random.choice([-1, 1]) * random.uniform(*INTENSITIES)),
+        Profile.from_json(PROFILES[random.integers(len(PROFILES))]),
+        Modulation(str(random.choice(sorted(Modulation.FORMULAS)))),
+    )
+    mirror = frozenset("X" if random.random() < MIRRORED else "")
+    return Stroke(points, brush, mirror=mirror, seed=int(random.integers(1 << 31)))
 
 
 def walk(
-    network: "Siren",
+    field: "Field",
     surface: "Samples",
     length: float,
     turns: float,
@@ -90,7 +111,7 @@ def walk(
     place, normal = surface.points[start].astype(float), surface.normals[start].astype(float)
     points = []
     for _ in range(count):
-        here = project(network, place[None])
+        here = project(field, place[None])
         place, normal = here.points[0].astype(float), here.normals[0].astype(float)
         points.append(place)
         ahead -= ahead @ normal * normal

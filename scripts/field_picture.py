@@ -1,27 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a field itself, without a mesh between: rays that march along its values.
+"""Pictures of a field itself: rays that start a little above its proxy and march along its values.
 
 Parallel rays, clay under a light that grazes the surface, so that a relief of a thousandth shows.
-Model space.
+Far from the surface the values are not to be trusted, and thin relief would be jumped over: so the
+proxy says where the rays start. Model space.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import maximum_filter
 
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
-from neural_sculpt_addon.field.network import Siren
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.proxy import extract
 
 Array = NDArray[np.float64]
 
-STEPS = 60
-CAUTION = 0.8  # of the way that the field's value allows: a neural field is nearly a distance
-DEPTH = 1.6
-LONGEST = 0.15  # of a step; far from the surface the values are not to be trusted
-CLOSE = 5e-4
+CELLS = 256  # of the proxy
+START = 0.005  # above the proxy
+STEPS = 120
+CAUTION = 0.8  # of the way that the value allows; half of it after each passage of the surface
+LONGEST = 0.02  # of a step
+DEPTH = 1.6  # behind which there is nothing
+CLOSE = 2e-4
 GRAZING = 1e-2  # counts as a hit for rays that creep along the surface until the steps are used up
-BOX = 0.95  # half its width; beyond, a network that was fitted without it has surfaces, too
 CLAY = np.array([0.86, 0.62, 0.48])
 BACKGROUND = np.array([1.0, 1.0, 1.0])
 LIGHTS = (  # right, up, towards the viewer; color
@@ -50,36 +54,64 @@ class Camera:
         return np.array([right, np.cross(toward, right), toward])
 
 
-def trace(network: Siren, camera: Camera, places: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+def trace(field: Field, camera: Camera, places: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
     """Where rays meet the field (N, 3), and whether they do (N,).
 
     places: (N, 2) on the picture, -1 to 1 to the right and up
     """
     right, up, toward = camera.axes
-    flat = camera.half * np.asarray(places, float)
-    points = camera.target + flat[:, :1] * right + flat[:, 1:] * up + DEPTH * toward  # (N, 3)
-    hit = np.zeros(len(points), bool)
-    going = np.arange(len(points))
+    flat = np.asarray(places, float)
+    heights = _heights(field, camera)
+    height = heights[_tiles(flat, len(heights))] + START
+    going = np.flatnonzero(np.isfinite(height))
+    hit = np.zeros(len(flat), bool)
+    points = camera.target + camera.half * (flat[:, :1] * right + flat[:, 1:] * up)  # (N, 3)
+    points[going] += height[going, None] * toward
+    caution, last = np.full(len(flat), CAUTION), np.ones(len(flat))
     for _ in range(STEPS):
-        value = np.maximum(values(network, points[going]), np.abs(points[going]).max(1) - BOX)
-        points[going] -= CAUTION * np.clip(value, -LONGEST, LONGEST)[:, None] * toward
+        value = values(field, points[going])
+        caution[going] *= np.where(value * last[going] < 0, 0.5, 1.0)
+        last[going] = value
+        step = caution[going] * np.clip(value, -LONGEST, LONGEST)
+        points[going] -= step[:, None] * toward
         hit[going] = np.abs(value) < CLOSE
-        behind = points[going] @ toward < -DEPTH
+        behind = (points[going] - camera.target) @ toward < -DEPTH
         going = going[~hit[going] & ~behind]
         if not len(going):
             break
-    hit[going] = np.abs(values(network, points[going])) < GRAZING
+    hit[going] = np.abs(values(field, points[going])) < GRAZING
     return points, hit
 
 
-def picture(network: Siren, camera: Camera, size: int) -> NDArray[np.uint8]:
+def _heights(field: Field, camera: Camera) -> Array:
+    """How far the proxy reaches towards the viewer in each tile (T, T) of the picture or beside it.
+
+    Tiles are as large as the proxy's cells, so each that shows some of it has a vertex near.
+    """
+    right, up, toward = camera.axes
+    seen = extract(field, CELLS).vertices - np.array(camera.target)
+    places = np.stack([seen @ right, seen @ up], axis=1) / camera.half
+    size = max(int(camera.half * CELLS), 1)
+    heights = np.full((size, size), -np.inf)
+    inside = (np.abs(places) < 1).all(axis=1)
+    np.maximum.at(heights, _tiles(places[inside], size), (seen @ toward)[inside])
+    return maximum_filter(heights, 3)
+
+
+def _tiles(places: Array, size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The tiles, of (size, size), in which places (N, 2) of the picture lie."""
+    x, y = ((places + 1) / 2 * size).astype(np.intp).T
+    return x, y
+
+
+def picture(field: Field, camera: Camera, size: int) -> NDArray[np.uint8]:
     """The field as (size, size, 3), smooth at its outlines."""
     fine = 2 * size
     axis = (np.arange(fine) + 0.5) / fine * 2 - 1
     x, y = np.meshgrid(axis, -axis)
-    points, hit = trace(network, camera, np.stack([x.ravel(), y.ravel()], 1))
+    points, hit = trace(field, camera, np.stack([x.ravel(), y.ravel()], 1))
     colors = np.tile(BACKGROUND, (len(points), 1))
-    _, gradients = values_and_gradients(network, points[hit])
+    _, gradients = values_and_gradients(field, points[hit])
     normals = gradients / np.linalg.norm(gradients, axis=1, keepdims=True)
     seen = normals @ camera.axes.T  # (N, 3): right, up, toward
     light = np.full((len(seen), 3), AMBIENT)

@@ -83,7 +83,7 @@ def instrument() -> None:
     session = module("blender.worker_session")
     timed(session.session, "_timer", lambda _: "timer tick")
     timed(module("blender.preview"), "show", lambda _: "preview")
-    timed(module("blender.stroke_jobs"), "add_strokes", lambda _: "quick result into the scene")
+    timed(module("blender.stroke_jobs"), "add_entry", lambda _: "result into the scene")
 
 
 def steps() -> Steps:
@@ -109,25 +109,25 @@ def steps() -> Steps:
     waits = []
     for number in range(DRAWN):
         waits.append((yield from draw(number)))
-        yield from hand.until(lambda: not session.jobs, SECONDS, "the final result")
+        yield from hand.until(lambda: not session.jobs, SECONDS, "the stroke's end")
     _print_times(waits)
     yield from remember(int(count), session)
     Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 
 
 def draw(number: int) -> Generator[float, None, tuple[float, float]]:
-    """Draw one stroke by hand: ms from its end to the quick result in the scene, and drawn."""
+    """Draw one stroke by hand: ms from its end to the result in the scene, and drawn."""
     tilt = -0.5 + number / DRAWN
     path = hand.to_window(arc(tilt, MOVES))
     strokes = len(fields()[0].neural_sculpt.strokes)
     yield from hand.drag(path, pause=0.01)
     released = ended["event: leftmouse"]
 
-    def quick() -> bool:
+    def there() -> bool:
         return len(fields()[0].neural_sculpt.strokes) > strokes
 
-    yield from hand.until(quick, SECONDS, "a quick result")
-    seen = ended["quick result into the scene"]
+    yield from hand.until(there, SECONDS, "a result")
+    seen = ended["result into the scene"]
     hand.view_area().tag_redraw()
     yield from hand.until(lambda: ended["overlay: stroke"] > seen, SECONDS, "a drawn result")
     return 1000 * (seen - released), 1000 * (ended["overlay: stroke"] - released)
@@ -195,7 +195,7 @@ def _print_times(waits: list[tuple[float, float]]) -> None:
         print(f"{label:36} {len(values):6} {_line(clock)}           {_line(work)}", flush=True)
         parts = {"clock": _named(clock), "work": _named(work)}
         rows.append({"call": label, "calls": len(values), **parts})
-    ends = ("stroke's end to quick result", "stroke's end to its picture")
+    ends = ("stroke's end to result", "stroke's end to its picture")
     for label, values in zip(ends, zip(*waits, strict=True), strict=True):
         clock = np.percentile(values, (50, 95, 100)).tolist()
         print(f"{label:36} {len(values):6} {_line(clock)}", flush=True)

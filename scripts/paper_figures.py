@@ -49,7 +49,7 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
     from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 
     about = source["shapes"][shape]
-    if (network := _network(about["network"])) is None:
+    if (field := _field(about["network"])) is None:
         yield f"figure {figure}, {shape}: left out, there is no {about['network']}"
         return
     camera = field_picture.Camera(**about["camera"])
@@ -63,9 +63,8 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
             text = json.dumps({"version": 1, "strokes": [stroke]})
             strokes = parse_strokes(text)
             (folder / f"{name.replace(' ', '-')}.json").write_text(dump_strokes(strokes))
-            edited = edit(network, strokes)
-            cells.append(_labelled(field_picture.picture(edited.network, camera, SIZE), name))
-            report = edited.reports[0]
+            edited, (report,) = edit(field, strokes)
+            cells.append(_labelled(field_picture.picture(edited, camera, SIZE), name))
             yield (
                 f"figure {figure}, {shape}, {family['title']} {name}: "
                 f"tube p95 {report['tube_p95']:.4f}, drift {report['drift_mean']:.5f}"
@@ -78,8 +77,8 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
     yield str(path.relative_to(ROOT))
 
 
-def _network(name: str) -> Any:
-    """A primitive, or the network in a file; None when there is no such file."""
+def _field(name: str) -> Any:
+    """A primitive, or the field in a file; None when there is no such file."""
     from neural_sculpt_addon.field import checkpoint, primitives
 
     if name in primitives.PRIMITIVES:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What `benchmark.py stroke` does in Blender: `python stroke_in_blender.py EXTENSION.zip FOLDER`.
 
-Reads FOLDER/strokes.json, the cells per axis and for each stroke the file of its network, its name
+Reads FOLDER/strokes.json, the cells per axis and for each stroke the file of its field, its name
 and its stroke file's text, and writes FOLDER/rows.json, for each stroke the milliseconds of each
 step. Runs in a Python with bpy.
 """
@@ -52,6 +52,7 @@ def main() -> None:
         _poll(session, lambda: not session.jobs)
         rows.append({"stroke": name, "triangles": len(ob.data.polygons), **_sculpt(session, text)})
         session.cancel()
+        session.drop_behind()
     (FOLDER / "rows.json").write_text(json.dumps(rows))
 
 
@@ -67,6 +68,8 @@ def _sculpt(session: Any, text: str) -> dict[str, float]:
     operators.neural_sculpt.stroke(stroke_json=text)
     submitting = time.thread_time() - worked
     seen, commit, committing = _poll(session, lambda: listed() > count)
+    if session.last_error:  # the stroke is listed, muted
+        sys.exit(session.last_error)
     ends = json.loads(NOTES.read_text(encoding="utf-8").splitlines()[-1])
     times = [start, *(ends[step] for step in STEPS[:5]), seen, seen + commit]
     steps = {step: b - a for step, (a, b) in zip(STEPS, itertools.pairwise(times), strict=True)}

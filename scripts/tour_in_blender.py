@@ -87,7 +87,7 @@ def bowed(begin: Pixel, end: Pixel, bow: float) -> list[Pixel]:
 
 
 def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
-    """Draw one stroke and film it until it is final."""
+    """Draw one stroke and film it until its result is there."""
     hand.move(path[0])
     yield 2 * hand.DRAWN
     film.take()
@@ -100,7 +100,7 @@ def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
     hand.release(path[-1])
     yield 2 * hand.DRAWN
     film.take()
-    yield from hand.until(lambda: not session.jobs, SECONDS, "the final result")
+    yield from hand.until(lambda: not session.jobs, SECONDS, "the result")
     for _ in range(PAUSES):
         yield hand.DRAWN
         film.take()

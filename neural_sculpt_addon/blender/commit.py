@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one way in which a result of the worker reaches the scene, and becomes one undo step.
 
-Weights, revision, strokes, report and proxy change together or not at all: what may fail is done
+Field, revision, strokes, report and proxy change together or not at all: what may fail is done
 ahead of the first change. The result's mesh is in model space, which is the object's local space.
 """
 
@@ -9,18 +9,18 @@ ahead of the first change. The result's mesh is in model space, which is the obj
 
 import json
 import uuid
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 from bpy.types import Mesh, Object
 from mathutils import Matrix
 
-from ..stroke.stroke import Stroke
+from ..stroke.errors import SculptError
 from ..worker.client import Message
 from . import preview, proxy_mesh, sculpt_steps, stroke_list
-from .properties import brush_of, ensure_curves, field_of
+from .properties import LOCAL, brush_of, ensure_curves, field_of
 from .proxy_mesh import Geometry
 from .stroke_list import Entry
 
@@ -29,7 +29,7 @@ PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 
 
 def new_revision() -> str:
-    """A name for a state of the weights. A counter would collide after undo and a new stroke."""
+    """A name for a state of the field. A counter would collide after undo and a new stroke."""
     return uuid.uuid4().hex
 
 
@@ -41,6 +41,7 @@ class NewField:
     source: str
     matrix: Matrix
     resolution: int
+    solver: str = LOCAL
 
 
 def create_field(
@@ -50,7 +51,8 @@ def create_field(
 
     `replaced`, the mesh whose place it takes, is hidden.
     """
-    state = _state(result, new_revision(), report, smooth=True)
+    base = _bytes(result, "field")
+    state = _State(new_revision(), json.dumps(report), _geometry(result, smooth=True))
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
@@ -62,76 +64,82 @@ def create_field(
         if bpy.context.scene.library is None:
             ensure_curves(brush_of(bpy.context))  # in this undo step, for all that follows
     group = field_of(ob)
-    group.base_weights = state.weights
-    group.source = new.source
+    group.base_weights, group.base_id = base, result.fields["id"]
+    group.source, group.solver = new.source, new.solver
     group.resolution = new.resolution
     _write(ob, state)
     push_undo(f"Add {new.name}")
     return ob
 
 
-def add_strokes(ob: Object, strokes: Iterable[Stroke], result: Message, label: str) -> None:
-    """Append strokes whose edit is `result`. SculptError when the object is locked."""
+def add_entry(ob: Object, entry: Entry, result: Message, label: str) -> None:
+    """Append an entry that an edit made, or absorbed sculpting. SculptError when the object is
+    locked."""
     proxy_mesh.refuse_locked(ob)
-    state = _edited(ob, result)
+    state, layers = _edited(ob, result), {}
+    if "layer" in result.fields:
+        entry = replace(entry, layer=result.fields["layer"], context=result.fields["context"])
+        layers[entry.layer] = _bytes(result, "layer")
     begin_change()
     _write(ob, state)
-    stroke_list.append(ob, strokes)
+    stroke_list.append(ob, (entry,), layers)
     push_undo(label)
 
 
-def keep_strokes(ob: Object, strokes: Iterable[Stroke], label: str) -> None:
-    """Append strokes whose edit could not be had or shown, muted. SculptError for a linked object,
+def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
+    """Append entries whose edit could not be had or shown, muted. SculptError for a linked object,
     which cannot be changed."""
     if ob.library or ob.override_library:
         proxy_mesh.refuse_locked(ob)
     begin_change()
-    stroke_list.append(ob, strokes, muted=True)
+    stroke_list.append(ob, [replace(entry, muted=True) for entry in added], {})
     push_undo(label)
 
 
-def show(ob: Object, result: Message) -> None:
-    """Write an edit's result, which is no undo step by itself."""
-    _write(ob, _edited(ob, result))
-
-
 def set_history(
-    ob: Object,
-    listed: Iterable[Entry],
-    label: str,
-    result: Message | None = None,
-    as_base: bool = False,
+    ob: Object, listed: Sequence[Entry], label: str, result: Message | None = None
 ) -> None:
     """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
 
     Without a result the unmuted strokes must be the same as before.
 
-    as_base: whether the result is the new base, too
-
     SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
-    state = None if result is None else _edited(ob, result)
+    state, layers = None, {}
+    if result is not None:
+        state = _edited(ob, result)
+        listed, layers = _computed(listed, result)
     begin_change()
     if state is not None:
         _write(ob, state)
-        if as_base:
-            field_of(ob).base_weights = state.weights
-    stroke_list.write(ob, listed)
+    stroke_list.write(ob, listed, layers)
     push_undo(label)
 
 
-def apply_to_base(ob: Object, label: str) -> None:
-    """Make the field as it is the base, and take the strokes that made it off the list.
+def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | None = None) -> None:
+    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list.
 
-    That ends a damaged history, too. SculptError when the object is locked.
+    It is the field as it was, or comes with the result that shows it. That ends a damaged history,
+    too. SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
     group = field_of(ob)
+    state = None if result is None else _edited(ob, result)
     begin_change()
-    group.base_weights = group.weights
-    stroke_list.write(ob, muted)
+    if state is not None:
+        _write(ob, state)
+    group.base_weights, group.base_id = base, name
+    group.weights, group.weights_id = b"", ""
+    stroke_list.write(ob, muted, {})
+    push_undo(label)
+
+
+def set_solver(ob: Object, solver: str, label: str) -> None:
+    """Let strokes change something else. The field must have none yet."""
+    begin_change()
+    field_of(ob).solver = solver
     push_undo(label)
 
 
@@ -148,24 +156,50 @@ def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> Non
 
 @dataclass(frozen=True)
 class _State:
-    """All that a result writes on an object."""
+    """All that a result writes on an object but its layers.
 
-    weights: bytes
+    weights, weights_id: where the field has none, of the whole of it
+    """
+
     revision: str
     report: str
     geometry: Geometry
+    weights: bytes = b""
+    weights_id: str = ""
 
 
 def _edited(ob: Object, result: Message) -> _State:
-    """The state that an edit's result leads to."""
-    reports = result.fields["reports"]
-    report = reports[-1] if reports else {}
-    return _state(result, result.fields["revision"], report, field_of(ob).smooth)
+    """The state that a result leads to."""
+    fields, group = result.fields, field_of(ob)
+    report = json.dumps(fields["report"]) if "report" in fields else ""
+    state = _State(fields["revision"], report, _geometry(result, group.smooth))
+    if fields.get("base", group.base_id) == group.base_id:
+        return state
+    return replace(state, weights=_bytes(result, "field"), weights_id=fields["base"])
 
 
-def _state(result: Message, revision: str, report: Mapping[str, Any], smooth: bool) -> _State:
-    weights = result.arrays["field"].tobytes()
-    return _State(weights, revision, json.dumps(report), _geometry(result, smooth))
+def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
+    """The entries with the layers that a replay came to, and the bytes of new ones.
+
+    A replay of the network's weights has none.
+    """
+    numbered = enumerate(result.fields.get("layers", ()))
+    entries, layers = [], {}
+    for entry in listed:
+        number, found = (None, None) if entry.muted else next(numbered, (None, None))
+        if found is None:
+            entries.append(entry)
+            continue
+        entries.append(replace(entry, layer=found["id"], context=found["context"]))
+        if (name := f"layer.{number}") in result.arrays:
+            layers[found["id"]] = _bytes(result, name)
+        elif found["id"] != entry.layer:
+            raise SculptError(f"The worker sent no layer for {entry.name}. Try again.")
+    return entries, layers
+
+
+def _bytes(result: Message, name: str) -> bytes:
+    return result.arrays[name].tobytes()
 
 
 def _geometry(result: Message, smooth: bool) -> Geometry:
@@ -175,7 +209,8 @@ def _geometry(result: Message, smooth: bool) -> Geometry:
 def _write(ob: Object, state: _State) -> None:
     _fill(ob, state.geometry)
     group = field_of(ob)
-    group.weights, group.revision, group.report = state.weights, state.revision, state.report
+    group.revision, group.report = state.revision, state.report
+    group.weights, group.weights_id = state.weights, state.weights_id
 
 
 def _fill(ob: Object, geometry: Geometry) -> None:

@@ -21,7 +21,6 @@ TEXTS = {
     # model
     "{} in Blender": "{} in Blender",
     "{} in the worker while it is meshed": "{} im Arbeitsprozess, solange er es vernetzt",
-    "128, and 256 for a mesh that needs it": "128, und 256 für ein Mesh, das es braucht",
     "A box as a neural field": "Ein Quader als neuronales Feld",
     "A capsule as a neural field": "Eine Kapsel als neuronales Feld",
     "A network from a .safetensors or .pth file": "Ein Netz aus einer .safetensors-"
@@ -35,7 +34,6 @@ TEXTS = {
     "Add Neural Field": "Neuronales Feld hinzufügen",
     "Add a neural field at the 3D cursor": "Ein neuronales Feld am 3D-Cursor hinzufügen",
     "As large as those of the paper": "So groß wie die des Artikels",
-    "Automatic": "Automatisch",
     "Box": "Quader",
     "Capsule": "Kapsel",
     "Cells along an edge of the box in which the proxy of a new field is meshed": "Zellen an einer"
@@ -56,9 +54,36 @@ TEXTS = {
     "File": "Datei",
     "Fine": "Fein",
     "Fit a neural field to the active mesh": "Ein neuronales Feld an das aktive Mesh anpassen",
-    "Fit the field to its proxy as it was sculpted by other brushes. The strokes so far become part"
-    " of its base": "Das Feld an den Proxy anpassen, wie andere Pinsel ihn geformt haben. Die"
-    " bisherigen Striche werden Teil seiner Grundlage",
+    "Take what other brushes did to the proxy into the field and its history": "Was andere Pinsel"
+    " mit dem Proxy gemacht haben, ins Feld und seinen Verlauf aufnehmen",
+    "Absorbing adds detail. Choose Detail in the panel Model first": "Aufnehmen fügt Einzelheiten"
+    " hinzu. Zuerst im Bereich Modell Einzelheiten wählen",
+    "Choose what strokes change: detail, which keeps them where they are, or the network": "Wählen,"
+    " was Striche ändern: Einzelheiten, dann bleiben sie, wo sie sind, oder das Netz",
+    "Consolidate": "Verdichten",
+    "Detail": "Einzelheiten",
+    "Each stroke adds detail of its own and leaves all else as it is": "Jeder Strich fügt eigene"
+    " Einzelheiten hinzu und lässt alles andere, wie es ist",
+    "Fit a network without detail to the field, which loses some of it. The strokes become part of"
+    " the base": "Ein Netz ohne Einzelheiten an das Feld anpassen, wobei ein Teil verloren geht."
+    " Die Striche werden Teil der Grundlage",
+    "Height reached": "Erreichte Höhe",
+    "Lost by consolidating": "Beim Verdichten verloren",
+    "Lost by consolidating, 95 %": "Beim Verdichten verloren, 95 %",
+    "Measuring...": "Messen...",
+    "Sculpt": "Modellieren",
+    "Sculpt Detail or Network": "Einzelheiten oder Netz modellieren",
+    "Strokes change the weights of the network: a small field, for tools that read .pth files."
+    " Slower and less exact": "Striche ändern die Gewichte des Netzes: ein kleines Feld, für"
+    " Werkzeuge, die .pth-Dateien lesen. Langsamer und ungenauer",
+    "This field has detail, which a network cannot hold. Consolidate it first.": "Dieses Feld hat"
+    " Einzelheiten, die ein Netz nicht halten kann. Es zuerst verdichten.",
+    "Untouched normals off by": "Unberührte Normalen weichen ab um",
+    "Way back, 95 %": "Rückweg, 95 %",
+    "What strokes change": "Was Striche ändern",
+    "Wait for the end of a drag": "Auf das Ende des Ziehens warten",
+    "Watch Release": "Loslassen abwarten",
+    "Width": "Breite",
     "From File": "Aus Datei",
     "Good Enough": "Gut genug",
     "Good enough to sculpt on": "Gut genug zum Modellieren",
@@ -120,8 +145,8 @@ TEXTS = {
     "Sculpted by other brushes": "Mit anderen Pinseln bearbeitet",
     "What other brushes sculpted will be gone": "Was andere Pinsel modelliert haben, geht verloren",
     "Triangles": "Dreiecke",
-    "Units in each of the two layers: more hold more detail and take longer": "Neuronen in jeder"
-    " der beiden Schichten: mehr halten mehr Einzelheiten und brauchen länger",
+    "Units in each of the network's two layers: more hold more and take longer": "Neuronen in"
+    " jeder der beiden Schichten des Netzes: mehr halten mehr und brauchen länger",
     "Volume on the wrong side": "Volumen auf der falschen Seite",
     "What the field is made of": "Woraus das Feld gemacht wird",
     "What the field was made from": "Woraus das Feld entstand",
@@ -334,7 +359,14 @@ TEXTS = {
     # history
     "The field's {} strokes become part of its base and leave the history.": "Die {} Striche des"
     " Feldes werden Teil seiner Grundlage und verlassen den Verlauf.",
-    "All strokes since the base weights": "Alle Striche seit der Grundlage",
+    "All strokes since the base": "Alle Striche seit der Grundlage",
+    "Apply the strokes to the base first, and delete muted ones": "Zuerst die Striche auf die"
+    " Grundlage anwenden und stumme löschen",
+    "Change how much of the stroke is in the field": "Ändern, wie viel vom Strich im Feld ist",
+    "How much of the stroke is in the field": "Wie viel vom Strich im Feld ist",
+    "Sculpted": "Modelliert",
+    "Strength": "Wirkung",
+    "Stroke Strength": "Wirkung des Strichs",
     "Apply the stroke earlier or later than its neighbor": "Den Strich früher oder später als"
     " seinen Nachbarn anwenden",
     "Apply the stroke once more, right after itself": "Den Strich noch einmal anwenden, gleich nach"

@@ -13,7 +13,6 @@ MESSAGES = {
     "Absorbing": "Übernehmen",
     "Fitting detail, level {}": "Details anpassen, Stufe {}",
     "Fitting, error {}": "Anpassen, Fehler {}",
-    "Following the surface": "Der Oberfläche folgen",
     "Looking for the inside": "Das Innere suchen",
     "Looking for what was moved": "Suchen, was verschoben wurde",
     "Measuring": "Messen",
@@ -21,8 +20,6 @@ MESSAGES = {
     "Measuring the field": "Feld vermessen",
     "Meshing": "Vernetzen",
     "Preparing": "Vorbereiten",
-    "Refining": "Verfeinern",
-    "Sampling": "Abtasten",
     "Sampling the field": "Feld abtasten",
     "Sculpting": "Modellieren",
     "Searching the surface": "Oberfläche suchen",
@@ -30,7 +27,6 @@ MESSAGES = {
     "Stroke {} of {}: {}": "Strich {} von {}: {}",
     "{} failed; the system console says why.": "{} ist fehlgeschlagen; die Systemkonsole sagt,"
     " warum.",
-    "{} keeps its quick result. {}": "{} behält sein schnelles Ergebnis. {}",
     "Waits until Dyntopo is off": "Wartet, bis Dyntopo ausgeschaltet ist",
     "Waits until Edit Mode is left": "Wartet, bis der Bearbeitungsmodus verlassen wird",
     "{} is sent to a new worker. {}": "{} wird einem neuen Arbeitsprozess gegeben. {}",
@@ -59,6 +55,21 @@ MESSAGES = {
     " it is and ends that.": "{} kann nicht gelesen werden ({}). Der Verlauf dieses Feldes ist"
     " beschädigt; Auf Grundlage anwenden behält das Feld, wie es ist, und beendet das.",
     # strokes
+    "Preparing was dropped: the object is gone.": "Die Vorbereitung wurde verworfen: Das Objekt ist"
+    " nicht mehr da.",
+    "The worker sent no layer for {}. Try again.": "Der Arbeitsprozess hat für {} keine Ebene"
+    " gesendet. Es noch einmal versuchen.",
+    "What was sculpted by other brushes is missing in the history.": "Was andere Pinsel modelliert"
+    " haben, fehlt im Verlauf.",
+    "The stroke covers more surface than one edit can hold. Use a smaller radius or fewer"
+    " points.": "Der Strich bedeckt mehr Oberfläche, als eine Änderung halten kann. Einen kleineren"
+    " Radius oder weniger Punkte verwenden.",
+    "This field has detail, which only the solver local can sculpt. Consolidate it into a network"
+    " first, or choose that solver.": "Dieses Feld hat Einzelheiten, die nur das Verfahren local"
+    " modellieren kann. Es zuerst zu einem Netz verdichten oder dieses Verfahren wählen.",
+    "{} was absorbed from other brushes and is no stroke. It can be muted, moved, weakened and"
+    " deleted.": "{} wurde von anderen Pinseln aufgenommen und ist kein Strich. Es kann"
+    " stummgeschaltet, verschoben, abgeschwächt und gelöscht werden.",
     "The field's weights are damaged. Undo the last change.": "Die Gewichte des Feldes sind"
     " beschädigt. Die letzte Änderung rückgängig machen.",
     "The sculpted proxy leaves the box of the field. Sculpt it back to within its size, or make a"
@@ -190,6 +201,12 @@ MESSAGES = {
     " .safetensors- oder .pth-Datei wählen.",
     "This checkpoint unpacks to more than any field file (256 MiB).": "Dieser Checkpoint ist"
     " entpackt größer als jede Felddatei (256 MiB).",
+    "The .pth format has no place for detail. Save as .safetensors, sculpt with --solver network,"
+    " or choose Consolidate, which fits a plain network to the field.": "Das Format .pth hat keinen"
+    " Platz für Einzelheiten. Als .safetensors speichern, mit --solver network modellieren oder"
+    " Verdichten wählen, das ein Netz ohne Einzelheiten an das Feld anpasst.",
+    "This field file lacks its detail; it is damaged.": "Dieser Felddatei fehlen ihre Einzelheiten;"
+    " sie ist beschädigt.",
     "The .pth format has one omega for all inner layers; save as .safetensors instead.": "Das"
     " Format .pth hat ein Omega für alle inneren Schichten; stattdessen als .safetensors"
     " speichern.",

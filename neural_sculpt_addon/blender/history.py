@@ -2,14 +2,14 @@
 """Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
 
 The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to show final results where undo brought their quick ones back, to cancel the jobs whose
-base is no longer there, and to keep previews out of undo steps and files.
+remains is to show the reports that came after the undo step of their stroke, to cancel the jobs
+whose base is no longer there, and to keep previews out of undo steps and files.
 """
 
 import bpy
 from bpy.app.handlers import persistent
 
-from . import preview
+from . import preview, reports
 from .commit import in_edit_mode, push_undo
 from .worker_session import session
 
@@ -43,7 +43,10 @@ def show(*_: object) -> None:
 def follow(*_: object) -> None:
     """After undo and redo."""
     session.follow_history()
+    reports.follow()
     preview.show()
+    if (ob := bpy.context.active_object) is not None and not session.jobs:
+        reports.measure_again(ob)
 
 
 @persistent

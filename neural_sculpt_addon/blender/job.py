@@ -14,8 +14,19 @@ from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
 from .translations import translated
 
-Request = tuple[dict[str, Any], dict[str, np.ndarray]]
-"""Fields and arrays of a job, as the worker's protocol names them."""
+
+@dataclass(frozen=True)
+class Request:
+    """What a job asks of the worker, as the protocol names it.
+
+    held: reads bytes by their id; they are sent unless the worker has them
+    kind: where it depends on what the object is when the job's turn comes
+    """
+
+    fields: dict[str, Any]
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    held: dict[str, Callable[[], bytes]] = field(default_factory=dict)
+    kind: JobKind | None = None
 
 
 class JobStatus(StrEnum):
@@ -23,7 +34,6 @@ class JobStatus(StrEnum):
 
     QUEUED = "queued"
     RUNNING = "running"
-    REFINING = "refining"  # its quick result is in the scene
     DONE = "done"
     FAILED = "failed"
     CANCELLED = "cancelled"
@@ -34,7 +44,7 @@ class Job:
     """One request to the worker and what to do with its result.
 
     label:   what the artist reads beside the progress bar
-    request: makes fields and arrays when the job's turn comes
+    request: makes the request when the job's turn comes
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
     base:    revision that the target must have; set when the job is first of those on its target
@@ -42,7 +52,7 @@ class Job:
     preview: shows what the result looks like so far
     keep:    puts the strokes into the history as muted, when they cannot be applied
     deaths:  of workers that had the job; after the second it ends
-    quick:   the quick result, while the job is refining
+    resent:  whether the worker lacked bytes that it should have had, and got all once more
     begun:   when the worker got it, on the clock of `time.monotonic`
     """
 
@@ -61,7 +71,7 @@ class Job:
     message: str = ""
     number: int = field(default=-1, repr=False)
     begun: float = field(default=0.0, repr=False)
-    quick: Message | None = field(default=None, repr=False)
+    resent: bool = field(default=False, repr=False)
 
     @property
     def title(self) -> str:

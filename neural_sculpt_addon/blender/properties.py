@@ -33,6 +33,9 @@ GROUP = "neural_sculpt"
 
 DEFAULT_RESOLUTION = 128
 
+LOCAL, NETWORK = "LOCAL", "NETWORK"
+"""Solvers of the field room, in capitals: strokes add detail, or change the network."""
+
 
 def resolution_property(description: str, default: int = DEFAULT_RESOLUTION) -> Any:
     """A property that says how fine a proxy is."""
@@ -55,38 +58,85 @@ def smooth_property() -> Any:
     )
 
 
+def strength_property(**given: Any) -> Any:
+    """How much of a layer the field has."""
+    return FloatProperty(
+        name="Strength",
+        description="How much of the stroke is in the field",
+        default=1.0,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+        **given,
+    )
+
+
+def solver_property() -> Any:
+    """Name of a solver of the field room."""
+    return EnumProperty(
+        name="Sculpt",
+        description="What strokes change",
+        items=[
+            (LOCAL, "Detail", "Each stroke adds detail of its own and leaves all else as it is"),
+            (
+                NETWORK,
+                "Network",
+                "Strokes change the weights of the network: a small field, for tools that read"
+                " .pth files. Slower and less exact",
+            ),
+        ],
+        default=LOCAL,
+    )
+
+
 class NEURAL_SCULPT_PG_listed_stroke(PropertyGroup):
-    """A stroke of a field's history; read and written by `stroke_list`."""
+    """An entry of a field's history; read and written by `stroke_list`.
+
+    data:     the stroke as in a stroke file; empty for sculpting that was absorbed
+    layer:    what the entry adds to the field, as the worker gave it; `layer_id` names these bytes
+    context:  names the base and the layers beneath for which the layer was computed
+    """
 
     name: StringProperty(name="Name", description="Of the stroke; double-click to rename it")
     muted: BoolProperty(name="Muted", description="The stroke is left out of the field")
+    strength: strength_property()
     uid: StringProperty(name="Identity", options={"HIDDEN"})
     data: StringProperty(name="Stroke", description="As in a stroke file", options={"HIDDEN"})
+    layer: StringProperty(name="Layer", subtype="BYTE_STRING", options={"HIDDEN"})
+    layer_id: StringProperty(name="Layer Identity", options={"HIDDEN"})
+    context: StringProperty(name="Context", options={"HIDDEN"})
 
 
 class NEURAL_SCULPT_PG_field(PropertyGroup):
-    """A neural field. An object without weights is an ordinary object.
+    """A neural field. An object without a revision is an ordinary object.
 
-    weights and base_weights are safetensors files: the field as it is, and as it was before its
-    first stroke. BYTE_STRING properties keep every byte through overwriting, undo, save and
-    append; raw bytes as ID properties do not.
+    The field is its base, a safetensors file, and the layers of all strokes that are not muted,
+    each times its strength. Where there are `weights` these are the field as a whole: strokes
+    changed the network, or the file is older than layers. `base_id` and `weights_id` name the
+    bytes; they are empty in older files.
+
+    BYTE_STRING properties keep every byte through overwriting, undo, save and append; raw bytes as
+    ID properties do not.
     """
 
-    weights: StringProperty(name="Weights", subtype="BYTE_STRING", options={"HIDDEN"})
     base_weights: StringProperty(name="Base Weights", subtype="BYTE_STRING", options={"HIDDEN"})
+    base_id: StringProperty(name="Base Identity", options={"HIDDEN"})
+    weights: StringProperty(name="Weights", subtype="BYTE_STRING", options={"HIDDEN"})
+    weights_id: StringProperty(name="Weights Identity", options={"HIDDEN"})
+    solver: solver_property()
     strokes: CollectionProperty(
         type=NEURAL_SCULPT_PG_listed_stroke,
         name="Strokes",
-        description="All strokes since the base weights",
+        description="All strokes since the base",
     )
     active_stroke: IntProperty(name="Active Stroke", default=-1, options={"HIDDEN"})
     revision: StringProperty(
-        name="Revision", description="Names this state of the weights", options={"HIDDEN"}
+        name="Revision", description="Names this state of the field", options={"HIDDEN"}
     )
     source: StringProperty(name="Source", description="What the field was made from")
     report: StringProperty(
         name="Report",
-        description="Quality of the last fit or stroke, as JSON",
+        description="Quality of the last fit or stroke, as JSON; empty while it is not known",
         options={"HIDDEN"},
     )
     resolution: resolution_property(

@@ -14,6 +14,7 @@ from . import (
     seen_surface,
     shape_choices,
     status_bar,
+    strength,
     tools,
     translations,
 )
@@ -22,6 +23,8 @@ from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
+from .operators.choose_solver import NEURAL_SCULPT_OT_choose_solver
+from .operators.consolidate import NEURAL_SCULPT_OT_consolidate
 from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
@@ -33,6 +36,7 @@ from .operators.history import (
     NEURAL_SCULPT_OT_duplicate_stroke,
     NEURAL_SCULPT_OT_move_stroke,
     NEURAL_SCULPT_OT_mute_stroke,
+    NEURAL_SCULPT_OT_set_strength,
     NEURAL_SCULPT_OT_solo_stroke,
 )
 from .operators.install_worker import (
@@ -57,6 +61,7 @@ from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
 from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
+from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
@@ -92,12 +97,15 @@ CLASSES = (
     NEURAL_SCULPT_OT_strokes_from_lines,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
+    NEURAL_SCULPT_OT_set_strength,
     NEURAL_SCULPT_OT_delete_stroke,
     NEURAL_SCULPT_OT_duplicate_stroke,
     NEURAL_SCULPT_OT_move_stroke,
     NEURAL_SCULPT_OT_edit_stroke,
     NEURAL_SCULPT_OT_apply_to_base,
     NEURAL_SCULPT_OT_absorb,
+    NEURAL_SCULPT_OT_choose_solver,
+    NEURAL_SCULPT_OT_consolidate,
     NEURAL_SCULPT_OT_make_curves,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
@@ -112,6 +120,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_restart_worker,
     NEURAL_SCULPT_OT_stop_worker,
     NEURAL_SCULPT_OT_notice,
+    NEURAL_SCULPT_OT_watch_release,
     NEURAL_SCULPT_OT_install_worker,
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_PT_model,
@@ -140,6 +149,7 @@ def register() -> None:
     seen_surface.register()
     menus.register()
     status_bar.register()
+    strength.register()
     overlay.register()
     fit_overlay.register()
     tools.register()
@@ -152,6 +162,7 @@ def unregister() -> None:
     tools.unregister()
     fit_overlay.unregister()
     overlay.unregister()
+    strength.unregister()
     status_bar.unregister()
     menus.unregister()
     seen_surface.unregister()

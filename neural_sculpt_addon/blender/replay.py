@@ -1,25 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of a field's history: the list changes together with the weights that it makes, or not at
+"""Changes of a field's history: the list changes together with the field that it makes, or not at
 all.
 
 A change is a function from the old list to the new one. When it leaves the unmuted strokes as they
-are it is made at once; otherwise the worker replays them from the base weights. A change that is
-asked for while a replay still waits or runs joins it, so that many of them cost one replay.
+are it is made at once; otherwise the worker adds up their layers, and computes again those that
+stand on others now. A change that is asked for while a replay still waits or runs joins it, so that
+many of them cost one replay.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
-import numpy as np
 from bpy.types import Object
 
 from ..worker.client import JobKind, Message
-from . import native_edits, stroke_list
+from . import native_edits, states, stroke_list
 from .commit import new_revision, set_history
 from .job import Job, Request, found
-from .properties import field_of
-from .stroke_jobs import SOLVER
 from .stroke_list import Entry
 from .worker_session import session
 
@@ -44,7 +41,7 @@ def change_history(ob: Object, label: str, change: Change) -> Job | None:
     pending = session.pending(target)
     listed = stroke_list.entries(ob)
     wanted = change(listed)
-    if not pending and stroke_list.unmuted(wanted) == stroke_list.unmuted(listed):
+    if not pending and stroke_list.heard(wanted) == stroke_list.heard(listed):
         if wanted != listed:
             set_history(ob, wanted, label)
         return None
@@ -64,17 +61,7 @@ def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
         return listed
 
     def request() -> Request:
-        ob = found(target)
-        group = field_of(ob)
-        strokes = stroke_list.unmuted(changed())
-        fields: dict[str, Any] = {
-            "strokes": [stroke.to_json() for stroke in strokes],
-            "states": stroke_list.states(ob, SOLVER, strokes),
-            "solver": SOLVER,
-            "resolution": group.resolution,
-            "result_revision": new_revision(),
-        }
-        return fields, {"field": np.frombuffer(group.base_weights, np.uint8)}
+        return states.replay_request(found(target), changed(), new_revision())
 
     def apply(result: Message) -> None:
         native_edits.refuse(found(target))

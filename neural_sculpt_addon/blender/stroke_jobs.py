@@ -1,56 +1,68 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The jobs of a stroke: what is prepared while it is drawn, and the edit itself. Model space."""
 
-import numpy as np
 from bpy.types import Object
 
+from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from ..worker.client import JobKind, Message
-from . import native_edits
-from .commit import add_strokes, keep_strokes, new_revision
-from .job import Job, Request, found
+from . import native_edits, reports, states, stroke_list
+from .commit import add_entry, keep_entries, new_revision, set_history
+from .job import Job, Request, find, found
 from .properties import field_of
-from .stroke_list import state_after
-from .worker_session import session
-
-SOLVER = "gauss_newton"
 
 
 def prepare_job(ob: Object) -> Job:
     """The job that, while the artist draws, prepares what only the unedited field determines."""
-    group = field_of(ob)
-    request: Request = (
-        {"revision": group.revision},
-        {"field": np.frombuffer(group.weights, np.uint8)},
-    )
-    return Job(JobKind.PREPARE, "Preparing", lambda: request, lambda _: None)
+    target = ob.session_uid
+
+    def request() -> Request:
+        if (ob := find(target)) is None:
+            raise SculptError("Preparing was dropped: the object is gone.")
+        return states.request(ob)
+
+    return Job(JobKind.PREPARE, "Preparing", request, lambda _: None)
 
 
 def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
-    """The job that applies strokes to whatever the object's field is when its turn comes."""
+    """The job that applies strokes to whatever the object's field is when its turn comes.
+
+    One stroke is an edit of the field as it is; several, and the first on a file that is older than
+    layers, are a replay of a longer history.
+    """
     target = ob.session_uid
-    label = strokes[0].name or "Neural Stroke"
+    first = strokes[0]
+    label = first.name or "Neural Stroke"
+    added = [stroke_list.entry_of(stroke) for stroke in strokes]
+
+    def longer() -> list[stroke_list.Entry]:
+        return [*stroke_list.entries(found(target)), *added]
 
     def request() -> Request:
         ob = found(target)
         group = field_of(ob)
-        fields = {
-            "strokes": [stroke.to_json() for stroke in strokes],
-            "solver": SOLVER,
-            "resolution": group.resolution,
-            "revision": group.revision,
-            "result_revision": new_revision(),
-            "result_state": state_after(ob, SOLVER, strokes),
-        }
-        if not session.waits:
-            fields["quick_revision"] = new_revision()
-        return fields, {"field": np.frombuffer(group.weights, np.uint8)}
+        if len(strokes) > 1 or not states.is_simple(group):
+            return states.replay_request(ob, longer(), new_revision())
+        return states.request(
+            ob,
+            JobKind.EDIT,
+            stroke=first.to_json(),
+            solver=states.solver(group),
+            resolution=group.resolution,
+            result_revision=new_revision(),
+        )
 
     def apply(result: Message) -> None:
-        native_edits.refuse(found(target))
-        add_strokes(found(target), strokes, result, label)
+        ob = found(target)
+        native_edits.refuse(ob)
+        if job.kind is JobKind.EDIT:
+            add_entry(ob, added[0], result, label)
+            reports.measure(ob)
+        else:
+            set_history(ob, longer(), label, result)
 
     def keep() -> None:
-        keep_strokes(found(target), strokes, label)
+        keep_entries(found(target), added, label)
 
-    return Job(JobKind.EDIT, label, request, apply, target=target, strokes=strokes, keep=keep)
+    job = Job(JobKind.EDIT, label, request, apply, target=target, strokes=strokes, keep=keep)
+    return job

@@ -11,22 +11,22 @@ When the worker dies, or answers nonsense, the job that it had is sent to a new 
 dies, too, the job fails and the next one has its turn. A stroke that fails for no reason of its own
 stays in the history, muted.
 
-A quick result is applied as the job's result. While the worker goes on to the final one the job is
-refining: it stands in nobody's way, and ends at once when another job is about to change the same
-object. Its final result goes to all objects that show the quick one, see `finals`.
+Bytes of fields go to a worker process once; a worker that lacks some says so and gets all again.
+One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
+nobody is told when it fails.
 
-In a window a timer calls `poll_once`; timers never run in the background, where operators wait and
-ask for no quick results.
+In a window a timer calls `poll_once`; timers never run in the background, where operators wait.
 """
 
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
 import bpy
+import numpy as np
 from bpy.app.translations import pgettext_n as n_
 
 from ..stroke.errors import SculptError
@@ -34,7 +34,6 @@ from ..stroke.stroke import Stroke
 from ..worker import answers, environment
 from ..worker.client import (
     Client,
-    JobKind,
     Message,
     MessageKind,
     WorkerGoneError,
@@ -43,9 +42,8 @@ from ..worker.client import (
 from ..worker.protocol import ProtocolError
 from . import hints, preferences, preview, proxy_mesh, redraw
 from .commit import in_edit_mode
-from .finals import Finals
 from .folders import log_file
-from .job import Job, JobStatus, find
+from .job import Job, JobStatus, Request, find
 from .operators import notice
 from .properties import field_of
 
@@ -61,23 +59,39 @@ class Session:
     def __init__(self) -> None:
         """No worker is started yet."""
         self.jobs: deque[Job] = deque()
+        self.behind: Job | None = None
+        """The job that waits for all others to end."""
         self.client: Client | None = None
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
         self._timer = self._tick  # one object, as Blender knows a timer by it
         self._told = False  # of a slow job, in the status bar
-        self._finals = Finals()
+        self._held: set[str] = set()  # ids of bytes that the worker has
         self._news: deque[Message] = deque()  # of the worker, not yet heard
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
         self._ensure_worker()
         self.last_error = ""
+        self.drop_behind()
         self.jobs.append(job)
         self._advance()
         self._preview()  # while the worker begins
         self._watch()
+
+    def submit_behind(self, job: Job) -> None:
+        """Have a job done when nothing else waits, instead of the one that was to be."""
+        self.drop_behind()
+        self.behind = job
+        self._watch()
+
+    def drop_behind(self) -> None:
+        """Forget the job that waits behind the others, which the worker may be at."""
+        if self.behind is not None:
+            self._silence(self.behind)
+            self.behind = None
+            redraw.tag_panels()
 
     def wait(self, job: Job) -> None:
         """Poll until the job has ended; SculptError when it did not succeed."""
@@ -118,8 +132,7 @@ class Session:
         return first if time.monotonic() - first.begun > SLOW else None
 
     def follow_history(self) -> None:
-        """After undo and redo: show final results, cancel the jobs whose object or base is gone."""
-        self._bring_finals()
+        """After undo and redo: cancel the jobs whose object or base is gone."""
         for target, first in self._firsts().items():
             ob = find(target)
             if ob is None or field_of(ob).revision != first.base:
@@ -129,7 +142,7 @@ class Session:
     def leave_file(self) -> None:
         """Before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
-        self._finals.forget()
+        self.drop_behind()
 
     def poll_once(self) -> bool:
         """Take what the worker sent: whether there was news.
@@ -167,6 +180,7 @@ class Session:
             self.client.stop()
             self.client = None
         self._news.clear()
+        self.behind = None
         if self.jobs:
             job = self.jobs[0]
             try:
@@ -184,6 +198,7 @@ class Session:
 
     def stop(self) -> None:
         """Cancel everything and end the worker process."""
+        self.behind = None
         for job in [*self.jobs]:
             self._end(job, JobStatus.CANCELLED, "The worker was stopped.")
         if self.client is not None:
@@ -206,6 +221,7 @@ class Session:
         client = Client(command, log_file())
         client.start()
         self.client = client
+        self._held.clear()
 
     def _firsts(self) -> dict[int, Job]:
         """The first pending job on each object."""
@@ -217,23 +233,35 @@ class Session:
             ob = find(target)
             if not job.base and ob is not None:
                 job.base = field_of(ob).revision
-        for job in [job for job in self.jobs if job.status is JobStatus.REFINING]:
-            if any(other.kind is not JobKind.MESH for other in self.pending(job.target)):
-                self._silence(job)
-                self._end(job, JobStatus.DONE, "")
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
             self._try(self.jobs[0], partial(self._start, self.jobs[0]))
+        behind = self.behind
+        if not self.jobs and behind is not None and behind.status is JobStatus.QUEUED:
+            if self.client is not None and self.client.alive:
+                self._send(behind, behind.request())
+            else:  # it is gone with all that it knew
+                self.behind = None
 
     def _start(self, job: Job) -> None:
         self._ensure_worker()
         assert self.client is not None
-        fields, arrays = job.request()
+        request = job.request()
+        job.kind = request.kind or job.kind
         try:
-            job.number = self.client.submit(job.kind, fields, arrays)
+            self._send(job, request)
         except WorkerGoneError as error:  # just now
             self._lose(job, str(error))
-            return
+
+    def _send(self, job: Job, request: Request) -> None:
+        """Let the worker have a job, and those bytes that it does not have."""
+        assert self.client is not None
+        arrays = dict(request.arrays)
+        for name, read in request.held.items():
+            if name not in self._held:
+                arrays[name] = np.frombuffer(read(), np.uint8)
+        job.number = self.client.submit(job.kind, request.fields, arrays)
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
+        self._held.update(request.held)
 
     def _foresee(self, message: Message) -> bool:
         """Displace a stroke that still waits on the proxy which a result brings: whether there was
@@ -252,7 +280,7 @@ class Session:
         if self.waits or not self.jobs or message.job != self.jobs[0].number:
             return False
         job = self.jobs[0]
-        if message.kind not in {MessageKind.RESULT, MessageKind.QUICK} or job.quick:
+        if message.kind is not MessageKind.RESULT:
             return False
         ob = None if job.target is None else find(job.target)
         if in_edit_mode():
@@ -265,6 +293,8 @@ class Session:
 
     def _hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""
+        if self.behind is not None and message.job == self.behind.number:
+            self._hear_behind(self.behind, message)
         if not self.jobs or message.job != self.jobs[0].number:
             return
         job = self.jobs[0]
@@ -283,30 +313,36 @@ class Session:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
             self._hear_error(job, message.fields)
-        elif job.quick:
-            self._finals.remember(job.quick, message)
-            self._end(job, JobStatus.DONE, "")
-            self._bring_finals()
-        elif self._try(job, partial(job.apply, message)):
-            if message.kind is MessageKind.QUICK:
-                job.status, job.quick = JobStatus.REFINING, message
-                self._preview()
-            else:
-                self._end(job, JobStatus.DONE, "")
         else:
-            self._silence(job)
+            self._held.update(_ids(message))
+            if self._try(job, partial(job.apply, message)):
+                self._end(job, JobStatus.DONE, "")
+            else:
+                self._silence(job)
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]
-        if job.quick:
-            text = f"{job.title} keeps its quick result. {text}"
-            self._end(job, JobStatus.FAILED, text)
+        if fields.get("missing") and not job.resent:
+            log.info("%s is sent again, for the worker lacks bytes", job.label)
+            self._held.clear()
+            job.resent = True
+            self._queue_again(job)
         elif fields.get("died"):
             self._lose(job, text)
         elif fields["detail"]:  # a defect, or no memory
             self._fail(job, text)
         else:  # what was asked for cannot be
             self._end(job, JobStatus.FAILED, text)
+
+    def _hear_behind(self, job: Job, message: Message) -> None:
+        """Of the job behind the others, which nobody waits for."""
+        if message.kind is MessageKind.RESULT:
+            self.behind = None
+            answers.check(job.kind, message)
+            job.apply(message)
+        elif message.kind in {MessageKind.ERROR, MessageKind.CANCELLED}:
+            log.info("%s: %s", job.label, message.fields.get("message", message.kind))
+            self.behind = None
 
     def _try(self, job: Job, step: Callable[[], None]) -> bool:
         """Take a step of a job; when that cannot be, end the job."""
@@ -327,32 +363,26 @@ class Session:
         if self.client is not None:
             self.client.stop()  # one that answers nonsense may live
         job.deaths += 1
-        if job.deaths > 1 or job.quick:
+        if job.deaths > 1:
             self._fail(job, why)
             return
-        job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
-        redraw.tag_panels()
+        self._queue_again(job)
         log.warning("%s is sent again: %s", job.label, why)
         notice.tell(f"{job.title} is sent to a new worker. {why}")
 
+    def _queue_again(self, job: Job) -> None:
+        job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
+        redraw.tag_panels()
+
     def _fail(self, job: Job, why: str) -> None:
         """End a job; its strokes, which are not at fault, stay in the history."""
-        if job.keep is not None and not job.quick and find(job.target or 0) is not None:
+        if job.keep is not None and find(job.target or 0) is not None:
             try:
                 job.keep()
                 why = f"{why} {job.title} is in the history, muted."
             except SculptError as error:  # the object cannot be changed at all
                 log.warning("%s cannot be kept: %s", job.label, error)
         self._end(job, JobStatus.FAILED, why)
-
-    def _bring_finals(self) -> None:
-        """Show final results where their quick ones are, and tell the jobs that build on those."""
-        with preview.hidden():
-            self._finals.bring()
-        for target, job in self._firsts().items():
-            ob, final = find(target), self._finals.successor(job.base)
-            if ob is not None and field_of(ob).revision == final:
-                job.base = final
 
     def _preview(self) -> None:
         """Show the strokes that have no result yet on their proxies."""
@@ -401,7 +431,15 @@ class Session:
         told, self._told = self._told, self.slow_job() is not None
         if told is not self._told or (self._told and heard):
             hints.refresh()
-        return TICK if self.jobs or now is WorkerState.STARTING else None
+        busy = self.jobs or self.behind or now is WorkerState.STARTING
+        return TICK if busy else None
+
+
+def _ids(result: Message) -> Iterator[str]:
+    """Names of the bytes that a worker made, and so has."""
+    fields = result.fields
+    yield from (fields[name] for name in ("id", "base", "layer") if name in fields)
+    yield from (layer["id"] for layer in fields.get("layers", ()))
 
 
 session = Session()

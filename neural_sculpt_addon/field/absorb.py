@@ -8,6 +8,7 @@ field becomes 0 on them and on the curved middles of their edges, and the mesh's
 between and beside the old and the new surface; on what was not moved, and wherever that is nearer,
 it keeps its value. The result is a layer: outside of its support the field does not change. A proxy
 of other topology (dyntopo, remesh) has moved all over, and is absorbed as a whole. Model space.
+See docs/method.md, section 6.
 """
 
 import time

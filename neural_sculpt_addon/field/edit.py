@@ -122,19 +122,19 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
     """The edit by the local solver; pieces of surface that nobody asked for are solved away."""
     before = problem.preparation
     edit = LocalEdit(problem, progress)
-    layer = edit.solve()
-    for repair in range(REPAIRS + 1):
+    layer, repairs = edit.solve(), 0
+    while True:
         seconds = time.perf_counter() - started
         field = before.field.plus(layer)
         proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
-        if repair == REPAIRS or components(proxy) == components(before.proxy):
-            break
+        done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
+        if repairs == REPAIRS or components(proxy) == components(before.proxy):
+            return done
         held = before.surface.points[problem.untouched(before.surface)]
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
         if not len(islands.points):
-            break
-        layer = edit.forbid(islands)
-    return Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
+            return done
+        layer, repairs = edit.forbid(islands), repairs + 1
 
 
 def edit(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a triangle mesh to a field.
+"""From a triangle mesh to a field (docs/method.md, section 5).
 
     clean the mesh -> signed distance -> samples -> learn a network -> detail -> measure
 

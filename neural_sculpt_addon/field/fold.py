@@ -6,7 +6,7 @@ a wall is thick comes out behind it; the sides of a groove meet. Each such part 
 show it by themselves, and ends where the surface crosses itself. In between, winding numbers tell
 (Jacobson et al., "Robust inside-outside segmentation using generalized winding numbers", 2013):
 those of the shape before, and of the volume between tubes and their targets, added or taken away.
-Just outside of what bounds the shape they are 0. Model space.
+Just outside of what bounds the shape they are 0. Model space. See docs/method.md, section 2.
 """
 
 from collections.abc import Sequence

@@ -10,6 +10,7 @@ supports have a cell in common. The *context* of a layer is what it was solved o
 visible layers beneath it that touch it, with their strengths. A layer is valid while its context is
 the same. Otherwise its stroke is solved again, which may change the context of layers above.
 Absorbed sculpting has no stroke that could be solved again: it keeps its coefficients. Model space.
+See docs/method.md, section 7.
 """
 
 import hashlib

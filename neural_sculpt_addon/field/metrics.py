@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How well an edit did what the stroke asked, and what else it changed.
+"""How well an edit did what the stroke asked, and what else it changed (docs/method.md, section 9).
 
 All lengths are in model space, absolute, and refer to these regions of the unedited surface, by
 distance from the path in radii (the nearest copy of a mirrored stroke counts):

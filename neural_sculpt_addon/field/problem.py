@@ -4,6 +4,7 @@
 The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
 are solved together; where they overlap, the larger displacement wins, and where the displaced
 surface would run through itself, what bounds the shape counts (see `fold`). Model space.
+See docs/method.md, section 2.
 """
 
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The proxy: the triangle mesh that stands for a field in the scene.
+"""The proxy: the triangle mesh that stands for a field in the scene (docs/method.md, section 8).
 
     active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0
 

@@ -3,7 +3,7 @@
 
 Rows are spaced along the path, columns across it, in [-r, r]; each grid point is offset along v and
 projected onto the surface (paper, section 4: 99 x 101). Around round ends and dabs the rows go on
-past the end, and what lies within one radius is kept. Model space.
+past the end, and what lies within one radius is kept. Model space. See docs/method.md, section 2.
 """
 
 from dataclasses import dataclass
@@ -30,6 +30,7 @@ ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
 ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
 STEP = 1 / 1024  # radii, between two displacements whose difference tells the slope
 BEND = 5e-4  # between two normals whose difference tells the curvature
+TORN = 4.0  # usual edges of a triangle, at which it spans two parts of the surface
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 
 
@@ -70,11 +71,19 @@ class Tube:
         return inner
 
     def triangles(self) -> NDArray[np.int64]:
-        """Triangles (T, 3) between neighbours of the grid, counter-clockwise seen from outside."""
+        """Triangles (T, 3) between neighbours of the grid, counter-clockwise seen from outside.
+
+        Where projection led neighbours to different parts of the surface there are none.
+        """
         a, b = self.grid[:-1, :-1].ravel(), self.grid[:-1, 1:].ravel()
         c, d = self.grid[1:, :-1].ravel(), self.grid[1:, 1:].ravel()
         both = np.concatenate([np.stack([a, d, b], 1), np.stack([a, c, d], 1)])
-        return both[(both >= 0).all(axis=1)].astype(np.int64)
+        triangles = both[(both >= 0).all(axis=1)].astype(np.int64)
+        if not len(triangles):
+            return triangles
+        corners = self.surface.points[triangles]  # (T, 3, 3)
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        return triangles[edges < TORN * np.median(edges)]
 
 
 def sample_tube(

@@ -54,13 +54,6 @@ class SculptCase(unittest.TestCase):
         self.assertNotIn("Traceback", message)
         self.assertTrue(message.endswith("."), message)
 
-    def solve_quickly(self) -> None:
-        """Strokes end with their quick results, for tests of all but how good they are."""
-        for name in ("blender.stroke_jobs", "blender.replay"):
-            solver = patch.object(module(name), "SOLVER", "quick")
-            solver.start()
-            self.addCleanup(solver.stop)
-
     @contextmanager
     def as_in_a_window(self) -> Iterator[None]:
         """Operators return at once, and `finish` does what the timer does."""
@@ -78,27 +71,19 @@ class SculptCase(unittest.TestCase):
             self.session.poll_once()
             time.sleep(0.005)
 
-    def until_quick(self) -> None:
-        """Poll the worker until a quick result is in the scene and the final one is computed."""
-        self.pump(lambda: not self.session.jobs or self.session.jobs[0].quick is not None)
-        self.assertTrue(
-            self.session.jobs, "it ended before it was seen: " + self.session.last_error
-        )
-
     def finish(self) -> None:
         """Poll the worker until it is idle."""
         self.pump(lambda: not self.session.jobs)
 
 
 class SteeredCase(SculptCase):
-    """As in a window, with a worker whose refinements end when the test says so (toy_worker.py)."""
+    """As in a window, with a worker that ends its jobs when the test says so (toy_worker.py)."""
 
     def setUp(self) -> None:
         super().setUp()
-        self.go = self.folder / "go"
         python = os.environ["NEURAL_SCULPT_PYTHON"]
         toy = Path(__file__).with_name("toy_worker.py")
-        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.go)]
+        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.folder)]
         self.session.stop()
         self.addCleanup(self.session.stop)
         steered = patch.object(module("worker.environment"), "worker_command", lambda *_: command)
@@ -109,10 +94,14 @@ class SteeredCase(SculptCase):
         self.addCleanup(setattr, self.session, "waits", True)
 
     def finish(self) -> None:
-        """Let refinements end, and poll the worker until it is idle."""
-        self.go.touch()
+        """Let edits end, and poll the worker until only a measure may be left."""
+        self.say("go")
         super().finish()
-        self.go.unlink()
+        (self.folder / "go").unlink()
+
+    def say(self, word: str) -> None:
+        """Tell the worker something, see toy_worker."""
+        (self.folder / word).touch()
 
 
 def add(kind: str = "SPHERE") -> Object:
@@ -187,7 +176,8 @@ def redo() -> None:
 def state(ob: Object) -> tuple[object, ...]:
     """Everything that makes the field, to compare exactly."""
     group = ob.neural_sculpt
-    listed = tuple((item.name, item.muted, item.uid, item.data) for item in group.strokes)
+    names = ("name", "muted", "uid", "data", "strength", "layer", "layer_id", "context")
+    listed = tuple(tuple(getattr(item, name) for name in names) for item in group.strokes)
     properties = group.weights, group.base_weights, listed, group.revision, group.report
     return *properties, vertices(ob).tobytes(), tuple(map(tuple, ob.matrix_world))
 

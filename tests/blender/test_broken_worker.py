@@ -29,7 +29,7 @@ class NoMemory:
 class BrokenWorker(SteeredCase):
     def setUp(self) -> None:
         super().setUp()
-        self.spoil = self.go.with_name("spoil")
+        self.spoil = self.folder / "spoil"
         self.before = state(self.ob)
 
     def listed(self) -> list[tuple[str, bool]]:
@@ -98,17 +98,18 @@ class BrokenWorker(SteeredCase):
     def test_a_result_for_which_there_is_no_memory_changes_nothing(self) -> None:
         drawn = module("stroke.stroke").Stroke(np.eye(3), module("stroke.brush").Brush(0.1, 0.05))
         client, commit = module("worker.client"), module("blender.commit")
+        entry_of = module("blender.stroke_list").entry_of
         points, triangles = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.int32)
         arrays = {
-            "field": np.ones(9, np.uint8),
+            "layer": np.ones(9, np.uint8),
             "vertices": points,
             "normals": points,
             "triangles": triangles,
             "edges": np.array([[0, 1], [1, 2], [0, 2]], np.int32),
             "corner_edges": NoMemory(),
         }
-        fields = {"revision": "new", "reports": []}
+        fields = {"revision": "new", "layer": "id", "context": ""}
         result = client.Message(client.MessageKind.RESULT, 1, fields, arrays)
         with self.assertRaises(MemoryError):
-            commit.add_strokes(field("Sphere"), (drawn,), result, "One")
+            commit.add_entry(field("Sphere"), entry_of(drawn), result, "One")
         self.assertEqual(state(field("Sphere")), self.before)

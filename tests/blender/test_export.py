@@ -5,7 +5,7 @@ import importlib.util
 
 import bpy
 import numpy as np
-from harness import RESOLUTION, SculptCase, add, in_world, vertices
+from harness import RESOLUTION, SculptCase, add, in_world, stroke, vertices
 from mathutils import Euler, Matrix
 
 
@@ -13,7 +13,7 @@ class Export(SculptCase):
     def setUp(self) -> None:
         super().setUp()
         self.ob = add("TORUS")
-        self.weights = self.ob.neural_sculpt.weights
+        self.base = self.ob.neural_sculpt.base_weights
 
     def export(self, name: str, **given: object) -> str:
         path = str(self.folder / name)
@@ -32,6 +32,17 @@ class Export(SculptCase):
             self.assertEqual(len(vertices(ob)), len(before))
             np.testing.assert_allclose(vertices(ob), before, atol=1e-5)
             bpy.context.view_layer.objects.active = self.ob
+
+    def test_detail(self) -> None:
+        """It travels as .safetensors; .pth files have no place for it."""
+        stroke(np.array([[0.5, -0.1, 0.2], [0.5, 0.1, 0.2]]), radius=0.1, intensity=0.05)
+        path = self.export("field.safetensors")
+        pth = str(self.folder / "field.pth")
+        self.assert_fails("onsolidate", bpy.ops.neural_sculpt.export, filepath=pth)
+        bpy.ops.neural_sculpt.add(kind="FILE", filepath=path)
+        np.testing.assert_allclose(
+            vertices(bpy.context.active_object), vertices(self.ob), atol=1e-5
+        )
 
     def test_meshes(self) -> None:
         self.ob.location = (0.0, 0.0, 5.0)
@@ -112,7 +123,7 @@ class Export(SculptCase):
             path = self.folder / f"taken.{suffix}"
             path.mkdir()
             self.assert_fails("taken", export, filepath=str(path), resolution=RESOLUTION)
-        self.assertEqual(self.ob.neural_sculpt.weights, self.weights)
+        self.assertEqual(self.ob.neural_sculpt.base_weights, self.base)
 
     def test_needs_a_field(self) -> None:
         bpy.ops.mesh.primitive_cube_add()

@@ -27,14 +27,13 @@ ops = bpy.ops.neural_sculpt
 
 
 class History(SculptCase):
-    """Three strokes on a sphere, far from one another; drawn once, by the quick solver."""
+    """Three strokes on a sphere, far from one another; drawn once."""
 
     drawn_file: str = ""
-    before_last: bytes
+    before_last: np.ndarray
 
     def setUp(self) -> None:
         super().setUp()
-        self.solve_quickly()
         if not History.drawn_file:
             History.drawn_file = self.draw()
         bpy.ops.wm.open_mainfile(filepath=History.drawn_file)
@@ -48,7 +47,7 @@ class History(SculptCase):
         self.addClassCleanup(folder.cleanup)
         ob = add("SPHERE")
         for name, tilt in TILTS.items():
-            History.before_last = ob.neural_sculpt.weights
+            History.before_last = vertices(ob)
             stroke(arc(ob, tilt=tilt), radius=RADIUS, intensity=INTENSITY, name=name)
         path = str(Path(folder.name) / "drawn.blend")
         bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -93,12 +92,12 @@ class History(SculptCase):
 
     def test_without_the_last_stroke_the_field_is_as_it_was_before_it(self) -> None:
         ops.mute_stroke(uid=self.uid("Three"))
-        self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
+        np.testing.assert_allclose(vertices(self.ob), self.before_last, atol=5e-3)
 
     def test_a_replay_by_another_worker_makes_the_same_field(self) -> None:
         self.session.stop()
         ops.mute_stroke(uid=self.uid("Three"))
-        self.assertEqual(self.ob.neural_sculpt.weights, self.before_last)
+        np.testing.assert_allclose(vertices(self.ob), self.before_last, atol=5e-3)
 
     def test_a_stroke_that_lies_on_a_muted_one_is_laid_on_what_is_below(self) -> None:
         """It is narrower than the other is high."""
@@ -111,10 +110,9 @@ class History(SculptCase):
         for name in TILTS:
             ops.mute_stroke(uid=self.uid(name))
         group = field("Sphere").neural_sculpt
-        self.assertEqual(group.weights, group.base_weights)
         size = np.linalg.norm(vertices(field("Sphere")), axis=1)
         np.testing.assert_allclose(size, SIZE, atol=0.01)
-        self.assertEqual(group.report, "{}")
+        self.assertEqual(group.report, "")
 
     def test_solo(self) -> None:
         ops.solo_stroke(uid=self.uid("Two"))
@@ -203,7 +201,8 @@ class History(SculptCase):
         ops.apply_to_base()
         group = self.ob.neural_sculpt
         self.assertEqual(self.names(), ["Two"])
-        self.assertEqual(group.base_weights, group.weights)
+        self.assertEqual(group.weights, b"")
+        self.assertGreater(len(group.base_weights), len(self.drawn[1]))
         self.assertEqual(state(self.ob)[5], muted[5])
         ops.mute_stroke(uid=self.uid("Two"))
         self.assert_heights(One=1, Two=1, Three=1)
@@ -221,7 +220,7 @@ class History(SculptCase):
         self.assertEqual(state(self.ob), before)
 
     def test_a_damaged_history_is_refused_whole(self) -> None:
-        for text in ("", "[" * 100_000, '{"points": []}', "null"):
+        for text in ("{", "[" * 100_000, '{"points": []}', "null"):
             self.ob.neural_sculpt.strokes[1].data = text
             before = state(self.ob)
             self.assert_fails("Two", ops.mute_stroke, uid=self.uid("One"))
@@ -231,11 +230,9 @@ class History(SculptCase):
     def test_a_damaged_history_ends_with_the_field_as_it_is(self) -> None:
         ops.mute_stroke(uid=self.uid("Three"))
         self.ob.neural_sculpt.strokes[1].data = "damaged"
-        weights, proxy = self.ob.neural_sculpt.weights, vertices(self.ob)
+        proxy = vertices(self.ob)
         ops.apply_to_base()
         self.assertEqual(self.names(), ["Three"])
-        self.assertEqual(self.ob.neural_sculpt.weights, weights)
-        self.assertEqual(self.ob.neural_sculpt.base_weights, weights)
         np.testing.assert_array_equal(vertices(self.ob), proxy)
         with self.as_in_a_window():
             ops.mute_stroke(uid=self.uid("Three"))  # which has stood still since then

@@ -67,17 +67,19 @@ class Meanwhile(SquareCase):
         self.draw()
         self.assert_shown()
         bpy.ops.object.mode_set(mode="EDIT")
+        self.say("go")
         self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
         bm = bmesh.from_edit_mesh(field("Sphere").data)
         np.testing.assert_array_equal([v.co[:] for v in bm.verts], self.flat)
         self.assertEqual(self.listed(), [])
         bpy.ops.object.mode_set(mode="OBJECT")
-        self.until_quick()
+        self.finish()
         self.assertEqual(self.listed(), [("One", False)])
 
     def test_vertices_moved_in_edit_mode_stay_and_are_a_native_edit(self) -> None:
         self.draw()
         bpy.ops.object.mode_set(mode="EDIT")
+        self.say("go")
         self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
         self.pull_in_edit_mode()
         bpy.ops.object.mode_set(mode="OBJECT")
@@ -108,7 +110,7 @@ class Meanwhile(SquareCase):
 
     def test_a_linked_duplicate_gets_no_mesh_outside_an_undo_step(self) -> None:
         stroke(np.eye(3), name="One")
-        self.until_quick()
+        self.finish()
         with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
             bpy.ops.object.duplicate_move_linked(
                 OBJECT_OT_duplicate={"linked": True}, TRANSFORM_OT_translate={"value": (2, 0, 0)}
@@ -118,6 +120,7 @@ class Meanwhile(SquareCase):
         field("Sphere.001").location.y = 1.0
         bpy.context.view_layer.update()
         push_undo("Move")
+        stroke(np.eye(3), name="Two")
         self.finish()
         for step in (undo, redo, undo, undo, redo, redo):
             step()

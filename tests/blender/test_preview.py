@@ -150,9 +150,8 @@ class Preview(SquareCase):
         self.assert_shown()
         still = to_path(self.flat, LINE) > 0.16
         np.testing.assert_array_equal(vertices(self.ob)[still], self.flat[still])
-        self.until_quick()
-        quick = vertices(field("Sphere"))
-        self.assertNotEqual(len(quick), len(self.flat))
+        self.finish()
+        self.assertNotEqual(len(vertices(field("Sphere"))), len(self.flat))
         names = [attribute.name for attribute in field("Sphere").data.attributes]
         self.assertFalse([name for name in names if "neural" in name])
 
@@ -183,10 +182,8 @@ class Preview(SquareCase):
         original, preview.foresee = preview.foresee, foresee
         self.addCleanup(setattr, preview, "foresee", original)
 
-        def quick_is_shown() -> bool:
-            return len(vertices(field("Sphere"))) != len(self.flat)
-
-        self.pump(quick_is_shown)
+        self.say("go")
+        self.pump(lambda: len(vertices(field("Sphere"))) != len(self.flat))
         self.assertEqual(heard, [True, False])
         self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
 
@@ -206,13 +203,13 @@ class Preview(SquareCase):
         self.draw()
         field("Sphere").location.x = 1.0
         push_undo("Move")  # Blender's own step, with the preview in it
-        self.until_quick()
-        quick = state(field("Sphere"))
+        self.finish()
+        drawn = state(field("Sphere"))
         undo()
         self.assertEqual(field("Sphere").location.x, 1.0)
         self.assertEqual(self.heights().max(), 0.0)
         redo()
-        self.assertEqual(state(field("Sphere")), quick)
+        self.assertEqual(state(field("Sphere")), drawn)
         undo()
         undo()
         self.assert_gone()

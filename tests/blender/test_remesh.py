@@ -9,7 +9,6 @@ from harness import RESOLUTION, SculptCase, add, arc, in_world, module, stroke, 
 class Remesh(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.solve_quickly()
         self.ob = add("SPHERE")
 
     def test_the_triangles_are_as_many_as_was_said(self) -> None:

@@ -2,7 +2,6 @@
 """Lines of Blender's own tools become strokes: grease pencil, annotations, curves, hair."""
 
 import unittest
-from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -158,9 +157,6 @@ class Lines(SculptCase):
 class Strokes(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        solver = patch.object(module("blender.stroke_jobs"), "SOLVER", "quick")
-        solver.start()
-        self.addCleanup(solver.stop)
         self.ob = add("SPHERE")
         self.path = arc(self.ob)
         brush = bpy.context.scene.neural_sculpt

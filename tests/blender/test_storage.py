@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No byte of the weights is lost: overwriting, undo, save and load, append, copies."""
+"""No byte of a field is lost: overwriting, undo, save and load, append, copies."""
 
 import random
 import shutil

@@ -87,6 +87,8 @@ def texts() -> set[str]:
 
 
 class Translations(unittest.TestCase):
+    maxDiff = None
+
     def test_every_property_has_a_tooltip(self) -> None:
         silent = [name for name, given in properties() if not given.get("description")]
         self.assertEqual(silent, [])

@@ -6,29 +6,19 @@ import signal
 
 import bpy
 import simulated_input as hand
-from drawing import SECONDS, WindowCase, field, operate
-from harness import collection, state
+from drawing import WindowCase, operate
+from harness import collection
 from simulated_input import Steps
 
 
 class Notice(WindowCase):
-    def test_notice_of_a_worker_that_died_while_it_refined(self) -> Steps:
+    def test_notice_of_a_worker_that_died(self) -> Steps:
         yield from self.add()
         operate(bpy.ops.neural_sculpt.stroke, points=collection(self.arc()))
-
-        def refining() -> bool:
-            return bool(self.session.jobs) and self.session.jobs[0].quick is not None
-
-        yield from hand.until(refining, SECONDS, "a quick result")
-        quick = state(field())
         os.kill(self.session.client.pid, signal.SIGKILL)
-        yield from hand.until(lambda: self.session.last_error, SECONDS, "the end of the worker")
-        self.assertIn("keeps its quick result", self.session.last_error)
-        self.assertEqual(state(field()), quick)
+        yield from self.strokes_are(1)
         yield 0.5
-        self.assertIn(self.session.last_error, reports())
-        operate(bpy.ops.neural_sculpt.stroke, points=collection(self.arc(tilt=0.8)))
-        yield from self.strokes_are(2)
+        self.assertIn("is sent to a new worker", reports())
 
 
 def reports() -> str:

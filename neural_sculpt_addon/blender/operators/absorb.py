@@ -1,24 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Take what Blender's own brushes did to the proxy into the field.
+"""Take what Blender's own brushes did to the proxy into the field, as an entry of its history.
 
-The strokes so far become part of the base, since they cannot be replayed to what was sculpted over
-them. Muted ones are no part of the field and stay in the history.
+In a file that is older than layers the strokes so far become part of the base, for a replay would
+change what was sculpted over. Muted ones are no part of the field and stay in the history.
 """
 
 # pyright: reportOptionalMemberAccess=false
 
+from dataclasses import replace
+
 import bpy
-import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Mesh, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import native_edits, proxy_mesh, stroke_list
-from ..commit import new_revision, set_history
+from .. import native_edits, proxy_mesh, states
+from ..commit import add_entry, new_revision
 from ..job import Job, Request, found
-from ..properties import field_of
+from ..properties import NETWORK, field_of
+from ..stroke_list import SCULPTED, Entry
 from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
 LABEL = n_("Absorb")
@@ -26,8 +28,7 @@ QUESTION = n_("The field's {} strokes become part of its base and leave the hist
 
 
 class NEURAL_SCULPT_OT_absorb(Operator):
-    """Fit the field to its proxy as it was sculpted by other brushes. The strokes so far become \
-part of its base"""
+    """Take what other brushes did to the proxy into the field and its history"""
 
     bl_idname = "neural_sculpt.absorb"
     bl_label = LABEL
@@ -43,13 +44,16 @@ part of its base"""
             return True
         if not editable_poll(cls, context):
             return False
+        if field_of(ob).solver == NETWORK:
+            return refuse(cls, "Absorbing adds detail. Choose Detail in the panel Model first")
         if ob.mode != "SCULPT" and not native_edits.edited(ob):
             return refuse(cls, "The proxy is as the field made it")
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask before the strokes leave the list."""
-        count = sum(not item.muted for item in field_of(active_field(context)).strokes)
+        """Ask before strokes without layers leave the list."""
+        group = field_of(active_field(context))
+        count = sum(not item.muted for item in group.strokes) if states.is_whole(group) else 0
         if not count:
             return self.execute(context)
         return context.window_manager.invoke_confirm(
@@ -72,18 +76,17 @@ part of its base"""
             ob = found(target)
             if not native_edits.edited(ob):
                 raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
-            group = field_of(ob)
-            fields = {"resolution": group.resolution, "result_revision": new_revision()}
             assert isinstance(ob.data, Mesh)
             absorbed.append(native_edits.mark(ob))
             vertices, triangles = proxy_mesh.read(ob.data)
-            arrays = {"vertices": vertices, "triangles": triangles}
-            return fields, {"field": np.frombuffer(group.weights, np.uint8), **arrays}
+            asked = states.request(
+                ob, resolution=field_of(ob).resolution, result_revision=new_revision()
+            )
+            return replace(asked, arrays={"vertices": vertices, "triangles": triangles})
 
         def apply(result: Message) -> None:
             ob = found(target)
             native_edits.refuse_since(ob, absorbed[-1])
-            muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
-            set_history(ob, muted, LABEL, result, as_base=True)
+            add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
 
         return launch(self, Job(JobKind.ABSORB, LABEL, request, apply, target=target))

@@ -13,7 +13,7 @@ from mathutils import Matrix
 from ...worker.client import JobKind, Message
 from .. import preferences
 from ..commit import NewField, create_field
-from ..job import Job
+from ..job import Job, Request
 from .launch import REGISTER, Outcome, fail, launch
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")
@@ -71,4 +71,4 @@ class NEURAL_SCULPT_OT_add(Operator):
         def add(result: Message) -> None:
             create_field(new, result, result.fields.get("report", {}))
 
-        return launch(self, Job(kind, f"Add {new.name}", lambda: (fields, {}), add))
+        return launch(self, Job(kind, f"Add {new.name}", lambda: Request(fields), add))

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make the field as it is the one that later replays start from."""
 
+# pyright: reportOptionalMemberAccess=false
+
 from bpy.types import Context, Operator
 
 from ...stroke.errors import SculptError
-from ..commit import apply_to_base
+from ...worker.client import JobKind, Message
+from .. import states
+from ..commit import set_base
+from ..job import Job, Request, found
+from ..properties import field_of
 from ..worker_session import session
 from .history import listed_poll
-from .launch import FINISHED, REGISTER, Outcome, active_field, fail, refuse
+from .launch import FINISHED, REGISTER, Outcome, active_field, fail, launch, refuse
 
 
 class NEURAL_SCULPT_OT_apply_to_base(Operator):
@@ -27,9 +33,21 @@ class NEURAL_SCULPT_OT_apply_to_base(Operator):
         return True
 
     def execute(self, context: Context) -> Outcome:
-        """Replace the base."""
-        try:
-            apply_to_base(active_field(context), self.bl_label)
-        except SculptError as error:
-            return fail(self, error)
-        return FINISHED
+        """Replace the base; the worker adds up base and layers."""
+        ob = active_field(context)
+        target, label, group = ob.session_uid, self.bl_label, field_of(ob)
+        if states.is_whole(group):
+            try:
+                set_base(ob, label, group.weights, group.weights_id)
+            except SculptError as error:
+                return fail(self, error)
+            return FINISHED
+
+        def request() -> Request:
+            return states.request(found(target))
+
+        def apply(result: Message) -> None:
+            base = result.arrays["field"].tobytes()
+            set_base(found(target), label, base, result.fields["id"])
+
+        return launch(self, Job(JobKind.FLATTEN, label, request, apply, target=target))

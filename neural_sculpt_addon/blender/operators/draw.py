@@ -151,7 +151,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
             clicks=self.clicks or settings.input == "POINTS",
             adjust=settings.adjust,
         )
-        session.submit(prepare_job(ob))
+        if not session.jobs:  # otherwise the field will be another one
+            session.submit(prepare_job(ob))
         self._drawing = Drawing(habits, hit, mouse, event.pressure)
         return None
 

@@ -11,13 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
-import numpy as np
 from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import estimate, level_set, proxy_mesh
+from .. import estimate, level_set, proxy_mesh, states
 from ..commit import PROXY, in_window
 from ..job import Job, Request, find
 from ..properties import field_of, resolution_property, world_scale
@@ -94,8 +93,8 @@ class NEURAL_SCULPT_OT_export(Operator):
                 raise SculptError(f"{path.name} was not written: the object is gone.")
             return ob
 
-        def request() -> Request:  # when the strokes drawn so far are final
-            return fields, {"field": np.frombuffer(field_of(exported()).weights, np.uint8)}
+        def request() -> Request:  # when the strokes drawn so far are done
+            return states.request(exported(), **fields)
 
         def write(result: Message) -> None:
             if kind is JobKind.SAVE:  # the worker has done it

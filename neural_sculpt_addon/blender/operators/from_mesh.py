@@ -17,7 +17,8 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import fit_overlay, preferences, proxy_mesh
 from ..commit import NewField, create_field
-from ..job import Job, find
+from ..job import Job, Request, find
+from ..properties import LOCAL, solver_property
 from ..worker_session import session
 from .launch import REGISTER, Outcome, fail, launch, refuse
 
@@ -39,16 +40,16 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         ],
         default="NORMAL",
     )
+    solver: solver_property()
     width: EnumProperty(
-        name="Network",
-        description="Units in each of the two layers: more hold more detail and take longer",
+        name="Width",
+        description="Units in each of the network's two layers: more hold more and take longer",
         items=[
-            ("AUTOMATIC", "Automatic", "128, and 256 for a mesh that needs it"),
             ("64", "64", "Small and fast, for simple shapes"),
             ("128", "128", "As large as those of the paper"),
             ("256", "256", "Large and slow"),
         ],
-        default="AUTOMATIC",
+        default="128",
     )
     thickness: FloatProperty(
         name="Thickness",
@@ -81,7 +82,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         except SculptError as error:
             return fail(self, error)
         resolution = preferences.resolution()
-        name, uid = source.name, source.session_uid
+        name, uid, solver = source.name, source.session_uid, self.solver
 
         def place(message: Message) -> Matrix:
             shift = Matrix.Translation(message.fields["center"])
@@ -89,7 +90,8 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
         fields = {
             "preset": self.preset.lower(),
-            "width": None if self.width == "AUTOMATIC" else int(self.width),
+            "detail": self.solver == LOCAL,
+            "width": int(self.width),
             "thickness": self.thickness or None,
             "seed": self.seed,
             "resolution": resolution,
@@ -98,10 +100,11 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         arrays = {"vertices": vertices, "triangles": triangles}
 
         def add(result: Message) -> None:
-            new = NewField(f"{name} Field", f"{name} (mesh)", place(result), resolution)
+            place_now = place(result)
+            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver)
             create_field(new, result, result.fields["report"], replaced=find(uid))
 
-        job = Job(JobKind.FIT, f"Fit {name}", lambda: (fields, arrays), add)
+        job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
         job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
         return launch(self, job)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Change the list of strokes: mute, solo, delete, duplicate, move. The worker replays the rest.
+"""Change the list of strokes: mute, solo, weaken, delete, duplicate, move.
 
 Each operator takes the uid of a stroke, or works on the one that is chosen in the list.
 """
@@ -14,7 +14,7 @@ from bpy.types import Context, Operator
 
 from ...stroke.errors import SculptError
 from .. import stroke_list
-from ..properties import field_of
+from ..properties import field_of, strength_property
 from ..replay import Change, change_history
 from .launch import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, launch, refuse
 
@@ -62,7 +62,7 @@ class _ListOperator(Operator):
         return listed_poll(cls, context)
 
     def execute(self, context: Context) -> Outcome:
-        """Change the list and have the strokes replayed."""
+        """Change the list and have the worker make the field of it."""
         uid = chosen_uid(self, context)
         return launch_change(self, context, self.change(uid))
 
@@ -91,6 +91,19 @@ class NEURAL_SCULPT_OT_solo_stroke(_ListOperator):
     def change(self, uid: str) -> Change:
         """Mute the others, or none."""
         return partial(stroke_list.soloed, uid=uid)
+
+
+class NEURAL_SCULPT_OT_set_strength(_ListOperator):
+    """Change how much of the stroke is in the field"""
+
+    bl_idname = "neural_sculpt.set_strength"
+    bl_label = "Stroke Strength"
+
+    strength: strength_property()
+
+    def change(self, uid: str) -> Change:
+        """Weaken or strengthen it."""
+        return partial(stroke_list.weakened, uid=uid, strength=self.strength)
 
 
 class NEURAL_SCULPT_OT_delete_stroke(_ListOperator):

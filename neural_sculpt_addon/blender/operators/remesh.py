@@ -3,11 +3,10 @@
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
 
-import numpy as np
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
-from .. import estimate, native_edits
+from .. import estimate, native_edits, states
 from ..commit import set_proxy
 from ..job import Job, Request, found
 from ..properties import field_of, resolution_property, smooth_property
@@ -51,9 +50,7 @@ class NEURAL_SCULPT_OT_remesh(Operator):
         dropped = native_edits.mark(ob) if native_edits.edited(ob) else None
 
         def request() -> Request:
-            group = field_of(found(target))
-            fields = {"resolution": resolution, "revision": group.revision}
-            return fields, {"field": np.frombuffer(group.weights, np.uint8)}
+            return states.request(found(target), resolution=resolution)
 
         def apply(result: Message) -> None:
             ob = found(target)

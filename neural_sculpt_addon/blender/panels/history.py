@@ -8,8 +8,8 @@ from typing import Any
 from bpy.types import Context, UILayout, UIList
 
 from ...worker.client import JobKind
-from .. import stroke_list
-from ..properties import NEURAL_SCULPT_PG_listed_stroke, field_of
+from .. import proxy_mesh, strength, stroke_list
+from ..properties import LOCAL, NEURAL_SCULPT_PG_listed_stroke, field_of
 from .sidebar import FieldSidebar, draw_job, job_of
 
 
@@ -35,9 +35,11 @@ class NEURAL_SCULPT_UL_strokes(UIList):
         row = layout.row(align=True)
         name = row.row()
         name.active = not item.muted
-        name.prop(item, "name", text="", emboss=False, icon="CURVE_DATA")
+        is_stroke = bool(item.data)
+        sign = "CURVE_DATA" if is_stroke else "SCULPTMODE_HLT"
+        name.prop(item, "name", text="", emboss=False, icon=sign)
         for operator, sign in (
-            ("edit_stroke", "GREASEPENCIL"),
+            *((("edit_stroke", "GREASEPENCIL"),) if is_stroke else ()),
             ("solo_stroke", "SOLO_OFF"),
             ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF"),
         ):
@@ -67,8 +69,15 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
             button = column.operator("neural_sculpt.move_stroke", text="", icon=f"TRIA_{direction}")
             button.direction = direction
         if uid := stroke_list.active_uid(context.active_object):
-            points = layout.operator("neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA")
-            points.uid = uid
-        if (job := job_of(context)) is not None and job.kind is JobKind.REPLAY:
+            if group.solver == LOCAL:
+                slider = layout.row()
+                slider.enabled = not proxy_mesh.why_locked(context.active_object)
+                slider.prop(context.window_manager, strength.NAME, slider=True)
+            if group.strokes[group.active_stroke].data:
+                points = layout.operator(
+                    "neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA"
+                )
+                points.uid = uid
+        if (job := job_of(context)) is not None and job.kind in (JobKind.REPLAY, JobKind.FLATTEN):
             draw_job(layout, job)
         layout.operator("neural_sculpt.apply_to_base", icon="CHECKMARK")

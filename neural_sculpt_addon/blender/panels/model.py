@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The active field: what it was made from, how large and how good it is."""
 
-import json
+from typing import TypeGuard
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -9,8 +9,9 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import native_edits, preferences
-from ..properties import field_of, is_field, world_scale
+from .. import native_edits, preferences, reports
+from ..field_header import header_of
+from ..properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..worker_session import session
 from .sidebar import Sidebar, draw_job
 
@@ -18,11 +19,20 @@ LENGTHS = {
     "error_mean": n_("Distance from the mesh"),
     "error_p95": n_("Distance from the mesh, 95 %"),
     "error_max": n_("Distance from the mesh, largest"),
+    "distance_mean": n_("Lost by consolidating"),
+    "distance_p95": n_("Lost by consolidating, 95 %"),
     "tube_mean": n_("Stroke error"),
     "tube_p95": n_("Stroke error, 95 %"),
+    "reverse_p95": n_("Way back, 95 %"),
     "drift_mean": n_("Drift"),
 }
 """Lengths of a report that are shown, in this order."""
+TOLERATED = ("tube_p95", "reverse_p95")
+"""Those that the report's tolerance bounds."""
+ANGLES = {
+    "normal_deg": n_("Normals off by"),
+    "untouched_normal_rms": n_("Untouched normals off by"),
+}
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
@@ -47,7 +57,7 @@ class NEURAL_SCULPT_PT_model(Sidebar):
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
             layout.operator("neural_sculpt.from_mesh", icon="MESH_MONKEY")
         for job in session.jobs:
-            if job.kind in (JobKind.FIT, JobKind.LOAD):
+            if job.kind in (JobKind.FIT, JobKind.LOAD, JobKind.CONSOLIDATE):
                 draw_job(layout, job)
                 if job.preview is not None:
                     layout.operator("neural_sculpt.good_enough", icon="CHECKMARK")
@@ -63,9 +73,10 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
     assert isinstance(ob.data, Mesh)
     triangles = f"{len(ob.data.polygons):,}"
     column.label(text=f"{iface_('Triangles')}: {triangles}", translate=False)
-    if widths := network_widths(group.weights):
+    if widths := header_of(ob).widths:
         units = " + ".join(map(str, widths))
         column.label(text=iface_("Network: {} units").format(units), translate=False)
+    _draw_solver(layout, ob)
     if native_edits.edited(ob):
         box = layout.column(align=True)
         box.label(text="Sculpted by other brushes", icon="ERROR")
@@ -73,39 +84,48 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
     _draw_report(layout, context, ob)
 
 
+def _draw_solver(layout: UILayout, ob: Object) -> None:
+    """What strokes change, and the way to a plain network."""
+    row = layout.row(align=True)
+    for solver, title in ((LOCAL, n_("Detail")), (NETWORK, n_("Network"))):
+        chosen = field_of(ob).solver == solver
+        row.operator("neural_sculpt.choose_solver", text=title, depress=chosen).solver = solver
+    row.operator("neural_sculpt.consolidate", text="", icon="OUTLINER_DATA_LATTICE")
+
+
 def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
-    """Quality of the last fit or stroke, in scene units."""
-    report = json.loads(field_of(ob).report or "{}")
+    """Quality of the last fit or stroke, in scene units, as far as it is known."""
+    report = reports.report_of(ob)
     column = layout.column(align=True)
+    if reports.is_measured_now(ob):
+        column.label(text="Measuring...")
     if report.get("tolerance_met") is False:
         column.label(text="The last stroke was not fully reached", icon="ERROR")
+    allowed = report.get("tolerance")
     before, after = report.get("components_before"), report.get("components_after")
-    if before != after:
+    if _is_number(before) and _is_number(after) and before != after:
         text = iface_("Pieces: {} before the last stroke, {} now").format(before, after)
         column.label(text=text, icon="ERROR", translate=False)
     for key, label in LENGTHS.items():
-        if isinstance(value := report.get(key), int | float):
-            length = _length(context, value * world_scale(ob))
-            column.label(text=f"{iface_(label)}: {length}", translate=False)
-    if isinstance(angle := report.get("normal_deg"), int | float):
-        column.label(
-            text=f"{iface_('Normals off by')}: {angle:.1f}\N{DEGREE SIGN}", translate=False
-        )
-    if isinstance(share := report.get("sign_errors"), int | float) and share > 0:
+        if _is_number(value := report.get(key)):
+            text = f"{iface_(label)}: {_length(context, value * world_scale(ob))}"
+            beyond = key in TOLERATED and _is_number(allowed) and value >= allowed
+            column.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
+    if _is_number(gain := report.get("gain")):
+        column.label(text=f"{iface_('Height reached')}: {gain:.1%}", translate=False)
+    for key, label in ANGLES.items():
+        if _is_number(angle := report.get(key)):
+            text = f"{iface_(label)}: {angle:.1f}\N{DEGREE SIGN}"
+            column.label(text=text, translate=False)
+    if _is_number(share := report.get("sign_errors")) and share > 0:
         column.label(text=f"{iface_('Volume on the wrong side')}: {share:.2%}", translate=False)
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
             column.label(text=f"{iface_('Separate pieces')}: {value}", translate=False)
 
 
-def network_widths(weights: bytes) -> list[int]:
-    """Units of the inner layers, by the head of a safetensors file; none when it is damaged."""
-    try:
-        tensors = json.loads(weights[8 : 8 + int.from_bytes(weights[:8], "little")])
-        biases = (tensors[f"layers.{layer}.bias"] for layer in range(len(tensors) // 2 - 1))
-        return [int(bias["shape"][0]) for bias in biases]
-    except (ValueError, KeyError, TypeError, IndexError, RecursionError):
-        return []
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _length(context: Context, value: float) -> str:

@@ -108,10 +108,10 @@ class EditedSurface:
             points = np.concatenate([points, points + np.float32(spacing(level) / 2)])
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-            away, nearest = self._tree.query(points[part])
+            away, nearest = map(np.asarray, self._tree.query(points[part]))
             sample = self._cloud.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
-            return np.stack([away, plane], axis=1), np.asarray(nearest)
+            return np.stack([away, plane], axis=1), nearest
 
         found, nearest = in_pieces(measure, len(points), self._problem.check)
         away, distance = found.T

@@ -4,7 +4,7 @@
 Each step linearises the network at fixed samples and solves a damped least squares problem;
 Levenberg and Marquardt's rule keeps the damping. See residuals (the equations), layers (the
 unknowns) and least_squares (the linear solution). How samples are divided among threads depends on
-their number alone, so any number of cores gives the same bits.
+their number alone, so any number of cores gives the same bits. See docs/method.md, section 10.
 """
 
 from collections.abc import Sequence

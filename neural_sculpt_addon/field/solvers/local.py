@@ -170,15 +170,16 @@ class LocalEdit:
         Rows are added at their vertices, and those that lie close by are brought to the same side.
         """
         level, rows = self.resolution.level, self._rows
-        h = np.float32(spacing(level))
+        h = spacing(level)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
-        near = KDTree(islands.points).query(rows.points, distance_upper_bound=CLEARING * h)[1]
+        tree = KDTree(islands.points)
+        near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
-        wanted = np.where(now * there > 0, now, CLEAR * h * there)
+        wanted = np.where(now * there > 0, now, np.float32(CLEAR * h) * there)
         rows.residuals[some] += wanted - now
         rows.targets[some] = wanted
-        targets = CLEAR * h * side
+        targets = np.float32(CLEAR * h) * side
         before = values(self._field.plus(self._layer), islands.points)
         rows.add(islands.points, targets, targets - before, HEAVIER)
         self._add(level, self._active)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's solver: Adam on all weights (section 4), without the faults of the authors' code.
+"""The paper's solver: Adam on all weights (paper, section 4; docs/method.md, section 11).
 
     L = 150 mean|f(p')| + 1500 mean|f(p)| + 2.5 mean(1 - cos(grad f, n)) + 5 mean| |grad f| - 1 |
         + 5 mean exp(-100 |f|)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reports of strokes come after their results and belong to their revisions."""
+
+import json
+
+import bpy
+import numpy as np
+from harness import SteeredCase, field, redo, stroke, undo
+
+
+class Reports(SteeredCase):
+    def stroke(self, name: str) -> None:
+        stroke(np.eye(3), name=name)
+        self.finish()
+
+    def report(self) -> str:
+        """The name of the stroke that the object's report is of."""
+        return json.loads(field("Sphere").neural_sculpt.report or "{}").get("stroke", "")
+
+    def measured(self) -> None:
+        self.say("measured")
+        self.pump(lambda: self.session.behind is None)
+        (self.folder / "measured").unlink()
+
+    def test_it_follows_the_result_and_hinders_nothing(self) -> None:
+        self.stroke("One")
+        self.assertEqual(len(field("Sphere").neural_sculpt.strokes), 1)
+        self.assertEqual(self.report(), "")
+        self.pump(lambda: self.session.behind.status == "running")
+        self.assertFalse(self.session.jobs)
+        self.assertIsNone(self.session.slow_job())
+        self.assertFalse(bpy.ops.neural_sculpt.cancel.poll())
+        self.stroke("Two")
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.report(), "")
+        self.measured()
+        self.assertEqual(self.report(), "Two")
+
+    def test_undo_and_redo_show_that_of_their_revision(self) -> None:
+        for name in ("One", "Two"):
+            self.stroke(name)
+            self.measured()
+        undo()
+        self.assertEqual(self.report(), "One")
+        undo()
+        self.assertEqual(self.report(), "")
+        redo()
+        self.assertEqual(self.report(), "One")
+        redo()
+        self.assertEqual(self.report(), "Two")
+
+    def test_what_was_not_measured_is_so_after_undo(self) -> None:
+        self.stroke("One")
+        self.stroke("Two")
+        undo()
+        self.measured()
+        self.assertEqual(self.report(), "One")
+
+    def test_it_is_saved(self) -> None:
+        self.stroke("One")
+        self.measured()
+        path = str(self.folder / "one.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(self.report(), "One")
+
+    def test_a_report_that_cannot_be_had_is_no_error(self) -> None:
+        self.stroke("One")
+        self.pump(lambda: self.session.behind.status == "running")
+        self.session.client.stop()
+        self.pump(lambda: self.session.behind is None)
+        self.assertEqual(self.session.last_error, "")
+        self.stroke("Two")
+        self.assertEqual(len(field("Sphere").neural_sculpt.strokes), 2)
