@@ -118,7 +118,7 @@ class FoldedSiren:
     def value(self, x: Tensor) -> Tensor:
         """f at points x (N, 3) -> (N,)."""
         h, _ = self._forward(x, cosines=False)
-        return torch.addmv(self._last_bias, h, self._last_weight[0])
+        return self._output(h)
 
     def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """f (N,) and its gradient (N, 3) at points x (N, 3)."""
@@ -126,7 +126,11 @@ class FoldedSiren:
         back = self._last_weight  # (1, width), broadcast over the points
         for weight, cosine in zip(reversed(self._weights), reversed(cosines), strict=True):
             back = cosine.mul_(back) @ weight  # (N, width below)
-        return torch.addmv(self._last_bias, h, self._last_weight[0]), back
+        return self._output(h), back
+
+    def _output(self, h: Tensor) -> Tensor:
+        """f (N,) of the last hidden layer (N, width)."""
+        return torch.mv(h, self._last_weight[0]) + self._last_bias
 
     def _forward(self, h: Tensor, cosines: bool) -> tuple[Tensor, list[Tensor]]:
         """The last hidden layer (N, width) and, if wanted, the cosines of every layer."""

@@ -204,9 +204,9 @@ def damage(path, **_):
 
 
 def poison(path):
-    network = ball(0.5)
-    network.weights[0][0, 0] = float("nan")
-    save(Field(network), path / "ball.safetensors")
+    field = ball(0.5)
+    field.network.weights[0][0, 0] = float("nan")
+    save(field, path / "ball.safetensors")
 
 
 def empty_field(path):
