@@ -24,7 +24,7 @@ from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
 from .proxy import Proxy, extract, update
 from .solvers import gauss_newton, paper
-from .solvers.local import LocalEdit
+from .solvers.local import LocalEdit, resolution
 
 REPAIRS = 8
 """How often at most islands are looked for and solved away."""
@@ -64,6 +64,8 @@ class Edit:
     def report(self, chamfer: bool = False, progress: Progress = silent) -> dict[str, Any]:
         """How close the field came, ready for JSON: see `metrics`.
 
+        `limited` says that the stroke is finer than the budget of one edit can hold.
+
         chamfer: measure the paper's Chamfer distance, too (seconds)
         """
         reached, floor = None, 0.0
@@ -79,6 +81,7 @@ class Edit:
             "solver": self.solver.value,
             "seconds": self.seconds,
             "levels": sorted(self.layer or ()),
+            "limited": self.layer is not None and resolution(problem).is_limited,
             "widths": list(self.field.network.widths),
             **measures,
         }

@@ -90,6 +90,11 @@ class Resolution:
     level: int
     wanted: int
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether the budget does not reach as far as the stroke asks for."""
+        return self.level < self.wanted
+
 
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
