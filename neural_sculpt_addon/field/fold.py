@@ -2,22 +2,20 @@
 """Where a displaced surface runs through itself, and which parts of it bound nothing then.
 
 A surface that is displaced farther than it is curved folds over; one that is displaced farther than
-a wall is thick comes out behind it; the sides of a groove meet. Each such part begins where samples
-show it by themselves, and ends where the surface crosses itself. In between, winding numbers tell
-(Jacobson et al., "Robust inside-outside segmentation using generalized winding numbers", 2013):
-those of the shape before, and of the volume between tubes and their targets, added or taken away.
-Just outside of what bounds the shape they are 0. Model space. See docs/method.md, section 2.
+a wall is thick comes out behind it; the sides of a groove meet. Samples show it by themselves
+(`crossings`); which parts bound nothing then, winding numbers tell (Jacobson et al., "Robust
+inside-outside segmentation using generalized winding numbers", 2013): those of the shape before,
+and of the volume between tubes and their targets, added or taken away. Just outside of what bounds
+the shape they are 0. Model space. See docs/method.md, section 2.
 """
 
 from collections.abc import Sequence
-from typing import cast
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
 from scipy.spatial import KDTree
-from skimage.measure import label
 
 from ..stroke.progress import Check
 from .evaluate import values
@@ -98,22 +96,14 @@ class SweptVolume:
         return in_pieces(wind, len(points), self._check, light=True, size=FEW)
 
 
-def lost(
-    field: Field,
-    swept: SweptVolume,
-    tube: Tube,
-    crossing: NDArray[np.bool_],
-    check: Check,
-) -> NDArray[np.bool_]:
-    """Which targets of a tube bound nothing, given those that have run through the surface."""
+def lost(field: Field, swept: SweptVolume, tube: Tube, check: Check) -> NDArray[np.bool_]:
+    """Which targets (N,) of a tube bound nothing: those that face inward, or are buried, so that
+    just outside of them is no outside."""
     outside = tube.target.points + BESIDE * tube.target.normals
     shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(outside), check)
-    volume = swept.winding(outside)
-    buried = (np.abs(shape + volume) > BOUND) | _turned_over(tube.surface, tube.target)
-    grid = np.append(buried, False)[tube.grid]  # (rows, columns)
-    parts = cast(NDArray[np.int64], label(grid, connectivity=1))  # 0 where it bounds
-    begun = np.unique(parts[np.append(buried & crossing, False)[tube.grid]])
-    left = (tube.grid >= 0) & ~((parts > 0) & np.isin(parts, begun))
+    buried = np.abs(shape + swept.winding(outside)) > BOUND
+    buried |= _turned_over(tube.surface, tube.target)
+    left = np.append(~buried, False)[tube.grid]  # (rows, columns)
     left = np.asarray(binary_opening(left, np.ones((2, 2))), bool)  # single samples bound nothing
     gone = np.ones(len(buried), bool)
     gone[tube.grid[left]] = False

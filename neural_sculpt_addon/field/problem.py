@@ -126,15 +126,10 @@ class Problem:
         """Which targets of each of the tubes bound nothing of the displaced shape, and the volume
         that tells, where the displaced surface runs through itself at all."""
         before, after = join([(tube.surface, tube.target) for tube in tubes])
-        found = crossings(self.field, before, after, self.check)
-        ends = np.cumsum([len(tube.surface.points) for tube in tubes])[:-1]
-        crossing = np.split(found, ends)
-        if not found.any():
-            return crossing, None
+        if not crossings(self.field, before, after, self.check).any():
+            return [np.zeros(len(tube.surface.points), bool) for tube in tubes], None
         swept = SweptVolume(tubes, self.check)
-        return [
-            lost(self.field, swept, *one, self.check) for one in zip(tubes, crossing, strict=True)
-        ], swept
+        return [lost(self.field, swept, tube, self.check) for tube in tubes], swept
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.

@@ -91,10 +91,9 @@ def test_a_cancel_is_heard_between_the_winding_numbers_of_few_samples(preparatio
     tube = whole_tube(problem, 60, 60)
     heard = []
     swept = SweptVolume([tube], lambda: heard.append(None))
-    crossing = np.ones(len(tube.surface.points), bool)
     heard.clear()
-    lost(problem.field, swept, tube, crossing, lambda: None)
-    assert len(heard) > len(crossing) / 50 > 50
+    lost(problem.field, swept, tube, lambda: None)
+    assert len(heard) > len(tube.surface.points) / 50 > 50
 
 
 def test_a_steep_side_that_was_displaced_sideways_is_kept():

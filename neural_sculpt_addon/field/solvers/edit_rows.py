@@ -9,16 +9,17 @@ around    f(x) = signed distance     in the middle of each active cell, where th
                  of the new surface  is nearest; f0 where the untouched one is
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
-points, between which it can swing. The distance is that from the plane of the nearest sample. Its
-sign is the plane's, too, unless the displaced surface runs through itself: then winding numbers
-tell (see `fold`), and the corners of the cells are looked at, too. Model space.
+points, between which it can swing. The distance is that from the plane of the nearest sample.
+Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and
+where a plane contradicts them, a rough distance follows from the sides around. Model space.
 """
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..detail import cells_of, centres, linear, places, spacing
+from ..detail import Grid, cells_of, centres, linear, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..fold import SweptVolume
@@ -45,6 +46,9 @@ TRIES = 3
 
 ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
+
+OCCUPIED = 1.5
+"""Cells: the distance that a cell has around which all are on one side."""
 
 BURIED = 0.5
 """|winding number| of the swept volume, from which on it has swallowed a sample."""
@@ -104,24 +108,19 @@ class EditedSurface:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Points in the active cells (N, 3), what f shall be there (N,), and what it was (N,)."""
         points = centres(places(active, level), level)
-        if self._swept is not None:
-            points = np.concatenate([points, points + np.float32(spacing(level) / 2)])
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-            found = self._tree.query(points[part])
-            away, nearest = np.asarray(found[0]), np.asarray(found[1])
+            nearest = np.asarray(self._tree.query(points[part])[1])
             sample = self._cloud.where(nearest)
-            plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
-            return np.stack([away, plane], axis=1), nearest
+            return ((points[part] - sample.points) * sample.normals).sum(axis=1), nearest
 
-        found, nearest = in_pieces(measure, len(points), self._problem.check)
-        away, distance = found.T
+        distance, nearest = in_pieces(measure, len(points), self._problem.check)
         f0 = values(self._problem.field, points)
         wanted = np.where(nearest < len(self.target.points), distance, f0)
         if self._swept is not None:
             inside = (f0 < 0) + self._swept.winding(points) > BURIED
             wrong = (wanted < 0) != inside
-            wanted[wrong] = np.where(inside, -away, away)[wrong]
+            wanted[wrong] = _occupancy(active, inside, level)[wrong]
         return points, wanted.astype(np.float32), f0
 
 
@@ -164,3 +163,14 @@ def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -
 def _block(start: int, end: int) -> NDArray[np.int32]:
     """All steps (n^3, 3) from `start` to before `end` on each axis."""
     return (np.indices((end - start,) * 3).reshape(3, -1).T + start).astype(np.int32)
+
+
+def _occupancy(
+    cells: NDArray[np.int32], inside: NDArray[np.bool_], level: int
+) -> NDArray[np.float32]:
+    """A rough distance (K,) in the middles of cells (K,) of a level: by how many of those around
+    each are `inside`, so that it is smooth where neither samples nor planes tell."""
+    sides = Grid.empty(level).plus(cells, np.where(inside, -1, 1).astype(np.float32))
+    _, base, _ = sides.around(torch.from_numpy(centres(places(cells, level), level)))
+    around = sides.take(base).numpy()  # (27, K), 0 of cells that are not among them
+    return OCCUPIED * spacing(level) * around.sum(axis=0) / np.abs(around).sum(axis=0)
