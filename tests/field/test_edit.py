@@ -18,7 +18,7 @@ from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
 
 MEASURES = {
-    *("stroke", "solver", "seconds", "levels", "widths", "height", "gain"),
+    *("stroke", "solver", "seconds", "levels", "limited", "widths", "height", "gain"),
     *(
         f"{word}_{measure}"
         for word in ("tube", "cap", "reverse")
