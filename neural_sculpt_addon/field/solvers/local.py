@@ -44,6 +44,9 @@ CELLS_PER_FEATURE = 2.5
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
 
+COARSEST = 4
+"""Level below which a stroke would wash out what it covers: it is refused."""
+
 DENSITY = 8.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
@@ -123,7 +126,7 @@ class LocalEdit:
         """Draw the rows. SculptError when the stroke is too large, or leaves nothing under it."""
         self.resolution = resolution(problem)
         level = self.resolution.level
-        if level < LEAST_FINEST - 1:
+        if level < COARSEST:
             raise SculptError(
                 "The stroke covers more surface than one edit can hold. Use a smaller radius or"
                 " fewer points."
