@@ -28,6 +28,7 @@ from ..detail import (
     centres,
     linear,
     places,
+    quantised,
     spacing,
 )
 from ..evaluate import values
@@ -196,8 +197,10 @@ class LocalEdit:
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, cells, self._rows, self._problem.check)
-        known = self._layer.get(level)
-        self._layer[level] = found if known is None else Level.sum([known, found])
+        if level in self._layer:
+            total = Level.sum([self._layer[level], found])
+            found = Level(total.index, quantised(total.values))  # within the bound of coefficients
+        self._layer[level] = found
 
     def _missed(self, level: int) -> NDArray[np.int32]:
         """The active cells (K,) of which more than a share of the surface samples are off, those
