@@ -178,20 +178,12 @@ class Meanwhile(WindowCase):
         self.assertGreater(shift[0, 0], 0.05)
         self.session.last_error = ""
 
-    def test_linked_duplicate(self) -> Steps:
-        """Alt D while a stroke waits: the result is the first field's alone, and its steps are."""
+    def test_linked_duplicate_while_a_stroke_waits(self) -> Steps:
+        """The result is the first field's alone; undo and redo find both whole."""
         yield from self.add()
         before = vertices(field())
         yield from self.draw_and_wait()
-        hand.tap("D", middle(), ("alt",))
-        yield 3 * hand.DRAWN
-        x, y = middle()
-        for step in range(10, 101, 10):
-            hand.move((x + step, y))
-            yield hand.DRAWN
-        hand.tap("RET", (x + 100, y))
-        yield from hand.until(lambda: len(bpy.data.objects) == 2, SECONDS, "a duplicate")
-        yield 3 * hand.DRAWN
+        yield from self.duplicate_linked()
         self.go_on()
         yield from self.strokes_are(1)
         self.assert_raised(self.arc())
@@ -209,6 +201,36 @@ class Meanwhile(WindowCase):
             np.testing.assert_array_equal(vertices(first), after)
             np.testing.assert_array_equal(vertices(second), before)
             self.assertEqual(len(second.neural_sculpt.strokes), 0)
+
+    def test_linked_duplicate_while_a_stroke_is_measured(self) -> Steps:
+        """Whatever comes late changes the mesh of neither."""
+        yield from self.add()
+        yield from hand.drag(hand.to_window(self.arc()))
+        yield from hand.until(lambda: len(self.listed()) == 1, SECONDS, "a stroke")
+        self.stop_worker()
+        made = vertices(field())
+        yield from self.duplicate_linked()
+        self.go_on()
+        yield from self.idle()
+        for _ in range(2):
+            yield from undo()
+            self.assertEqual([*bpy.data.objects], [field()])
+            np.testing.assert_array_equal(vertices(field()), made)
+            yield from redo()
+            self.assertEqual([ob.data for ob in bpy.data.objects], 2 * [field().data])
+            np.testing.assert_array_equal(vertices(field()), made)
+
+    def duplicate_linked(self) -> Steps:
+        """Type Alt D, move the duplicate aside, and confirm."""
+        hand.tap("D", middle(), ("alt",))
+        yield 3 * hand.DRAWN
+        x, y = middle()
+        for step in range(10, 101, 10):
+            hand.move((x + step, y))
+            yield hand.DRAWN
+        hand.tap("RET", (x + 100, y))
+        yield from hand.until(lambda: len(bpy.data.objects) == 2, SECONDS, "a duplicate")
+        yield 3 * hand.DRAWN
 
     def test_native_brush_while_a_stroke_waits(self) -> Steps:
         """The native stroke stays, and ours is muted in the list."""
