@@ -294,3 +294,19 @@ def test_a_cancel_ends_it_wherever_it_comes(preparation):
     assert all(0 <= fraction <= 1 and message for fraction, message in whole)
     for last in (1, 2, len(whole) // 3, 2 * len(whole) // 3, len(whole)):
         assert len(calls(last)) == last
+
+
+@pytest.mark.parametrize("radius", [0.04, 0.06, 0.1])
+def test_a_crease_is_even_along_its_bottom(preparation, radius):
+    """A groove like a V, whose bottom lies on a smaller ball: rounded off, but not toothed."""
+
+    def path(longitudes):
+        return longitudes, 0.1 * np.sin(2 * longitudes)
+
+    depth = 0.8 * radius
+    groove = Brush(radius, -depth, Profile("linear"))
+    done = sculpt(preparation, Stroke(on_ball(*path(np.linspace(-0.6, 0.6, 24))), groove))
+    rays = on_ball(*path(np.linspace(-0.45, 0.45, 400)), 1.0)
+    bottom = distance_from_middle(done.field, rays, np.full(400, 0.5 - depth)) - (0.5 - depth)
+    assert 0 < bottom.mean() < 1.5e-3
+    assert bottom.std() < 4.2e-4

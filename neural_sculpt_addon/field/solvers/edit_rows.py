@@ -44,6 +44,9 @@ NEAR = 0.9
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
+MORE = 3
+"""Samples between those of a missed cell, for each: so its halves have as many as it had."""
+
 ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
@@ -61,7 +64,7 @@ class EditedSurface:
         self,
         problem: Problem,
         displaced: DisplacedTubes,
-        gaps: Samples,
+        gaps: tuple[Samples, Samples],
         active: NDArray[np.int32],
         coarse: NDArray[np.int32],
         level: int,
@@ -69,39 +72,52 @@ class EditedSurface:
     ) -> None:
         """For nodes in the cells `active` of a level and `coarse` of the one above it.
 
-        gaps: targets that the tubes lack, see `Problem.gaps`
+        gaps: what the tubes lack, see `Problem.gaps`
         """
         self._problem, self._swept = problem, displaced.swept
-        self.target = join([displaced.joined("target"), gaps])
+        self.target = join([displaced.joined("target"), gaps[1]])
         self.kept = _preserved(problem, displaced.swept, active, coarse, level, random)
         self._cloud = join([self.target, self.kept])
+        self._unedited = join([displaced.joined("surface"), gaps[0], self.kept])
         self._tree = KDTree(self._cloud.points)
 
     def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
         """All rows, with those around it in the cells `active` of a level."""
-        f0, gradient = values_and_gradients(self._problem.field, self.target.points)
+        rows = _on_surface(self._problem.field, self.target, level, random)
         held = values(self._problem.field, self.kept.points)
+        rows.add(self.kept.points, held, np.zeros_like(held), PRESERVE)
         points, wanted, before = self._around(active, level)
-        targets = np.concatenate([np.zeros_like(f0), held, wanted])
-        directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        slopes = np.einsum("na,na->n", self.target.normals - gradient, directions)
-        counts = [len(f0), len(held), len(points)]
-        return Rows(
-            np.concatenate([self.target.points, self.kept.points, points]),
-            targets,
-            targets - np.concatenate([f0, held, before]),
-            np.repeat(np.array([1, PRESERVE, AROUND], np.float32), counts),
-            self.target.points,
-            directions.astype(np.float32),
-            slopes.astype(np.float32),
-            np.full(len(f0), STEEP * spacing(level), np.float32),
-        )
+        rows.add(points, wanted, wanted - before, AROUND)
+        return rows
 
-    def add_around(self, rows: Rows, active: NDArray[np.int32], level: int, field: Field) -> None:
-        """Rows in the cells `active` of a finer level, too; `field` is what f is so far."""
+    def add_finer(
+        self,
+        rows: Rows,
+        missed: NDArray[np.int32],
+        active: NDArray[np.int32],
+        level: int,
+        field: Field,
+        random: np.random.Generator,
+    ) -> None:
+        """Rows for the cells `active` of a level, too: around, and on the surface in the cells
+        `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
+        """
         points, wanted, _ = self._around(active, level)
         rows.add(points, wanted, wanted - values(field, points), AROUND)
+        if self._swept is None:
+            rows.extend(_on_surface(field, self._between(missed, level, random), level, random))
+
+    def _between(
+        self, cells: NDArray[np.int32], level: int, random: np.random.Generator
+    ) -> Samples:
+        """More samples of the edited surface between those in `cells` of the level above."""
+        h = spacing(level)
+        inside = np.isin(linear(cells_of(self._cloud.points, level - 1), level - 1), cells)
+        start = np.repeat(self._unedited.where(inside).points, MORE, axis=0)
+        start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
+        found = project(self._problem.field, start, tolerance=ON_SURFACE / 10)
+        surface = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        return self._problem.displaced(surface)[0]
 
     def _around(
         self, active: NDArray[np.int32], level: int
@@ -122,6 +138,26 @@ class EditedSurface:
             wrong = (wanted < 0) != inside
             wanted[wrong] = _occupancy(active, inside, level)[wrong]
         return points, wanted.astype(np.float32), f0
+
+
+def _on_surface(
+    field: Field, surface: Samples, level: int, random: np.random.Generator
+) -> Rows:
+    """Target and slope rows that bring the zero level of a field to `surface`."""
+    f, gradient = values_and_gradients(field, surface.points)
+    directions = random.normal(size=gradient.shape) + UPRIGHT * surface.normals
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    slopes = np.einsum("na,na->n", surface.normals - gradient, directions)
+    return Rows(
+        surface.points,
+        np.zeros_like(f),
+        -f,
+        np.ones_like(f),
+        surface.points,
+        directions.astype(np.float32),
+        slopes.astype(np.float32),
+        np.full(len(f), STEEP * spacing(level), np.float32),
+    )
 
 
 def _preserved(

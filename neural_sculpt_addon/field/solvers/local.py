@@ -76,6 +76,9 @@ MISSED, TILTED, SHARE = 2e-4, 0.05, 0.15
 """Model units and slope (3 degrees) that a surface sample may be off, and the share of those of a
 cell that may be more: a cell with more gets nodes of one more level."""
 
+FAMILY = 20
+"""Nodes that such a cell takes, about: its children and those beside them."""
+
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
 
@@ -143,9 +146,9 @@ class LocalEdit:
         self._active = dilated(passed, level)
         self._coarse = numbers(centres(places(passed, level), level), level - 1)
         progress(0.3, "Sculpting")
-        self._problem, self._field = problem, problem.field
+        self._problem, self._field, self._random = problem, problem.field, random
         self._surface = EditedSurface(
-            problem, displaced, gaps[1], self._active, self._coarse, level, random
+            problem, displaced, gaps, self._active, self._coarse, level, random
         )
         self._rows = self._surface.rows(self._active, level, random)
         self._layer = dict[int, Level]()
@@ -161,9 +164,9 @@ class LocalEdit:
         self._add(level - 1, self._coarse)
         self._add(level, self._active)
         if level < FINEST and len(missed := self._missed(level)):
-            cells = children(missed, level)
+            cells = dilated(children(missed, level), level + 1)
             field = self._field.plus(self._layer)
-            self._surface.add_around(self._rows, cells, level + 1, field)
+            self._surface.add_finer(self._rows, missed, cells, level + 1, field, self._random)
             self._add(level + 1, cells)
         for _ in range(REPAIRS):
             wrong = _wrong_side(self._rows, spacing(level))
@@ -214,7 +217,7 @@ class LocalEdit:
         off[: len(self._rows.slopes)] |= np.abs(self._rows.slopes) > TILTED
         samples = np.bincount(place[inside], minlength=size)
         share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
-        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // 8]
+        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // FAMILY]
         return np.sort(self._active[most[share[most] > SHARE]])
 
 
