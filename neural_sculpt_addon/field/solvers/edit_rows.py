@@ -19,7 +19,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..detail import Grid, cells_of, centres, linear, places, spacing
+from ..detail import Grid, around, block, cells_of, centres, linear, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..fold import SweptVolume
@@ -153,16 +153,11 @@ def _preserved(
 
 def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The cells of `level` that a node in `active` reaches, or one in `coarse` above it."""
-    fine = places(active, level)[:, None] + _block(-1, 2)
-    parents = (places(coarse, level - 1)[:, None] + _block(-1, 2)).reshape(-1, 3)
+    fine = places(active, level)[:, None] + block(-1, 2)
+    parents = (places(coarse, level - 1)[:, None] + block(-1, 2)).reshape(-1, 3)
     corner = cells_of(centres(parents, level - 1) - np.float32(spacing(level) / 2), level)
-    children = corner[:, None] + _block(0, 2)
+    children = corner[:, None] + block(0, 2)
     return np.unique(linear(np.concatenate([fine.reshape(-1, 3), children.reshape(-1, 3)]), level))
-
-
-def _block(start: int, end: int) -> NDArray[np.int32]:
-    """All steps (n^3, 3) from `start` to before `end` on each axis."""
-    return (np.indices((end - start,) * 3).reshape(3, -1).T + start).astype(np.int32)
 
 
 def _occupancy(
@@ -171,6 +166,6 @@ def _occupancy(
     """A rough distance (K,) in the middles of cells (K,) of a level: by how many of those around
     each are `inside`, so that it is smooth where neither samples nor planes tell."""
     sides = Grid.empty(level).plus(cells, np.where(inside, -1, 1).astype(np.float32))
-    _, base, _ = sides.around(torch.from_numpy(centres(places(cells, level), level)))
-    around = sides.take(base).numpy()  # (27, K), 0 of cells that are not among them
-    return OCCUPIED * spacing(level) * around.sum(axis=0) / np.abs(around).sum(axis=0)
+    seen = around([sides], torch.from_numpy(centres(places(cells, level), level)))
+    nodes = seen.nodes.numpy()  # (27, K), 0 of cells that are not among them
+    return OCCUPIED * spacing(level) * nodes.sum(axis=0) / np.abs(nodes).sum(axis=0)

@@ -23,6 +23,7 @@ from ..detail import (
     FINEST,
     Coefficients,
     Level,
+    block,
     cells_of,
     cells_per_axis,
     centres,
@@ -221,8 +222,7 @@ class LocalEdit:
 def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The cells (8 K,) of the next level in cells (K,) of a level, rising."""
     lowest = centres(places(cells, level), level) - np.float32(spacing(level + 2))
-    steps = np.indices((2, 2, 2)).reshape(3, -1).T.astype(np.int32)
-    return _distinct((cells_of(lowest, level + 1)[:, None] + steps).reshape(-1, 3), level + 1)
+    return _distinct((cells_of(lowest, level + 1)[:, None] + block(0, 2)).reshape(-1, 3), level + 1)
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
@@ -232,9 +232,7 @@ def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
 
 def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level and all their neighbours, each once, rising."""
-    around = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)])
-    near = places(cells, level)[:, None] + around.astype(np.int32)
-    return _distinct(near.reshape(-1, 3), level)
+    return _distinct((places(cells, level)[:, None] + block(-1, 2)).reshape(-1, 3), level)
 
 
 def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
