@@ -83,6 +83,25 @@ def places(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     return np.stack([*np.divmod(column, n), z], axis=1)
 
 
+def distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The numbers (K,) of cells (N, 3), rising, but those at the grid's edge: they have no node."""
+    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
+    return np.unique(linear(cells[inner], level))
+
+
+def dilated(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells `index` (N,) of a level and all that touch them, as of `distinct`."""
+    for step in linear(np.eye(3, dtype=np.int32), level):
+        index = np.unique(np.concatenate([index - step, index, index + step]))
+    return distinct(places(index, level), level)
+
+
+def children(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells of the next level in cells `index` (N,) of a level, as of `distinct`."""
+    lowest = 2 * places(index, level) - MARGIN
+    return distinct((lowest[:, None] + block(0, 2)).reshape(-1, 3), level + 1)
+
+
 @dataclass(frozen=True)
 class Level:
     """The coefficients of one level: those of all other nodes are zero."""

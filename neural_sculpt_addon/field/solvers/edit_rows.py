@@ -19,12 +19,21 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..detail import Grid, around, block, cells_of, centres, linear, places, spacing
+from ..detail import (
+    Coefficients,
+    Detail,
+    Grid,
+    around,
+    cells_of,
+    centres,
+    children,
+    dilated,
+    linear,
+    places,
+    spacing,
+)
 from ..evaluate import values, values_and_gradients
-from ..field import Field
-from ..fold import SweptVolume
 from ..problem import DisplacedTubes, Problem
-from ..projection import project
 from ..surface import Samples
 from ..threads import in_pieces, join
 from .spline_system import Rows
@@ -44,8 +53,8 @@ NEAR = 0.9
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
-ON_SURFACE = 1e-3
-"""What projection may leave; farther away it has lost its way."""
+LEAST_GRADIENT = 0.2
+"""Below this a Newton step is no longer to be trusted."""
 
 OCCUPIED = 1.5
 """Cells: the distance that a cell has around which all are on one side."""
@@ -73,14 +82,14 @@ class EditedSurface:
         """
         self._problem, self._swept = problem, displaced.swept
         self.target = join([displaced.joined("target"), gaps])
-        self.kept = _preserved(problem, displaced.swept, active, coarse, level, random)
+        self.kept = self._preserved(active, coarse, level, random)
         self._cloud = join([self.target, self.kept])
         self._tree = KDTree(self._cloud.points)
 
     def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
         """All rows, with those around it in the cells `active` of a level."""
         f0, gradient = values_and_gradients(self._problem.field, self.target.points)
-        held = values(self._problem.field, self.kept.points)
+        held = np.zeros(len(self.kept.points), np.float32)
         points, wanted, before = self._around(active, level)
         targets = np.concatenate([np.zeros_like(f0), held, wanted])
         directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
@@ -98,10 +107,14 @@ class EditedSurface:
             np.full(len(f0), STEEP * spacing(level), np.float32),
         )
 
-    def add_around(self, rows: Rows, active: NDArray[np.int32], level: int, field: Field) -> None:
-        """Rows in the cells `active` of a finer level, too; `field` is what f is so far."""
-        points, wanted, _ = self._around(active, level)
-        rows.add(points, wanted, wanted - values(field, points), AROUND)
+    def add_around(
+        self, rows: Rows, active: NDArray[np.int32], level: int, layer: Coefficients
+    ) -> None:
+        """Rows in the cells `active` of a finer level, too; `layer` was added to f so far."""
+        points, wanted, before = self._around(active, level)
+        added = torch.zeros(len(points))
+        Detail.of(layer).add_value(torch.from_numpy(points), added)
+        rows.add(points, wanted, wanted - (before + added.numpy()), AROUND)
 
     def _around(
         self, active: NDArray[np.int32], level: int
@@ -123,41 +136,35 @@ class EditedSurface:
             wanted[wrong] = _occupancy(active, inside, level)[wrong]
         return points, wanted.astype(np.float32), f0
 
-
-def _preserved(
-    problem: Problem,
-    swept: SweptVolume | None,
-    active: NDArray[np.int32],
-    coarse: NDArray[np.int32],
-    level: int,
-    random: np.random.Generator,
-) -> Samples:
-    """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach."""
-    h = spacing(level)
-    reached = _reached(active, coarse, level)
-    middles = centres(places(reached, level), level)
-    value, gradient = values_and_gradients(problem.field, middles)
-    near = np.abs(value) < NEAR * h * np.maximum(np.linalg.norm(gradient, axis=1), 1)
-    start = np.repeat(middles[near], TRIES, axis=0)
-    start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
-    found = project(problem.field, start, tolerance=ON_SURFACE / 10)
-    problem.check()
-    place = linear(cells_of(found.points, level), level)
-    kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
-    samples = Samples(found.points[kept], found.normals[kept])
-    samples = samples.where(problem.untouched(samples))
-    if swept is None:
-        return samples
-    return samples.where(np.abs(swept.winding(samples.points)) < BURIED)
-
-
-def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells of `level` that a node in `active` reaches, or one in `coarse` above it."""
-    fine = places(active, level)[:, None] + block(-1, 2)
-    parents = (places(coarse, level - 1)[:, None] + block(-1, 2)).reshape(-1, 3)
-    corner = cells_of(centres(parents, level - 1) - np.float32(spacing(level) / 2), level)
-    children = corner[:, None] + block(0, 2)
-    return np.unique(linear(np.concatenate([fine.reshape(-1, 3), children.reshape(-1, 3)]), level))
+    def _preserved(
+        self,
+        active: NDArray[np.int32],
+        coarse: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> Samples:
+        """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach, as
+        near to it as f in the middles of cells tells."""
+        h, problem = spacing(level), self._problem
+        fine = children(dilated(coarse, level - 1), level - 1)
+        reached = np.union1d(dilated(active, level), fine)
+        middles = centres(places(reached, level), level)
+        value, gradient = values_and_gradients(problem.field, middles)
+        slope = np.linalg.norm(gradient, axis=1)
+        near = (np.abs(value) < NEAR * h * np.maximum(slope, 1)) & (slope > LEAST_GRADIENT)
+        value, gradient, slope = (
+            np.repeat(a[near], TRIES, axis=0) for a in (value, gradient, slope)
+        )
+        start = random.uniform(-h / 2, h / 2, gradient.shape).astype(np.float32)
+        normals = gradient / slope[:, None]
+        away = value / slope + np.einsum("na,na->n", start, normals)
+        points = np.repeat(middles[near], TRIES, axis=0) + start - away[:, None] * normals
+        inside = np.isin(linear(cells_of(points, level), level), reached)
+        samples = Samples(points, normals).where(inside)
+        samples = samples.where(problem.untouched(samples))
+        if self._swept is None:
+            return samples
+        return samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
 
 
 def _occupancy(

@@ -23,10 +23,11 @@ from ..detail import (
     FINEST,
     Coefficients,
     Level,
-    block,
     cells_of,
-    cells_per_axis,
     centres,
+    children,
+    dilated,
+    distinct,
     linear,
     places,
     quantised,
@@ -163,8 +164,7 @@ class LocalEdit:
         self._add(level, self._active)
         if level < FINEST and len(missed := self._missed(level)):
             cells = children(missed, level)
-            field = self._field.plus(self._layer)
-            self._surface.add_around(self._rows, cells, level + 1, field)
+            self._surface.add_around(self._rows, cells, level + 1, self._layer)
             self._add(level + 1, cells)
         for _ in range(REPAIRS):
             wrong = _wrong_side(self._rows, spacing(level))
@@ -219,26 +219,9 @@ class LocalEdit:
         return np.sort(self._active[most[share[most] > SHARE]])
 
 
-def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (8 K,) of the next level in cells (K,) of a level, rising."""
-    lowest = centres(places(cells, level), level) - np.float32(spacing(level + 2))
-    return _distinct((cells_of(lowest, level + 1)[:, None] + block(0, 2)).reshape(-1, 3), level + 1)
-
-
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level around `points` (N, 3), each once, rising."""
-    return _distinct(cells_of(points, level), level)
-
-
-def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (K,) of a level and all their neighbours, each once, rising."""
-    return _distinct((places(cells, level)[:, None] + block(-1, 2)).reshape(-1, 3), level)
-
-
-def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The numbers (K,) of cells (N, 3), but those at the grid's edge, which can have no node."""
-    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
-    return np.unique(linear(cells[inner], level))
+    return distinct(cells_of(points, level), level)
 
 
 def _feature(problem: Problem) -> float:

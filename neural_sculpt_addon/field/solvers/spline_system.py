@@ -180,9 +180,7 @@ def _solve(
     floor = np.maximum(diagonal, damped * mean)
     damping = DAMPING * floor
     scale = np.where(diagonal < left_out * mean, 0, 1 / (floor + damping))
-    residual = total(
-        lambda piece: piece.transposed @ (piece.weights * piece.residuals[piece.some])
-    )
+    residual = total(lambda piece: piece.transposed @ (piece.weights * piece.residuals[piece.some]))
     c = np.zeros_like(residual)
     z = scale * residual
     p, rz = z, _dot(residual, z)
