@@ -17,7 +17,6 @@ where a plane contradicts them, a rough distance follows from the sides around. 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ..detail import (
     Coefficients,
@@ -33,6 +32,7 @@ from ..detail import (
     spacing,
 )
 from ..evaluate import values, values_and_gradients
+from ..nearest import search_tree
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
 from ..threads import in_pieces, join
@@ -82,15 +82,15 @@ class EditedSurface:
         """
         self._problem, self._swept = problem, displaced.swept
         self.target = join([displaced.joined("target"), gaps])
-        self.kept = self._preserved(active, coarse, level, random)
+        self.kept, self._before = self._preserved(active, coarse, level, random)
         self._cloud = join([self.target, self.kept])
-        self._tree = KDTree(self._cloud.points)
+        self._tree = search_tree(self._cloud.points)
 
     def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
         """All rows, with those around it in the cells `active` of a level."""
         f0, gradient = values_and_gradients(self._problem.field, self.target.points)
         held = np.zeros(len(self.kept.points), np.float32)
-        points, wanted, before = self._around(active, level)
+        points, wanted = self._around(active, level, self._before)
         targets = np.concatenate([np.zeros_like(f0), held, wanted])
         directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -99,7 +99,7 @@ class EditedSurface:
         return Rows(
             np.concatenate([self.target.points, self.kept.points, points]),
             targets,
-            targets - np.concatenate([f0, held, before]),
+            targets - np.concatenate([f0, held, self._before]),
             np.repeat(np.array([1, PRESERVE, AROUND], np.float32), counts),
             self.target.points,
             directions.astype(np.float32),
@@ -111,15 +111,16 @@ class EditedSurface:
         self, rows: Rows, active: NDArray[np.int32], level: int, layer: Coefficients
     ) -> None:
         """Rows in the cells `active` of a finer level, too; `layer` was added to f so far."""
-        points, wanted, before = self._around(active, level)
+        before = values(self._problem.field, centres(places(active, level), level))
+        points, wanted = self._around(active, level, before)
         added = torch.zeros(len(points))
         Detail.of(layer).add_value(torch.from_numpy(points), added)
         rows.add(points, wanted, wanted - (before + added.numpy()), AROUND)
 
     def _around(
-        self, active: NDArray[np.int32], level: int
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Points in the active cells (N, 3), what f shall be there (N,), and what it was (N,)."""
+        self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Points in the active cells (N, 3), and what f shall be there (N,), given what it was."""
         points = centres(places(active, level), level)
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -128,13 +129,12 @@ class EditedSurface:
             return ((points[part] - sample.points) * sample.normals).sum(axis=1), nearest
 
         distance, nearest = in_pieces(measure, len(points), self._problem.check)
-        f0 = values(self._problem.field, points)
         wanted = np.where(nearest < len(self.target.points), distance, f0)
         if self._swept is not None:
             inside = (f0 < 0) + self._swept.winding(points) > BURIED
             wrong = (wanted < 0) != inside
             wanted[wrong] = _occupancy(active, inside, level)[wrong]
-        return points, wanted.astype(np.float32), f0
+        return points, wanted.astype(np.float32)
 
     def _preserved(
         self,
@@ -142,14 +142,15 @@ class EditedSurface:
         coarse: NDArray[np.int32],
         level: int,
         random: np.random.Generator,
-    ) -> Samples:
+    ) -> tuple[Samples, NDArray[np.float32]]:
         """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach, as
-        near to it as f in the middles of cells tells."""
+        near to it as f in the middles of cells tells; and f there, of the active ones (K,)."""
         h, problem = spacing(level), self._problem
         fine = children(dilated(coarse, level - 1), level - 1)
         reached = np.union1d(dilated(active, level), fine)
         middles = centres(places(reached, level), level)
         value, gradient = values_and_gradients(problem.field, middles)
+        before = value[np.searchsorted(reached, active)]
         slope = np.linalg.norm(gradient, axis=1)
         near = (np.abs(value) < NEAR * h * np.maximum(slope, 1)) & (slope > LEAST_GRADIENT)
         value, gradient, slope = (
@@ -162,9 +163,9 @@ class EditedSurface:
         inside = np.isin(linear(cells_of(points, level), level), reached)
         samples = Samples(points, normals).where(inside)
         samples = samples.where(problem.untouched(samples))
-        if self._swept is None:
-            return samples
-        return samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
+        if self._swept is not None:
+            samples = samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
+        return samples, before
 
 
 def _occupancy(

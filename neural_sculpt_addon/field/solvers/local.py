@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ...stroke.errors import SculptError
 from ...stroke.progress import Progress, silent
@@ -34,6 +33,7 @@ from ..detail import (
     spacing,
 )
 from ..evaluate import values
+from ..nearest import search_tree
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
@@ -182,7 +182,7 @@ class LocalEdit:
         level, rows = self.resolution.level, self._rows
         h = spacing(level)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
-        tree = KDTree(islands.points)
+        tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
