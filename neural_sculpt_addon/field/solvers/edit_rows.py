@@ -34,6 +34,7 @@ from ..detail import (
 from ..evaluate import values, values_and_gradients
 from ..nearest import search_tree
 from ..problem import DisplacedTubes, Problem
+from ..projection import SMALLEST_GRADIENT, project
 from ..surface import Samples
 from ..threads import in_pieces, join
 from .spline_system import Rows
@@ -53,8 +54,8 @@ NEAR = 0.9
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
-LEAST_GRADIENT = 0.2
-"""Below this a Newton step is no longer to be trusted."""
+ON_SURFACE = 1e-3
+"""What projection may leave; farther away it has lost its way."""
 
 OCCUPIED = 1.5
 """Cells: the distance that a cell has around which all are on one side."""
@@ -143,8 +144,12 @@ class EditedSurface:
         level: int,
         random: np.random.Generator,
     ) -> tuple[Samples, NDArray[np.float32]]:
-        """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach, as
-        near to it as f in the middles of cells tells; and f there, of the active ones (K,)."""
+        """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach,
+        and f in the middles of the active cells (K,).
+
+        Where f is linear, the middle of a cell tells how far its points are from the surface, so
+        projection has little left to do, and what the stroke touches is left out before.
+        """
         h, problem = spacing(level), self._problem
         fine = children(dilated(coarse, level - 1), level - 1)
         reached = np.union1d(dilated(active, level), fine)
@@ -152,17 +157,18 @@ class EditedSurface:
         value, gradient = values_and_gradients(problem.field, middles)
         before = value[np.searchsorted(reached, active)]
         slope = np.linalg.norm(gradient, axis=1)
-        near = (np.abs(value) < NEAR * h * np.maximum(slope, 1)) & (slope > LEAST_GRADIENT)
-        value, gradient, slope = (
-            np.repeat(a[near], TRIES, axis=0) for a in (value, gradient, slope)
-        )
-        start = random.uniform(-h / 2, h / 2, gradient.shape).astype(np.float32)
-        normals = gradient / slope[:, None]
-        away = value / slope + np.einsum("na,na->n", start, normals)
-        points = np.repeat(middles[near], TRIES, axis=0) + start - away[:, None] * normals
-        inside = np.isin(linear(cells_of(points, level), level), reached)
-        samples = Samples(points, normals).where(inside)
-        samples = samples.where(problem.untouched(samples))
+        near = np.repeat(np.flatnonzero(np.abs(value) < NEAR * h * np.maximum(slope, 1)), TRIES)
+        away = random.uniform(-h / 2, h / 2, (len(near), 3)).astype(np.float32)
+        normals = gradient[near] / np.maximum(slope[near], SMALLEST_GRADIENT)[:, None]
+        f = value[near] + np.einsum("na,na->n", away, gradient[near])
+        step = (f / np.maximum(slope[near], SMALLEST_GRADIENT))[:, None]
+        samples = Samples(middles[near] + away - step * normals, normals)
+        start = samples.where(problem.untouched(samples)).points
+        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        problem.check()
+        place = linear(cells_of(found.points, level), level)
+        kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
+        samples = Samples(found.points[kept], found.normals[kept])
         if self._swept is not None:
             samples = samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
         return samples, before

@@ -34,7 +34,7 @@ DAMPING = 0.03
 LEAST_TOUCHED = 0.1
 """Of the mean diagonal: what nodes that few rows touch are damped as if they had."""
 
-ITERATIONS = 30
+ITERATIONS = 20
 
 PIECE = 1 << 15
 """Rows that one thread takes at a time: each piece has its own sum over all nodes, to be added."""
