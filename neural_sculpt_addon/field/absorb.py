@@ -22,10 +22,10 @@ from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .detail import Coefficients, Level, cells_of, centres, linear, places, spacing
+from .detail import Coefficients, Level, cells_of, centres, dilated, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
-from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among, dilated
+from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among
 from .mesh_cleanup import CleanMesh, clean
 from .mesh_distance import MeshDistance
 from .pieces import components

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ...stroke.errors import SculptError
 from ...stroke.progress import Progress, silent
@@ -24,14 +23,17 @@ from ..detail import (
     Coefficients,
     Level,
     cells_of,
-    cells_per_axis,
     centres,
+    children,
+    dilated,
+    distinct,
     linear,
     places,
     quantised,
     spacing,
 )
 from ..evaluate import values
+from ..nearest import search_tree
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
@@ -184,7 +186,7 @@ class LocalEdit:
         level, rows = self.resolution.level, self._rows
         h = spacing(level)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
-        tree = KDTree(islands.points)
+        tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
@@ -221,29 +223,9 @@ class LocalEdit:
         return np.sort(self._active[most[share[most] > SHARE]])
 
 
-def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (8 K,) of the next level in cells (K,) of a level, rising."""
-    lowest = centres(places(cells, level), level) - np.float32(spacing(level + 2))
-    steps = np.indices((2, 2, 2)).reshape(3, -1).T.astype(np.int32)
-    return _distinct((cells_of(lowest, level + 1)[:, None] + steps).reshape(-1, 3), level + 1)
-
-
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level around `points` (N, 3), each once, rising."""
-    return _distinct(cells_of(points, level), level)
-
-
-def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (K,) of a level and all their neighbours, each once, rising."""
-    around = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)])
-    near = places(cells, level)[:, None] + around.astype(np.int32)
-    return _distinct(near.reshape(-1, 3), level)
-
-
-def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The numbers (K,) of cells (N, 3), but those at the grid's edge, which can have no node."""
-    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
-    return np.unique(linear(cells[inner], level))
+    return distinct(cells_of(points, level), level)
 
 
 def _feature(problem: Problem) -> float:
