@@ -16,6 +16,7 @@ from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers.local import LocalEdit, resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
@@ -294,3 +295,12 @@ def test_a_cancel_ends_it_wherever_it_comes(preparation):
     assert all(0 <= fraction <= 1 and message for fraction, message in whole)
     for last in (1, 2, len(whole) // 3, 2 * len(whole) // 3, len(whole)):
         assert len(calls(last)) == last
+
+
+@pytest.mark.parametrize(("radius", "height"), [(0.03, 0.14), (0.04, 0.18)])
+def test_a_high_ridge_has_no_crumbs_beside_it(radius, height):
+    """Coefficients of the finest level alone would be as large as it is high, and f would swing
+    between them: crumbs too small for the proxy."""
+    ridge = Stroke(on_ball(np.linspace(0, 0.6, 12), 0), Brush(radius, height))
+    done = sculpt(prepare(ball(0.5)), ridge)
+    assert components(extract(done.field, 256)) == 1

@@ -5,8 +5,8 @@ target    f(p') = 0                  on the displaced surface
 slope     grad f(p') . e = n' . e    there, along random directions e that lean towards n'
 preserve  f(q) = f0(q)               on the untouched surface, wherever the new detail reaches:
                                      around the stroke, and on other sheets of thin parts
-around    f(x) = signed distance     in the middle of each active cell, where the displaced surface
-                 of the new surface  is nearest; f0 where the untouched one is
+around    f(x) = signed distance     in the middle of each active cell, and of coarse ones beyond,
+                 of the new surface  where the displaced surface is nearest; f0 elsewhere
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
@@ -77,11 +77,20 @@ class EditedSurface:
         self._cloud = join([self.target, self.kept])
         self._tree = KDTree(self._cloud.points)
 
-    def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
-        """All rows, with those around it in the cells `active` of a level."""
+    def rows(
+        self,
+        active: NDArray[np.int32],
+        beyond: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> Rows:
+        """All rows, with those around it in the cells `active` of a level and `beyond` of the one
+        above it."""
         f0, gradient = values_and_gradients(self._problem.field, self.target.points)
         held = values(self._problem.field, self.kept.points)
-        points, wanted, before = self._around(active, level)
+        points, wanted, before = join(
+            [self._around(active, level), self._around(beyond, level - 1)]
+        )
         targets = np.concatenate([np.zeros_like(f0), held, wanted])
         directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
