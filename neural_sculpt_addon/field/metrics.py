@@ -240,14 +240,14 @@ def _to_surface(
     tree.init(vertices, triangles)
 
     def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
-        _, face, nearest = tree.squared_distance(vertices, triangles, points[part])
+        _, face, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, points[part]))
         corners = vertices[triangles[face]]  # (n, 3, 3)
         normals = samples.normals[triangles[face]]
         a, b, c = np.ascontiguousarray(corners.swapaxes(0, 1))
         share = np.nan_to_num(igl.barycentric_coordinates(nearest, a, b, c))  # nan without area
         planes = np.einsum("nca,nca->nc", corners - nearest[:, None], normals)
         bent = nearest + np.einsum("nc,nc,nca->na", share, planes, normals) / 2
-        return np.linalg.norm(points[part] - bent, axis=1), np.asarray(face)
+        return np.linalg.norm(points[part] - bent, axis=1), face
 
     return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
 
