@@ -16,6 +16,7 @@ from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers.local import LocalEdit, resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
@@ -310,3 +311,12 @@ def test_a_crease_is_even_along_its_bottom(preparation, radius):
     bottom = distance_from_middle(done.field, rays, np.full(400, 0.5 - depth)) - (0.5 - depth)
     assert 0 < bottom.mean() < 1.5e-3
     assert bottom.std() < 4.2e-4
+
+
+@pytest.mark.parametrize(("radius", "height"), [(0.03, 0.14), (0.04, 0.18)])
+def test_a_high_ridge_has_no_crumbs_beside_it(radius, height):
+    """Coefficients of the finest level alone would be as large as it is high, and f would swing
+    between them: crumbs too small for the proxy."""
+    ridge = Stroke(on_ball(np.linspace(0, 0.6, 12), 0), Brush(radius, height))
+    done = sculpt(prepare(ball(0.5)), ridge)
+    assert components(extract(done.field, 256)) == 1

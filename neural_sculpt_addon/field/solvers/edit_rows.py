@@ -5,8 +5,8 @@ target    f(p') = 0                  on the displaced surface
 slope     grad f(p') . e = n' . e    there, along random directions e that lean towards n'
 preserve  f(q) = f0(q)               on the untouched surface, wherever the new detail reaches:
                                      around the stroke, and on other sheets of thin parts
-around    f(x) = signed distance     in the middle of each active cell, where the displaced surface
-                 of the new surface  is nearest; f0 where the untouched one is
+around    f(x) = signed distance     in the middle of each active cell, and of coarse ones beyond,
+                 of the new surface  where the displaced surface is nearest; f0 elsewhere
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
@@ -90,13 +90,23 @@ class EditedSurface:
         self._unedited = join([displaced.joined("surface"), gaps[0], self.kept])
         self._tree = search_tree(self._cloud.points)
 
-    def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
-        """All rows, with those around it in the cells `active` of a level."""
+    def rows(
+        self,
+        active: NDArray[np.int32],
+        beyond: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> Rows:
+        """All rows, with those around it in the cells `active` of a level and `beyond` of the one
+        above it."""
         rows = _on_surface(self._problem.field, self.target, level, random)
         held = np.zeros(len(self.kept.points), np.float32)
         rows.add(self.kept.points, held, held, PRESERVE)
         points, wanted = self._around(active, level, self._before)
         rows.add(points, wanted, wanted - self._before, AROUND)
+        before = values(self._problem.field, centres(places(beyond, level - 1), level - 1))
+        points, wanted = self._around(beyond, level - 1, before)
+        rows.add(points, wanted, wanted - before, AROUND)
         return rows
 
     def add_finer(

@@ -68,6 +68,10 @@ MARGIN = 0.75
 GAP = 1.5
 """Cells, of the proxy where those are larger: how far from all tube samples a gap begins."""
 
+HIGH = 4
+"""Cells that the surface moves, from which on the coarse level has nodes beside its way, too: f
+would swing between coefficients that large and none beside them, and leave crumbs."""
+
 STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at."""
 
@@ -144,15 +148,19 @@ class LocalEdit:
         gaps = surface.where(slice(0, 0)), target.where(slice(0, 0))
         if displaced.swept is None:
             gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
-        passed = _passed(join([surface, gaps[0]]), join([target, gaps[1]]), level)
+        surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
+        passed = _passed(surface, target, level)
         self._active = dilated(passed, level)
-        self._coarse = numbers(centres(places(passed, level), level), level - 1)
+        far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
+        high = _parents(_passed(surface.where(far), target.where(far), level), level)
+        self._coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
         progress(0.3, "Sculpting")
         self._problem, self._field, self._random = problem, problem.field, random
         self._surface = EditedSurface(
             problem, displaced, gaps, self._active, self._coarse, level, random
         )
-        self._rows = self._surface.rows(self._active, level, random)
+        beyond = np.setdiff1d(self._coarse, _parents(self._active, level))
+        self._rows = self._surface.rows(self._active, beyond, level, random)
         self._layer = dict[int, Level]()
 
     @property
@@ -228,6 +236,11 @@ def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
     return distinct(cells_of(points, level), level)
 
 
+def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of the level above in which the cells (N,) of a level lie, rising."""
+    return numbers(centres(places(cells, level), level), level - 1)
+
+
 def _feature(problem: Problem) -> float:
     """Width of the narrowest rise or fall of the profile, if all were alike, in model units."""
     brush = problem.stroke.brush
@@ -250,7 +263,7 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     """The cells that the surface passes on its way, and those within MARGIN of it."""
     h = spacing(level)
     way = target.points - surface.points
-    farthest = float(np.linalg.norm(way, axis=1).max())
+    farthest = float(np.linalg.norm(way, axis=1).max(initial=0))
     parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
     found = [numbers(surface.points + part * way, level) for part in parts]
     for samples in (surface, target):
