@@ -78,8 +78,8 @@ STRIDE = 0.7
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
 
-MISSED, TILTED, SHARE = 2e-4, 0.05, 0.15
-"""Model units and slope (3 degrees) that a surface sample may be off, and the share of those of a
+MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
+"""Model units and slope (6 degrees) that a surface sample may be off, and the share of those of a
 cell that may be more: a cell with more gets nodes of one more level."""
 
 FAMILY = 20
