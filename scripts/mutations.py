@@ -1,8 +1,35 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mutations of bytes, as fuzzing makes them: the same random numbers give the same bytes."""
 
+import json
+import struct
 from random import Random
+from typing import Any
 
+PREFIX = struct.Struct("<4sIQ")  # of a frame
+VALUES = (
+    *(
+        None,
+        True,
+        0,
+        1,
+        -1,
+        0.5,
+        1e308,
+        -1e-308,
+        2**31,
+        2**63,
+        10**40,
+        "",
+        "a",
+        "\x00",
+        "/",
+        "..",
+        [],
+    ),
+    *({}, [[]], [None], [1.0, 2.0, 3.0], [[0, 0, 0]], {"a": 1}, "x" * 10_000, list(range(1000))),
+    *("result", "error", "cancel", "edit", "mesh", "<f8", "|u1", "O", [2**40], [-1], [2**62, 4]),
+)
 HOSTILE = (
     *(b"NaN", b"-1", b"0", b"1e308", b"1e-308", b"1e30", b"99999999999999999999", b"null", b"[]"),
     *(b"{}", b'""', b"true", b"\x00\x00\x00\x00", b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f"),
@@ -32,3 +59,39 @@ def mutated(data: bytes, random: Random) -> bytes:
             case 6 if random.random() < 0.2:
                 del changed[at:]
     return bytes(changed)
+
+
+def mutated_frame(frame: bytes, random: Random) -> bytes:
+    """A frame (see worker.protocol) with mutations anywhere, in its header's text, or of a value.
+
+    The last two have the length that they say, so that more than the first check meets them.
+    """
+    _, header, payload = PREFIX.unpack_from(frame)
+    text, arrays = frame[PREFIX.size : PREFIX.size + header], frame[PREFIX.size + header :]
+    match random.randrange(4):
+        case 0:
+            return mutated(frame, random)
+        case 1:
+            text = mutated(text, random)
+        case _:
+            text = json.dumps(_one_value_replaced(json.loads(text), random)).encode()
+    return PREFIX.pack(b"NSC1", len(text), payload) + text + arrays
+
+
+def _one_value_replaced(header: Any, random: Random) -> Any:
+    """The same JSON with one value, anywhere in it, replaced by another, or gone."""
+    places: list[tuple[Any, Any]] = []
+
+    def visit(node: Any) -> None:
+        for key in list(node) if isinstance(node, dict) else range(len(node)):
+            places.append((node, key))
+            if isinstance(node[key], dict | list):
+                visit(node[key])
+
+    visit(header)
+    node, key = random.choice(places)
+    if random.random() < 0.1:
+        del node[key]
+    else:
+        node[key] = random.choice(VALUES)
+    return header

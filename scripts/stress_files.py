@@ -120,7 +120,7 @@ def _sound(
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     random = np.random.default_rng(0)
-    points = random.normal(size=(8, 3))
+    points = random.uniform(-0.5, 0.5, (8, 3))
     strokes = dump_strokes([Stroke(points, Brush(0.1, 0.05), name="One")]).encode()
     n = cells_per_axis(COARSEST)
     index = (n**3 // 2 + n**2 // 2 + n // 2 + np.arange(-2, 3)).astype(np.int32)
