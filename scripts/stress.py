@@ -116,7 +116,8 @@ def main() -> None:
     options = parser.parse_args()
     if options.within:
         within(*options.only, options.tries, options.seed, options.within)
-        return
+        sys.stdout.flush()
+        os._exit(0)  # some Blenders hang in a regular exit of their Python module
     if options.table:
         about = {name: (attack(name).__doc__ or "").splitlines()[0] for name in ATTACKS}
         stress_table.write(json.loads((options.json or RECORD).read_text(encoding="utf-8")), about)
