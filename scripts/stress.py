@@ -115,7 +115,7 @@ def main() -> None:
     parser.add_argument("--within", type=Path, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.within:
-        within(*options.only, options.tries, options.seed, options.within)
+        within(options.only[0], options.tries, options.seed, options.within)
         sys.stdout.flush()
         os._exit(0)  # some Blenders hang in a regular exit of their Python module
     if options.table:
@@ -133,7 +133,8 @@ def main() -> None:
         for failure in failures[:FAILURES_SHOWN]:
             print(f"  {failure}", flush=True)
         if options.json:
-            _record(options.json, name, {**_about(options.seed), **result})
+            about = {**_about(options.seed), "share": options.share}
+            _record(options.json, name, about | result)
     sys.exit(int(failed))
 
 

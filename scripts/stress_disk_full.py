@@ -29,7 +29,7 @@ PATIENCE = 300.0  # seconds, after which a job hangs
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     """`count` limits, each target in turn: how many were met with and without room."""
     failures: list[str] = []
-    totals = dict.fromkeys(("went_through", "said_why", "kept_muted", "lost"), 0)
+    totals: dict[str, int] = dict.fromkeys(("went_through", "said_why", "kept_muted", "lost"), 0)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         harness = stressed_blender.install(Path(name))
         session = harness.module("blender.worker_session").session

@@ -142,5 +142,6 @@ def _sound(
         data = mesh.export(file_type=suffix)
         meshes[f"mesh.{suffix}"] = data.encode() if isinstance(data, str) else data
     meshes["text.ply"] = mesh.export(file_type="ply", encoding="ascii")
-    meshes["text.stl"] = mesh.export(file_type="stl_ascii").encode()
+    text: Any = mesh.export(file_type="stl_ascii")
+    meshes["text.stl"] = text.encode()
     return strokes, layer_to_bytes(coefficients), fields, array.getvalue(), meshes

@@ -23,12 +23,13 @@ Nothing that an artist did is lost, and nothing that comes from outside breaks B
 
 `python3 scripts/stress.py` attacks these promises and counts what breaks. The tests do the same
 with fewer tries. `--only NAME` chooses attacks, `--json benchmarks/reliability.json` records them,
-and `--table` writes this page from the record. An attack without a record has not been run whole.
+and `--table` writes this page from the record. A run
+of fewer tries than the whole attack has says its share.
 
 | attack | what it does | tries | what was counted | broken |
 |---|---|---|---|---|
 """
-_DETAILS = ("tries", "seed", "seconds")
+_DETAILS = ("tries", "seed", "seconds", "share")
 
 
 def write(record: Mapping[str, Mapping[str, Any]], about: Mapping[str, str]) -> None:
@@ -47,8 +48,10 @@ def _row(name: str, record: Mapping[str, Mapping[str, Any]], about: Mapping[str,
         for key, value in result.items()
         if isinstance(value, int) and key not in _DETAILS
     )
-    broken = len(result["failures"])
-    return f"| {name} | {about[name]} | {result['tries']:,} | {counted} | {broken} |\n"
+    tries, share = f"{result['tries']:,}", result["share"]
+    if share < 1:
+        tries = f"{tries} ({share:.1%} of the attack)"
+    return f"| {name} | {about[name]} | {tries} | {counted} | {len(result['failures'])} |\n"
 
 
 def _runs(record: Mapping[str, Mapping[str, Any]]) -> str:

@@ -35,7 +35,16 @@ def test_an_attack_whose_process_ends_has_failed(monkeypatch):
 def test_the_table_has_a_row_for_each_attack(tmp_path, monkeypatch):
     monkeypatch.setattr(stress_table, "DOCUMENT", tmp_path / "reliability.md")
     row = {"tries": 7, "lost": 0, "failures": [], "seconds": 3, "versions": {"torch": "2"}}
-    record = {"one": {**row, "date": "2030-01-01", "machine": "M", "commit": "abc", "seed": 1}}
+    record = {
+        "one": {
+            **row,
+            "date": "2030-01-01",
+            "machine": "M",
+            "commit": "abc",
+            "seed": 1,
+            "share": 1.0,
+        }
+    }
     stress_table.write(json.loads(json.dumps(record)), {"one": "Does so.", "two": "Else."})
     text = (tmp_path / "reliability.md").read_text()
     assert "| one | Does so. | 7 | lost 0 | 0 |" in text
