@@ -23,8 +23,8 @@ Nothing that an artist did is lost, and nothing that comes from outside breaks B
 
 `python3 scripts/stress.py` attacks these promises and counts what breaks. The tests do the same
 with fewer tries. `--only NAME` chooses attacks, `--json benchmarks/reliability.json` records them,
-and `--table` writes this page from the record. A run
-of fewer tries than the whole attack has says its share.
+and `--table` writes this page from the record. A run of
+fewer tries than the whole attack says its share.
 
 | attack | what it does | tries | what was counted | broken |
 |---|---|---|---|---|
