@@ -171,8 +171,6 @@ class Session:
         heard = False
         preview.refresh()
         fresh = [] if self.client is None else self.client.poll_once()
-        if self.hangs and self.jobs:
-            self.jobs[0].message = n_("The worker gives no sign of life")
         if self.waits and self.hangs and self.client is not None:
             self.client.give_up()
         self._news.extend(fresh)
@@ -185,6 +183,8 @@ class Session:
             heard = True
             if message.arrays:
                 break  # likewise
+        if self.hangs and self.jobs:
+            self.jobs[0].message = n_("The worker gives no sign of life")
         self._advance()
         return heard
 

@@ -105,6 +105,8 @@ class WorkerProcess:
         except ProtocolError as error:
             self._process.kill()
             return self._end(str(error))
+        if message is not None:
+            self._pulse.silent = 0.0  # what it says is a sign of life, too
         silent = message is None and not self._answers.amid
         return self._end() if silent and not running else message
 
