@@ -87,7 +87,9 @@ class Stroke:
             factors = np.where(factors < LEAST_FACTOR, 0.0, factors)
             object.__setattr__(self, word, factors)
         if not 0 <= self.seed < 2**63:
-            raise SculptError(f"The stroke's seed is {self.seed!s:.100}; it must be from 0 to 2^63 - 1.")
+            raise SculptError(
+                f"The stroke's seed is {self.seed!s:.100}; it must be from 0 to 2^63 - 1."
+            )
         if not self.mirror <= set(AXES):
             raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
 

@@ -150,7 +150,7 @@ class Server:
             logger.exception("%s failed", job.kind)
             return _error(
                 job.job,
-                f"The worker failed ({type(error).__name__}: {error}). Please report this with the"
+                f"The worker failed ({type(error).__name__}: {error!s:.100}). Please report this with the"
                 " worker's log.",
                 traceback.format_exc(),
             )

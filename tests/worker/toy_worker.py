@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real worker with jobs that a test can steer: slow, deaf, noisy, failing, crashing.
 
-Started as `python -I -u toy_worker.py ROOT [STUCK]`, seconds as in `pulse`; runs the package's own server without torch.
+Started as `python -I -u toy_worker.py ROOT [STUCK]`, seconds as in `pulse`; runs the package's own
+server without torch.
 """
 
 import os
