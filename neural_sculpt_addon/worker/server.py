@@ -150,8 +150,8 @@ class Server:
             logger.exception("%s failed", job.kind)
             return _error(
                 job.job,
-                f"The worker failed ({type(error).__name__}: {error!s:.100}). Please report this with the"
-                " worker's log.",
+                f"The worker failed ({type(error).__name__}: {error!s:.100}). Please report this"
+                " with the worker's log.",
                 traceback.format_exc(),
             )
         logger.info("%s took %.2f s", job.kind, time.monotonic() - started)
