@@ -16,17 +16,19 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .detail import Coefficients, Level, cells_of, centres, linear, places, spacing
+from .detail import Coefficients, Level, cells_of, centres, dilated, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
-from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among, dilated
-from .mesh_cleanup import CleanMesh, clean
+from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among
+from .fit_report import deviation
+from .mesh_cleanup import CleanMesh, clean, unit
 from .mesh_distance import MeshDistance
 from .pieces import components
 from .projection import find_surface, project
@@ -94,8 +96,12 @@ def absorb(
     for level in levels:
         layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, DAMPED)
     done = field.plus(layer)
-    report = _report(done, patch, sub_progress(progress, 0.8, 1.0))
-    return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
+    report = {
+        **deviation(done, patch.points[patch.moved], patch.normals[patch.moved]),
+        "components": components(extract(done, CELLS, sub_progress(progress, 0.8, 1.0))),
+        "seconds": time.monotonic() - start,
+    }
+    return Absorbed(done, layer, report)
 
 
 def _in_place(mesh: CleanMesh) -> CleanMesh:
@@ -134,13 +140,7 @@ def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
     """
-    corners = mesh.corners
-    normals = np.zeros_like(mesh.vertices)
-    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (F, 3)
-    for corner in mesh.triangles.T:
-        for axis in range(3):
-            normals[:, axis] += np.bincount(corner, area[:, axis], len(normals))
-    normals = _unit(normals)
+    normals = np.nan_to_num(igl.per_vertex_normals(mesh.vertices, mesh.triangles))
     edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     edges = np.unique(edges[:, 0] * len(normals) + edges[:, 1])
     one, other = np.divmod(edges, len(normals))
@@ -150,7 +150,7 @@ def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
     middles = (mesh.vertices[one] + mesh.vertices[other]) / 2 - bend
     return _Patch(
         np.concatenate([mesh.vertices, middles]).astype(np.float32),
-        np.concatenate([normals, _unit(n + m)]).astype(np.float32),
+        np.concatenate([normals, unit(n + m)]).astype(np.float32),
         np.concatenate([moved, moved[one] | moved[other]]),
     )
 
@@ -196,7 +196,7 @@ def _rows(
     f, gradient = values_and_gradients(field, points)
     at = np.concatenate([points, kept])
     along = rng.standard_normal(at.shape, np.float32)
-    along = _unit(along)
+    along = unit(along)
     slopes = np.zeros(len(at), np.float32)
     n = len(points)
     slopes[:n] = ((normals - gradient) * along[:n]).sum(axis=1)
@@ -214,20 +214,3 @@ def _rows(
         steep=np.full(len(at), SLOPE * h, np.float32),
     )
     return rows, nodes
-
-
-def _report(field: Field, patch: _Patch, progress: Progress) -> dict[str, Any]:
-    found = project(field, patch.points[patch.moved])
-    error = np.linalg.norm(found.points - patch.points[patch.moved], axis=1)  # (N,)
-    cosine = np.clip(np.sum(found.normals * patch.normals[patch.moved], axis=1), -1, 1)
-    return {
-        "error_mean": float(error.mean()),
-        "error_p95": float(np.percentile(error, 95)),
-        "error_max": float(error.max()),
-        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
-        "components": components(extract(field, CELLS, progress)),
-    }
-
-
-def _unit(vectors: NDArray) -> NDArray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
