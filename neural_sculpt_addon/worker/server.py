@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from ..stroke.errors import Cancelled, SculptError
-from ..stroke.progress import Progress
+from ..stroke.progress import Progress, interruptible
 from . import pulse
 from .device import choose
 from .environment import Device
@@ -135,7 +135,8 @@ class Server:
                 preview=partial(self._send_preview, job.job),
                 enough=lambda: self._enough,
             )
-            result = handler(task, self._progress(job.job))
+            with interruptible(self._look):
+                result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
         except MissingError as error:
@@ -163,15 +164,20 @@ class Server:
 
         def report(fraction: float, message: str) -> None:
             nonlocal last
-            if self._cancelled:
-                raise Cancelled
-            self._reported = now = time.monotonic()
+            self._look()
+            now = self._reported
             if now - last >= PROGRESS_SECONDS:
                 last = now
                 fields = {"fraction": min(max(float(fraction), 0.0), 1.0), "message": message}
                 self._send(Message(MessageKind.PROGRESS, job, fields))
 
         return report
+
+    def _look(self) -> None:
+        """Note a sign of the running job. Cancelled when it is no longer wanted."""
+        if self._cancelled:
+            raise Cancelled
+        self._reported = time.monotonic()
 
     def _send_preview(self, job: int, shown: Payload) -> None:
         self._send(Message(MessageKind.PREVIEW, job, dict(shown.fields), dict(shown.arrays)))
