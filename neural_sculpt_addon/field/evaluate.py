@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # a field samples itself by these functions
 CHUNK = 2048
 GRADIENT_CHUNK = 1536  # takes three times the memory
 DEVICE_CHUNK = 1 << 18
-WORK = 1 << 31
+WORK = 1 << 30
 """Multiplications in a chunk, on the CPU, at most: some 100 ms."""
 
 

@@ -97,7 +97,7 @@ def in_pieces(
     return join(done)
 
 
-def _ahead(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
+def _ahead(task: Callable[[S], T], parts: Sequence[S]) -> Generator[T]:
     """What the pool's threads make of `parts`, in order, with few of them given out ahead.
 
     Whoever gives out hundreds at once waits for Python's lock after each, and hears no cancel.
