@@ -151,9 +151,7 @@ def displaced(
         _, gradient = values_and_gradients(field, samples.points + BEND * axis)
         normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
         bend = (normals - samples.normals) / BEND
-        ahead = displace(
-            stroke, path, samples.points + step * axis, samples.normals + step * bend
-        )
+        ahead = displace(stroke, path, samples.points + step * axis, samples.normals + step * bend)
         slope = (ahead.amount - displacement.amount) / step
         if stroke.direction is Direction.STROKE:
             bend = (ahead.direction - displacement.direction) / step

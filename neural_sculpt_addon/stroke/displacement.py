@@ -17,7 +17,6 @@ from .curve import Array, arc_length
 from .path import Path, locate
 from .stroke import Direction, Ends, Stroke
 
-
 FACING = 0.5
 """Cosine between a normal and that of the path, from which on a point is displaced in full."""
 
