@@ -27,7 +27,7 @@ def main() -> None:
     for number, picture in enumerate(pictures):
         joined.paste(picture, (number * picture.width, 0))
     TARGET.parent.mkdir(exist_ok=True)
-    joined.save(TARGET, quality=88)
+    joined.save(TARGET, quality=85)
     print(TARGET.relative_to(ROOT))
 
 

@@ -46,7 +46,7 @@ def virtual_screen(size: tuple[int, int] = SIZE) -> Iterator[Mapping[str, str]]:
         reading, writing = os.pipe()
         command = [
             *("Xvfb", "-displayfd", str(writing), "-screen", "0", f"{size[0]}x{size[1]}x24"),
-            *("-fbdir", folder, "-nolisten", "tcp", "-noreset"),
+            *("-fbdir", folder, "-nolisten", "tcp", "-noreset", "-nocursor"),
         ]
         with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
             try:

@@ -53,7 +53,7 @@ def _write(frames: list[Path]) -> None:
     from PIL import Image
 
     pictures = [Image.open(path).convert("RGB") for path in frames]
-    pictures[-1].save(STILL, quality=85)
+    pictures[-1].save(STILL, quality=83)
     size = round((VIEW[2] - VIEW[0]) * SMALLER), round((VIEW[3] - VIEW[1]) * SMALLER)
     film = [p.crop(VIEW).resize(size, Image.Resampling.LANCZOS) for p in pictures]
     durations = [FRAME] * (len(film) - 1) + [LAST]
@@ -63,7 +63,7 @@ def _write(frames: list[Path]) -> None:
         append_images=film[1:],
         duration=durations,
         loop=0,
-        quality=55,
+        quality=40,
         method=4,
     )
 

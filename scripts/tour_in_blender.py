@@ -23,7 +23,7 @@ EXTENSION = "bl_ext.user_default.neural_sculpt"
 RESOLUTION = 112
 SECONDS = 600
 SEEN_FROM = Quaternion((0.745, 0.61, 0.17, 0.21))
-PAUSES = 4  # pictures of the finished stroke
+PAUSES = 3  # pictures of the finished stroke
 
 STROKES = (  # profile, modulation, radius, intensity; ends in parts of the view's height; its bow
     ("QUINTIC", "IDENTITY", 0.07, 0.06, (-0.2, 0.3), (0.36, 0.26), 0.08),
@@ -87,7 +87,7 @@ def bowed(begin: Pixel, end: Pixel, bow: float) -> list[Pixel]:
 
 
 def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
-    """Draw one stroke and film it until its result is there."""
+    """Draw one stroke and film it until its result and its report are there."""
     hand.move(path[0])
     yield 2 * hand.DRAWN
     film.take()
@@ -101,6 +101,9 @@ def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
     yield 2 * hand.DRAWN
     film.take()
     yield from hand.until(lambda: not session.jobs, SECONDS, "the result")
+    film.take()
+    yield from hand.until(lambda: session.behind is None, SECONDS, "the report")
+    yield 10 * hand.DRAWN  # a panel takes its time to grow
     for _ in range(PAUSES):
         yield hand.DRAWN
         film.take()

@@ -59,6 +59,14 @@ MESSAGES = {
     " nicht mehr da.",
     "The worker sent no layer for {}. Try again.": "Der Arbeitsprozess hat für {} keine Ebene"
     " gesendet. Es noch einmal versuchen.",
+    "The other object of the Boolean is gone. Select one again.": "Das andere Objekt des Boolean ist"
+    " nicht mehr da. Erneut eines auswählen.",
+    "The result would leave the box of the field. Join the two as meshes and make a new field of"
+    " them (Neural Field from Mesh), or move the other object.": "Das Ergebnis würde den Würfel des"
+    " Feldes verlassen. Beide als Mesh zusammenfügen und daraus ein neues Feld machen (Neuronales"
+    " Feld aus Mesh) oder das andere Objekt verschieben.",
+    "The other object is scaled to nothing. Give it a size.": "Das andere Objekt ist auf nichts"
+    " skaliert. Ihm eine Größe geben.",
     "What was sculpted by other brushes is missing in the history.": "Was andere Pinsel modelliert"
     " haben, fehlt im Verlauf.",
     "The stroke covers more surface than one edit can hold. Use a smaller radius or fewer"
@@ -77,6 +85,9 @@ MESSAGES = {
     " Feldes. Ihn wieder verkleinern oder ein neues Feld daraus machen (Neuronales Feld aus Mesh).",
     "The stroke has no width: its pressure is zero. Draw it again.": "Der Strich hat keine Breite:"
     " Sein Druck ist null. Noch einmal zeichnen.",
+    "With its pressure the stroke has a radius of {}; the least is 0.001. Use a larger radius, or"
+    " press harder.": "Mit seinem Druck hat der Strich einen Radius von {}; der kleinste ist 0,001."
+    " Einen größeren Radius verwenden oder fester drücken.",
     "The stroke leaves nothing of the surface under it: its radius is too small, or its intensity"
     " so large that the surface runs through itself. Change one of them.": "Der Strich lässt nichts"
     " von der Oberfläche unter ihm übrig: Sein Radius ist zu klein oder seine Stärke so groß, dass"

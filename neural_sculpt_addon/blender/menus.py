@@ -24,7 +24,11 @@ def draw_object(menu: Menu, context: Context) -> None:
     menu.layout.operator("neural_sculpt.boolean", icon="MOD_BOOLEAN")
 
 
-_ENTRIES = (("VIEW3D_MT_add", draw_add), ("VIEW3D_MT_object_convert", draw_convert), ("VIEW3D_MT_object", draw_object))
+_ENTRIES = (
+    ("VIEW3D_MT_add", draw_add),
+    ("VIEW3D_MT_object_convert", draw_convert),
+    ("VIEW3D_MT_object", draw_object),
+)
 
 
 def register() -> None:

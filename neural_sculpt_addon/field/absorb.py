@@ -11,23 +11,26 @@ of other topology (dyntopo, remesh) has moved all over, and is absorbed as a who
 See docs/method.md, section 6.
 """
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .detail import Coefficients, Level, cells_of, centres, linear, places, spacing
+from .detail import Coefficients, Level, cells_of, centres, dilated, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
-from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among, dilated
-from .mesh_cleanup import CleanMesh, clean
+from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among
+from .fit_report import deviation
+from .mesh_cleanup import CleanMesh, clean, unit
 from .mesh_distance import MeshDistance
 from .pieces import components
 from .projection import find_surface, project
@@ -43,8 +46,13 @@ FINEST = 8
 HELD = 2.0
 """Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
 
+LARGEST = 3
+"""Level of the largest cells, for what has moved far."""
+
 DEPTH = 2.0
-"""Cells of the coarsest level that the surface may pass on its way: finer ones cannot hold what f is deep inside and what it shall be on the new surface beside each other."""
+"""Cells of the coarsest level that the surface may pass on its way. Finer levels could not hold
+what f was deep inside beside what it shall be on the new surface: it would swing, and leave
+crumbs."""
 
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
@@ -96,8 +104,7 @@ def absorb(
         return distance(points.astype(float)).value
 
     finest = _finest(mesh, moved)
-    between = _ways(field, mesh.vertices[moved])
-    layer = solve(field, patch, signed, between, finest, rng, sub_progress(progress, 0.3, 0.8))
+    layer = solve(field, patch, signed, finest, rng, sub_progress(progress, 0.3, 0.8))
     done = field.plus(layer)
     report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
     return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
@@ -107,26 +114,29 @@ def solve(
     field: Field,
     patch: Patch,
     signed: Callable[[Array], ArrayLike],
-    between: Array,
     finest: int,
     rng: np.random.Generator,
     progress: Progress = silent,
 ) -> Coefficients:
     """The layer that brings the zero level of a field to `patch`.
 
-    signed:  the signed distance (N,) to the new surface, at points (N, 3)
-    between: points (K, 3) between the old and the new surface, one at least in each cell there
-    finest:  level
+    signed: the signed distance (N,) to the new surface, at points (N, 3)
+    finest: level
+
+    Where the surface has moved far, levels coarser than usual hold the smooth rest of it.
     """
     progress(0.0, "Absorbing")
-    deepest = float(np.abs(values(field, between)).max(initial=0))
-    coarsest = int(np.clip(np.floor(np.log2(DEPTH / max(deepest, DEPTH / 2**COARSEST))), 3, 5))
+    between = _ways(field, patch.points[patch.moved])
+    deepest = max(float(np.abs(values(field, between)).max()), DEPTH * spacing(COARSEST))
+    coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
+    if coarsest < COARSEST:
+        between = _changed(field, signed)
     levels = range(coarsest, finest + 1)
     rows, nodes = _rows(field, signed, patch, levels, between, rng)
     check = partial(progress, 0.5, "Absorbing")
     layer: dict[int, Level] = {}
     for level in levels:
-        damped = DAMPED if level > max(COARSEST, levels[0]) else LEAST_TOUCHED
+        damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
         layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, damped)
     return layer
 
@@ -153,13 +163,14 @@ def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[n
     return moved
 
 
-def _ways(field: Field, points: NDArray) -> Array:
+def _ways(field: Field, points: Array) -> Array:
     """Points (K, 3) on the straight ways of `points` (N, 3) to where the surface was."""
-    new = points.astype(np.float32)
-    way = project(field, new).points - new
+    way = project(field, points).points - points
     longest = float(np.linalg.norm(way, axis=1).max())
     steps = max(int(np.ceil(longest / (STEP * spacing(COARSEST)))), 1)
-    return np.concatenate([new + part * way for part in np.linspace(0, 1, steps + 1)])
+    return np.concatenate(
+        [points + np.float32(part) * way for part in np.linspace(0, 1, steps + 1)]
+    )
 
 
 def _finest(mesh: CleanMesh, moved: NDArray[np.bool_]) -> int:
@@ -177,13 +188,7 @@ def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> Patch:
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
     """
-    corners = mesh.corners
-    normals = np.zeros_like(mesh.vertices)
-    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (F, 3)
-    for corner in mesh.triangles.T:
-        for axis in range(3):
-            normals[:, axis] += np.bincount(corner, area[:, axis], len(normals))
-    normals = _unit(normals)
+    normals = np.nan_to_num(igl.per_vertex_normals(mesh.vertices, mesh.triangles))
     edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     edges = np.unique(edges[:, 0] * len(normals) + edges[:, 1])
     one, other = np.divmod(edges, len(normals))
@@ -193,12 +198,12 @@ def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> Patch:
     middles = (mesh.vertices[one] + mesh.vertices[other]) / 2 - bend
     return Patch(
         np.concatenate([mesh.vertices, middles]).astype(np.float32),
-        np.concatenate([normals, _unit(n + m)]).astype(np.float32),
+        np.concatenate([normals, unit(n + m)]).astype(np.float32),
         np.concatenate([moved, moved[one] | moved[other]]),
     )
 
 
-def find_changed(field: Field, signed: Callable[[Array], ArrayLike]) -> Array:
+def _changed(field: Field, signed: Callable[[Array], ArrayLike]) -> Array:
     """The middles (K, 3) of all cells of the coarsest level that change sides."""
     axis = np.arange(spacing(COARSEST) / 2 - 1, 1, spacing(COARSEST), dtype=np.float32)
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -218,21 +223,26 @@ def _rows(
     nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
     for level in levels:
         h = spacing(level)
-        shown = patch.points[inside | patch.moved] if level < levels[-1] else points
-        touched = np.concatenate([shown, between]) if level <= COARSEST else shown
+        shown = patch.moved  # and, where the largest cells reach, what has not moved
+        if levels[0] < COARSEST and level < levels[-1]:
+            shown = shown | inside
+        touched = patch.points[shown]
+        if level <= COARSEST:
+            touched = np.concatenate([touched, between])
         cells = linear(cells_of(touched, level), level)
         nodes[level] = dilated(np.unique(cells), level)
         reached = dilated(nodes[level], level)
         inside |= among(linear(cells_of(patch.points, level), level), reached)
-        while level < COARSEST:  # one row for each of its cells
-            reached, level = children(reached, level), level + 1
-        apart = np.setdiff1d(reached, linear(cells_of(patch.points, level), level))
-        empty.append(centres(places(apart, level), level))
+        for larger in range(level, COARSEST):  # a row in each of the usual cells
+            reached = children(reached, larger)
+        usual = max(level, COARSEST)
+        apart = np.setdiff1d(reached, linear(cells_of(patch.points, usual), usual))
+        empty.append(centres(places(apart, usual), usual))
     kept = patch.points[inside & ~patch.moved]
 
     h = spacing(levels[-1])
     side = rng.uniform(0.3, 1.5, len(points)) * rng.choice([-h, h], len(points))
-    beside = points + side[:, None].astype(np.float32) * _unit(wanted)
+    beside = points + side[:, None].astype(np.float32) * unit(wanted)
     off = np.concatenate([beside, *empty])
     value = values(field, off)
     truth = np.asarray(signed(off))
@@ -241,7 +251,7 @@ def _rows(
     f, gradient = values_and_gradients(field, points)
     at = np.concatenate([points, kept])
     along = rng.standard_normal(at.shape, np.float32)
-    along = _unit(along)
+    along = unit(along)
     slopes = np.zeros(len(at), np.float32)
     n = len(points)
     slopes[:n] = ((wanted - gradient) * along[:n]).sum(axis=1)
@@ -262,17 +272,9 @@ def _rows(
 
 
 def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
-    found = project(field, patch.points[patch.moved])
-    error = np.linalg.norm(found.points - patch.points[patch.moved], axis=1)  # (N,)
-    cosine = np.clip(np.sum(found.normals * _unit(patch.gradients[patch.moved]), axis=1), -1, 1)
+    """How close the zero level came to what was moved, see `Absorbed`."""
+    moved = patch.moved
     return {
-        "error_mean": float(error.mean()),
-        "error_p95": float(np.percentile(error, 95)),
-        "error_max": float(error.max()),
-        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+        **deviation(field, patch.points[moved], unit(patch.gradients[moved])),
         "components": components(extract(field, CELLS, progress)),
     }
-
-
-def _unit(vectors: NDArray) -> NDArray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)

@@ -14,6 +14,7 @@ which fills a union's corner by at most k / 4 and rounds off that of the others.
 
 import time
 from collections.abc import Callable
+from dataclasses import KW_ONLY, dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from torch import Tensor
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .absorb import Absorbed, Patch, find_changed, find_moved, measure, solve
+from .absorb import Absorbed, Patch, find_moved, measure, solve
 from .edges import find_edges
 from .evaluate import values, values_and_gradients
 from .field import Field
@@ -129,7 +130,14 @@ def combine(
     if not 0 <= blend <= 1:
         raise SculptError(f"A blend radius is a number from 0 to 1, not {blend!r:.60}.")
     start = time.monotonic()
-    both = _Combined(field, solid, Operation(operation), blend)
+    both = _Combined(
+        field.network,
+        field.detail,
+        solid=solid,
+        first=1 if operation == Operation.UNION else -1,
+        other=-1 if operation == Operation.INTERSECTION else 1,
+        blend=blend,
+    )
     if preview is not None:
         preview(_extract(both, preview_cells, sub_progress(progress, 0.0, 0.1)))
     mesh = _extract(both, CELLS, sub_progress(progress, 0.1, 0.4))
@@ -138,49 +146,49 @@ def combine(
     def signed(points: NDArray[np.float32]) -> NDArray[np.float32]:
         return values(both, points)
 
-    between = find_changed(field, signed)
     rng = np.random.default_rng(0)
-    layer = solve(field, patch, signed, between, FINEST, rng, sub_progress(progress, 0.4, 0.8))
+    layer = solve(field, patch, signed, FINEST, rng, sub_progress(progress, 0.4, 0.8))
     done = field.plus(layer)
     report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
     return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
 
 
-class _Combined:
-    """Both solids as one that is evaluated as a field is."""
+@dataclass(frozen=True)
+class _Combined(Field):
+    """A field that is combined with a solid, evaluated as any field is.
 
-    device = torch.device("cpu")
+    first, other: signs of both, of which and of whose result the minimum is taken
+    """
 
-    def __init__(self, field: Field, solid: Solid, operation: Operation, blend: float) -> None:
-        self._field, self._solid, self._blend = field, solid, blend
-        self._first = 1 if operation is Operation.UNION else -1
-        self._other = -1 if operation is Operation.INTERSECTION else 1
+    _: KW_ONLY
+    solid: Solid
+    first: int
+    other: int
+    blend: float
 
     def value(self, x: Tensor) -> Tensor:
         """The smooth minimum (N,) at points x (N, 3)."""
-        f = self._field.value(x.to(self._field.device)).cpu()
-        return self._least(f, torch.from_numpy(self._solid(x.numpy()).value))[0]
+        g = torch.from_numpy(self.solid(x.cpu().numpy()).value).to(x.device)
+        return self._least(super().value(x), g)[0]
 
     def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """The same and its gradient (N, 3)."""
-        found = self._field.value_and_gradient(x.to(self._field.device))
-        f, slope = (part.cpu() for part in found)
-        g, other = map(torch.from_numpy, self._solid(x.numpy()))
+        f, slope = super().value_and_gradient(x)
+        g, other = (torch.from_numpy(part).to(x.device) for part in self.solid(x.cpu().numpy()))
         value, share = self._least(f, g)
-        other = self._first * self._other * other
-        return value, slope + share[:, None] * (other - slope)
+        return value, slope + share[:, None] * (self.first * self.other * other - slope)
 
     def _least(self, f: Tensor, g: Tensor) -> tuple[Tensor, Tensor]:
-        """The smooth minimum (N,) and the share (N,) that the other solid has in it."""
-        f, g = self._first * f, self._other * g
+        """The smooth minimum (N,) and the share (N,) that the solid has in it."""
+        f, g = self.first * f, self.other * g
         apart = f - g
         share = (apart > 0).to(f.dtype)
         value = torch.minimum(f, g)
-        if self._blend:
-            near = (1 - apart.abs() / self._blend).clamp(min=0)  # (N,)
-            value -= self._blend / 4 * near**2
+        if self.blend:
+            near = (1 - apart.abs() / self.blend).clamp(min=0)  # (N,)
+            value -= self.blend / 4 * near**2
             share += (0.5 - share) * near
-        return self._first * value, share
+        return self.first * value, share
 
 
 def _patch(field: Field, both: _Combined, mesh: Proxy) -> Patch:

@@ -22,7 +22,7 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from .evaluate import values_and_gradients
 from .field import Field
-from .fit import OMEGA, one_thread
+from .fit import OMEGA
 from .fit_distance import AROUND, BOX, NEAR, Learner, Samples, arranged
 from .metrics import find_surface
 from .network import Siren
@@ -30,6 +30,7 @@ from .pieces import components
 from .proxy import Proxy, extract
 from .schedule import Schedule, follow
 from .surface import sample_surface
+from .threads import one_thread
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box

@@ -18,6 +18,7 @@ depend on its order, and taking a layer away again leaves no trace. Model space.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -39,8 +40,14 @@ SUPPORT = 5
 BRICK = 8  # cells along the edge of a brick
 MARGIN = BRICK  # cells outside of the box, on each side
 _HALO = BRICK + 2  # nodes along the edge of a brick with its halo
-_AROUND = [(i, j, k) for i in range(3) for j in range(3) for k in range(3)]
-OFFSETS = np.array(_AROUND) @ (_HALO * _HALO, _HALO, 1)  # (27,), from a cell to the nodes around it
+
+
+def block(start: int, end: int) -> NDArray[np.int32]:
+    """All steps (n^3, 3) from `start` to before `end` on each axis, the last one fastest."""
+    return (np.indices((end - start,) * 3).reshape(3, -1).T + start).astype(np.int32)
+
+
+OFFSETS = block(0, 3) @ (_HALO * _HALO, _HALO, 1)  # (27,), from a cell to the nodes around it
 
 
 def spacing(level: int) -> float:
@@ -74,6 +81,25 @@ def places(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     n = np.int32(cells_per_axis(level))
     column, z = np.divmod(index, n)
     return np.stack([*np.divmod(column, n), z], axis=1)
+
+
+def distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The numbers (K,) of cells (N, 3), rising, but those at the grid's edge: they have no node."""
+    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
+    return np.unique(linear(cells[inner], level))
+
+
+def dilated(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells `index` (N,) of a level and all that touch them, as of `distinct`."""
+    for step in linear(np.eye(3, dtype=np.int32), level):
+        index = np.unique(np.concatenate([index - step, index, index + step]))
+    return distinct(places(index, level), level)
+
+
+def children(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells of the next level in cells `index` (N,) of a level, as of `distinct`."""
+    lowest = 2 * places(index, level) - MARGIN
+    return distinct((lowest[:, None] + block(0, 2)).reshape(-1, 3), level + 1)
 
 
 @dataclass(frozen=True)
@@ -115,16 +141,14 @@ def support(coefficients: Coefficients) -> NDArray[np.int32]:
     for level, part in coefficients.items():
         # A node reaches the cells beside its own. Of three fine cells in a row, the outer two lie
         # in all coarse cells that the row meets.
-        steps = (-1, 1) if level > SUPPORT else (-1, 0, 1)
-        around = np.array([(i, j, k) for i in steps for j in steps for k in steps])
+        around = 2 * block(0, 2) - 1 if level > SUPPORT else block(-1, 2)
         cells = (places(part.index, level)[:, None] + around).reshape(-1, 3) - MARGIN
         cells >>= max(level - SUPPORT, 0)
         for _ in range(SUPPORT - level):  # the eight children
             cells = np.unique(cells, axis=0)
-            halves = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-            cells = (2 * cells[:, None] + halves).reshape(-1, 3)
+            cells = (2 * cells[:, None] + block(0, 2)).reshape(-1, 3)
         cells += MARGIN
-        cells = cells[((cells >= 0) & (cells < size)).all(axis=1)].astype(np.int32)
+        cells = cells[((cells >= 0) & (cells < size)).all(axis=1)]
         reached[linear(cells, SUPPORT)] = True
     return np.flatnonzero(reached).astype(np.int32)
 
@@ -150,52 +174,22 @@ class Grid:
     def plus(self, index: NDArray[np.int32], values: NDArray) -> "Grid":
         """This grid with `values` (N,) added at the nodes `index` (N,), none at its very edge."""
         cells = places(index, self.level)
-        brick, place = cells // BRICK, cells % BRICK
+        brick, place = cells // BRICK, cells % BRICK + 1
+        for axis in np.eye(3, dtype=np.int32):  # beside another brick a node lies in its halo, too
+            for end, step in ((1, -1), (BRICK, 1)):
+                some = np.flatnonzero(place @ axis == end)
+                brick = np.concatenate([brick, brick[some] + step * axis])
+                place = np.concatenate([place, place[some] - step * BRICK * axis])
+                values = np.concatenate([values, values[some]])
         table = self.table.numpy().copy()
-        size = len(table)
-        homes = (brick[:, 0] * size + brick[:, 1]) * size + brick[:, 2]
-        rows, locals_, chosen = [], [], []
-        for step in np.array(_AROUND) - 1:
-            inside = np.ones(len(cells), bool)  # which nodes lie in the halo of that neighbour
-            for axis in np.flatnonzero(step):
-                inside &= place[:, axis] == (BRICK - 1 if step[axis] > 0 else 0)
-            some = np.flatnonzero(inside)
-            if len(some):
-                rows.append(homes[some] + (step[0] * size + step[1]) * size + step[2])
-                local = place[some] + 1 - BRICK * step
-                locals_.append((local[:, 0] * _HALO + local[:, 1]) * _HALO + local[:, 2])
-                chosen.append(some)
-        if not rows:
-            return self
-        homes, local, some = map(np.concatenate, (rows, locals_, chosen))
         flat = table.reshape(-1)
+        homes = brick @ (len(table) ** 2, len(table), 1)
         new = np.unique(homes[flat[homes] < 0])
         flat[new] = len(self.bricks) + np.arange(len(new), dtype=np.int32)
         bricks = np.zeros((len(self.bricks) + len(new), _HALO**3), self.bricks.numpy().dtype)
         bricks[: len(self.bricks)] = self.bricks.numpy()
-        bricks.reshape(-1)[flat[homes].astype(np.int64) * _HALO**3 + local] += values[some]
+        bricks[flat[homes], place @ (_HALO * _HALO, _HALO, 1)] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
-
-    def around(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Which of the points x (N, 3) lie in a brick (n,), where in `bricks` the first of the 27
-        nodes around each of those is (n,), and their offsets (3, n) in cells from the middle one.
-        """
-        size = len(self.table)
-        place = (x.T + 1) * (1 / spacing(self.level)) + MARGIN  # (3, N)
-        cell = place.floor()
-        index = cell.to(torch.int64).clamp_(0, size * BRICK - 1)
-        brick = index >> 3
-        row = self.table.view(-1)[(brick[0] * size + brick[1]) * size + brick[2]]
-        row[((cell < 0) | (cell >= size * BRICK)).any(dim=0)] = -1
-        some = torch.nonzero(row >= 0)[:, 0]
-        x_, y_, z_ = index[:, some] & 7
-        base = row[some].to(torch.int64) * _HALO**3 + (x_ * _HALO + y_) * _HALO + z_
-        return some, base, (place - cell - 0.5)[:, some]
-
-    def take(self, base: Tensor) -> Tensor:
-        """The numbers (27, n) of the nodes around points, given where those begin (n,)."""
-        index = base + torch.as_tensor(OFFSETS, device=base.device)[:, None]
-        return self.bricks.view(-1).index_select(0, index.view(-1)).view(27, -1)
 
     def nodes(self) -> Level:
         """The nodes that are not zero."""
@@ -212,13 +206,51 @@ class Grid:
         return Level(index[order], inner[(row, *local)][order])
 
 
+class Around(NamedTuple):
+    """What points see of grids: M pairs of a point and a grid that has a brick there.
+
+    point:  (M,), which
+    scale:  (M,), cells in a unit of length
+    offset: (3, M), of the point from the middle of its cell, in cells
+    nodes:  (27, M), the numbers at the nodes around
+    """
+
+    point: Tensor
+    scale: Tensor
+    offset: Tensor
+    nodes: Tensor
+
+
+def around(grids: Sequence[Grid], x: Tensor) -> Around:
+    """What points x (N, 3) see of `grids`, grid by grid.
+
+    All grids together: so few points fit the cache that the number of operations decides.
+    """
+    sizes = torch.tensor([[len(grid.table)] for grid in grids], device=x.device)  # (L, 1)
+    scales = torch.tensor([1 / spacing(grid.level) for grid in grids], device=x.device)  # (L,)
+    ends = BRICK * sizes[:, :, None]  # no node reaches there, so points beyond see zeros, too
+    place = torch.minimum(((x.T + 1) * scales[:, None, None] + MARGIN).clamp_(min=0), ends)
+    cell = torch.minimum(place.to(torch.int64), ends - 1)  # (L, 3, N)
+    bx, by, bz = (cell // BRICK).unbind(1)  # (L, N) each
+    homes = (bx * sizes + by) * sizes + bz
+    rows = torch.stack([g.table.view(-1)[home] for g, home in zip(grids, homes, strict=True)])
+    grid, point = torch.nonzero(rows >= 0, as_tuple=True)
+    cell, place = cell[grid, :, point].T, place[grid, :, point].T  # (3, M)
+    ix, iy, iz = cell % BRICK
+    base = rows[grid, point].to(torch.int64) * _HALO**3 + (ix * _HALO + iy) * _HALO + iz
+    index = base + torch.as_tensor(OFFSETS, device=x.device)[:, None]  # (27, M)
+    each = index.split((rows >= 0).sum(dim=1).tolist(), dim=1)
+    nodes = [torch.take(g.bricks, part) for g, part in zip(grids, each, strict=True)]
+    return Around(point, scales[grid], place - cell - 0.5, torch.cat(nodes, dim=1))
+
+
 def weights(offset: Tensor) -> Tensor:
-    """Quadratic B-splines (3, n) of the nodes below, at and above, by offsets (n,) in cells."""
+    """Quadratic B-splines (3, ...) of the nodes below, at and above, by offsets (...) in cells."""
     return torch.stack([0.5 * (0.5 - offset) ** 2, 0.75 - offset**2, 0.5 * (0.5 + offset) ** 2])
 
 
 def slopes(offset: Tensor) -> Tensor:
-    """Their derivatives (3, n), per cell."""
+    """Their derivatives (3, ...), per cell."""
     return torch.stack([offset - 0.5, -2 * offset, offset + 0.5])
 
 
@@ -263,25 +295,23 @@ class Detail:
 
     def add_value(self, x: Tensor, value: Tensor) -> None:
         """Add the detail at points x (N, 3) to `value` (N,)."""
-        for grid in self.grids:
-            some, base, offset = grid.around(x)
-            if len(some):
-                wx, wy, wz = map(weights, offset)  # (3, n) each
-                c = (grid.take(base).view(3, 3, 3, -1) * wz).sum(2)
-                value[some] += ((c * wy).sum(1) * wx).sum(0)
+        if self.grids:
+            point, _, offset, nodes = around(self.grids, x)
+            wx, wy, wz = weights(offset).unbind(1)  # (3, M) each
+            c = (nodes.view(3, 3, 3, -1) * wz).sum(2)
+            value.index_add_(0, point, ((c * wy).sum(1) * wx).sum(0))
 
     def add_value_and_gradient(self, x: Tensor, value: Tensor, gradient: Tensor) -> None:
         """Add the detail at points x (N, 3) to `value` (N,), its gradient to `gradient` (N, 3)."""
-        for grid in self.grids:
-            some, base, offset = grid.around(x)
-            if len(some):
-                wx, wy, wz = map(weights, offset)  # (3, n) each
-                sx, sy, sz = map(slopes, offset)
-                c = grid.take(base).view(3, 3, 3, -1)
-                along_z = (((c * sz).sum(2) * wy).sum(1) * wx).sum(0)
-                c = (c * wz).sum(2)
-                along_y = ((c * sy).sum(1) * wx).sum(0)
-                c = (c * wy).sum(1)
-                value[some] += (c * wx).sum(0)
-                along = torch.stack([(c * sx).sum(0), along_y, along_z], dim=1)  # per cell
-                gradient[some] += along / spacing(grid.level)
+        if self.grids:
+            point, scale, offset, nodes = around(self.grids, x)
+            wx, wy, wz = weights(offset).unbind(1)  # (3, M) each
+            sx, sy, sz = slopes(offset).unbind(1)
+            c = nodes.view(3, 3, 3, -1)
+            along_z = (((c * sz).sum(2) * wy).sum(1) * wx).sum(0)
+            c = (c * wz).sum(2)
+            along_y = ((c * sy).sum(1) * wx).sum(0)
+            c = (c * wy).sum(1)
+            value.index_add_(0, point, (c * wx).sum(0))
+            along = torch.stack([(c * sx).sum(0), along_y, along_z], dim=1)  # per cell
+            gradient.index_add_(0, point, along * scale[:, None])

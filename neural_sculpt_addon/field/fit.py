@@ -12,8 +12,7 @@ center.
 """
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -33,6 +32,7 @@ from .mesh_distance import MeshDistance
 from .mesh_thicken import thicken
 from .network import Siren
 from .schedule import Learner, Schedule, follow
+from .threads import one_thread
 
 
 class Method(StrEnum):
@@ -166,17 +166,6 @@ def _teacher(
     surface = distance.surface(schedule.samples, rng)
     points, normals = _float(surface.points), _float(surface.normals)
     return lambda network: fit_paper.Learner(points, normals, network, schedule.batch, seed)
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """One torch thread: on a network this small more of them wait for each other."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)
 
 
 def _float(array: NDArray[np.float64]) -> torch.Tensor:

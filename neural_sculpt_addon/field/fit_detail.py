@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stroke.progress import Check, Progress, silent
-from .detail import cells_of, centres, linear, places, spacing
+from .detail import cells_of, centres, dilated, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
 from .mesh_cleanup import areas
@@ -241,14 +241,6 @@ def _rows(
         slopes=-(on.gradient * tangent).sum(axis=1),
         steep=np.full(len(on.points), SLOPE * h, np.float32),
     )
-
-
-def dilated(cells: Cells, level: int) -> Cells:
-    """The cells of a level and all that touch them, rising."""
-    x, y, z = linear(np.eye(3, dtype=np.int32), level)  # steps along the axes
-    for step in (x, y, z):
-        cells = np.unique(np.concatenate([cells - step, cells, cells + step]))
-    return cells
 
 
 def among(cells: Cells, some: Cells) -> NDArray[np.bool_]:

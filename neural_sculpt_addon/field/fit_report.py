@@ -10,6 +10,7 @@ components                        connected pieces of the zero level, on a coars
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
@@ -31,21 +32,28 @@ def report(
 ) -> dict[str, float | int]:
     """Quality of `field` against the mesh, ready for JSON; see the module's docstring."""
     points, normals, _ = distance.surface(SURFACE_SAMPLES, rng)
-    found = project(field, points)
-    error = np.linalg.norm(found.points - points, axis=1)  # (N,)
-    cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
     progress(0.2, "Measuring the field")
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
     truth = distance(volume, lambda part, text: progress(0.2 + 0.5 * part, text))
     clear = truth.certain & (np.abs(truth.value) > CLEAR)
     wrong = (values(field, volume) < 0) != (truth.value < 0)
     return {
+        **deviation(field, points, normals),
+        "sign_errors": float(wrong[clear].mean()),
+        "components": _components(field, progress),
+    }
+
+
+def deviation(field: Field, points: NDArray, normals: NDArray) -> dict[str, float]:
+    """How far the zero level is from points (N, 3) with normals (N, 3): errors and normal_deg."""
+    found = project(field, points)
+    error = np.linalg.norm(found.points - points, axis=1)  # (N,)
+    cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
+    return {
         "error_mean": float(error.mean()),
         "error_p95": float(np.percentile(error, 95)),
         "error_max": float(error.max()),
         "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
-        "sign_errors": float(wrong[clear].mean()),
-        "components": _components(field, progress),
     }
 
 

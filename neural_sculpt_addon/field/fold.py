@@ -15,11 +15,11 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening
-from scipy.spatial import KDTree
 
 from ..stroke.progress import Check
 from .evaluate import values
 from .field import Field
+from .nearest import search_tree
 from .surface import Samples
 from .threads import SEARCHED, in_pieces
 from .tube import Tube
@@ -45,7 +45,7 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
     outward = np.sign((way * before.normals).sum(axis=1))
     over = _turned_over(before, after)
     far = np.linalg.norm(way, axis=1)
-    tree = KDTree(before.points)
+    tree = search_tree(before.points)
 
     def is_through(part: slice) -> NDArray[np.bool_]:
         return outward[part] * values(field, after.points[part]) < -WRONG_SIDE

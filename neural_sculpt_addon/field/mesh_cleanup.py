@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import igl
 import numpy as np
+import trimesh
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
@@ -71,6 +72,11 @@ def areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Normals (F, 3) as long as twice the area."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def unit(vectors: NDArray) -> NDArray:
+    """The vectors (N, 3) of length 1; those of length 0 stay."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
 
 
 def _checked(
@@ -139,12 +145,7 @@ def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> ND
 
 def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Keep one of the faces that have the same three vertices, whatever their winding."""
-    names = np.sort(faces, axis=1)
-    order = np.lexsort(names.T)
-    names = names[order]
-    is_new = np.ones(len(faces), bool)
-    is_new[1:] = (names[1:] != names[:-1]).any(axis=1)
-    return faces[np.sort(order[is_new])]
+    return faces[np.sort(trimesh.grouping.unique_rows(np.sort(faces, axis=1))[0])]
 
 
 def _orient(

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
-from .mesh_cleanup import CleanMesh, areas, normals
+from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .surface import spatial_order
 
 Array = NDArray[np.float64]
 
@@ -88,7 +89,7 @@ class MeshDistance:
 
     def __call__(self, points: Array, progress: Progress = silent) -> Distance:
         """The distance at `points` (N, 3)."""
-        order = _morton_order(points)  # neighbours walk the same branches of the tree
+        order = spatial_order(points)  # neighbours walk the same branches of the tree
         sorted_points = np.ascontiguousarray(points[order])
         value, certain = np.empty(len(points)), np.ones(len(points), bool)
         gradient = np.empty((len(points), 3))
@@ -108,7 +109,7 @@ class MeshDistance:
         corners = corners[faces]  # (N, 3, 3)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
-        return Surface(np.einsum("nk,nkd->nd", weights, corners), _unit(normals(corners)), faces)
+        return Surface(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
 
     def facing(self, points: NDArray, normals: NDArray) -> NDArray[np.int8]:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
@@ -127,8 +128,8 @@ class MeshDistance:
         inside = np.abs(self._winding(points)) - self._threshold
         sign = np.clip(-inside / (FILM * self._threshold), -1, 1)
         away: Array = points - closest  # (N, 3)
-        gradient = _unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
-        gradient[touching] = _unit(normals(self.vertices[self.faces[face[touching]]]))
+        gradient = unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
+        gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
         return Distance(sign * distance, gradient, (np.abs(sign) == 1) | touching)
 
     def _sides(self, probes: Surface, progress: Progress) -> Array:
@@ -173,7 +174,7 @@ def _inner(
     places: Array = _PLACES,
 ) -> NDArray[np.bool_]:
     """Whether both sides of the faces (F, 3, 3) are inside, at P barycentric places each (F, P)."""
-    step = BESIDE * _unit(normals(corners))[:, None]  # (F, 1, 3)
+    step = BESIDE * unit(normals(corners))[:, None]  # (F, 1, 3)
     inner = np.empty((len(corners), len(places)), bool)
     for part in _batches(len(corners), progress):
         middle = np.einsum("pc,fcd->fpd", places, corners[part])  # (f, P, 3)
@@ -196,21 +197,7 @@ def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
         )
 
 
-def _morton_order(points: Array) -> NDArray[np.intp]:
-    """Indices that sort `points` (N, 3) along a Z-order curve through [-2, 2]^3."""
-    code = np.zeros(len(points), np.int64)
-    place = np.clip((points + 2) * 256, 0, 1023).astype(np.int64)  # (N, 3)
-    for bit in range(10):
-        for axis in range(3):
-            code |= (place[:, axis] >> bit & 1) << (3 * bit + axis)
-    return np.argsort(code)
-
-
 def _batches(count: int, progress: Progress) -> Iterator[slice]:
     for start in range(0, count, BATCH):
         progress(start / count, "Measuring distances")
         yield slice(start, min(start + BATCH, count))
-
-
-def _unit(vectors: Array) -> Array:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)

@@ -12,8 +12,8 @@ Definitions
 tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
          samples are fresh: a jittered grid, not the one that was trained on
 cap      the same around round ends and dabs
-reverse  distance of the edited proxy under the stroke from the displaced surface (a triangle mesh
-         of the same samples), exact point to triangle
+reverse  distance of the edited proxy under the stroke from the displaced surface: triangles between
+         the same samples, bent as the normals there say
 height   largest |d| of the samples
 gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
          displacement along n that was
@@ -209,8 +209,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         problem.check()
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
-            mesh = tube.target.points.astype(float), triangles
-            distance, face = _to_mesh(vertices, *mesh, problem.check)
+            distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
             inner = (tube.displacement.nearness < INNER) & tube.inner()
             inner = inner[triangles].all(axis=1)
             if gap is not None:
@@ -226,17 +225,29 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     return np.concatenate([*distances, np.empty(0)])
 
 
-def _to_mesh(
-    points: Array, vertices: Array, triangles: NDArray[np.int64], check: Check
+def _to_surface(
+    points: Array, samples: Samples, triangles: NDArray[np.int64], check: Check
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Distance (N,) of points (N, 3) from a triangle mesh, and the nearest triangles (N,)."""
+    """Distance (N,) of points (N, 3) from the surface through samples, and the nearest triangles
+    (N,) between those.
+
+    A triangle is bent as the normals at its corners say: at each place the surface lies half as far
+    from it as the corners' tangent planes do on average, as a paraboloid would.
+    """
+    vertices = samples.points.astype(float)
     check()
     tree = igl.AABB()
     tree.init(vertices, triangles)
 
     def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
-        square, face, _ = tree.squared_distance(vertices, triangles, points[part])
-        return np.sqrt(square), np.asarray(face)
+        _, face, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, points[part]))
+        corners = vertices[triangles[face]]  # (n, 3, 3)
+        normals = samples.normals[triangles[face]]
+        a, b, c = np.ascontiguousarray(corners.swapaxes(0, 1))
+        share = np.nan_to_num(igl.barycentric_coordinates(nearest, a, b, c))  # nan without area
+        planes = np.einsum("nca,nca->nc", corners - nearest[:, None], normals)
+        bent = nearest + np.einsum("nc,nc,nca->na", share, planes, normals) / 2
+        return np.linalg.norm(points[part] - bent, axis=1), face
 
     return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
+from .nearest import search_tree
 from .proxy import Proxy
 
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
@@ -54,13 +54,13 @@ def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     count, labels = proxy.components
     if count == 1:
         return Islands(np.empty((0, 3), np.float32), np.empty(0))
-    tree = KDTree(proxy.vertices)
+    tree = search_tree(proxy.vertices)
     everywhere = asked.points
     attracted = np.bincount(labels[tree.query(everywhere)[1]], minlength=count) / len(everywhere)
     size = np.bincount(labels, minlength=count)
     spurious = attracted < MATCHED * size / len(labels)
     known = asked.before.components
-    held = known.labels[KDTree(asked.before.vertices).query(asked.held)[1]]
+    held = known.labels[search_tree(asked.before.vertices).query(asked.held)[1]]
     if len(np.unique(held)) == known.total:
         distance, nearest = tree.query(asked.held, distance_upper_bound=HELD)
         near = np.isfinite(distance)
@@ -72,7 +72,7 @@ def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     chosen = spurious[labels]
     points = proxy.vertices[chosen]
     distance = (
-        np.maximum(KDTree(everywhere).query(points)[0], LEAST)
+        np.maximum(search_tree(everywhere).query(points)[0], LEAST)
         * np.where(_volumes(proxy, labels, count) > 0, 1, -1)[labels[chosen]]
     )
     return Islands(points, distance)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from ..stroke.brush import LEAST_RADIUS
 from ..stroke.curve import Array
 from ..stroke.displacement import displace
 from ..stroke.errors import SculptError
@@ -25,6 +26,7 @@ from .evaluate import values_and_gradients
 from .field import Field
 from .fold import SweptVolume, crossings, lost
 from .lay import lay
+from .nearest import search_tree
 from .prepare import Preparation
 from .surface import Samples
 from .threads import in_pieces, join
@@ -153,7 +155,9 @@ class Problem:
     def _known_lost(self) -> tuple[KDTree, NDArray[np.bool_]]:
         """Where the surface is displaced, and what of it is lost."""
         tubes = self._whole_tubes(ROWS // 2, COLUMNS // 2)
-        return KDTree(join([tube.surface.points for tube in tubes])), join(self._lost(tubes)[0])
+        return search_tree(join([tube.surface.points for tube in tubes])), join(
+            self._lost(tubes)[0]
+        )
 
     def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
         """Surface samples with the field's normals, where they shall be, and their stretch."""
@@ -186,7 +190,9 @@ class Problem:
         vertices = vertices.where(
             np.logical_or.reduce([_close(m, vertices.points) for m in self.laid])
         )
-        distance = KDTree(surface.points).query(vertices.points, distance_upper_bound=spacing)[0]
+        distance = search_tree(surface.points).query(vertices.points, distance_upper_bound=spacing)[
+            0
+        ]
         vertices = vertices.where(~np.isfinite(distance))
         vertices = vertices.where(self.nearness(vertices, beyond_flat_ends=False) < INNER)
         return vertices, self.displaced(vertices)[0]
@@ -252,6 +258,11 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     """
     if not stroke.largest_factor:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
+    if (radius := stroke.brush.radius * stroke.largest_factor) < LEAST_RADIUS:
+        raise SculptError(
+            f"With its pressure the stroke has a radius of {radius:.2g}; the least is 0.001. Use a"
+            " larger radius, or press harder."
+        )
     laid = []
     for copy in stroke.copies():
         check()

@@ -156,6 +156,11 @@ class Tool(unittest.TestCase):
             other = folders._private_folder()
             self.assertNotEqual(other, taken)
             self.assertEqual(other.stat().st_mode & 0o777, 0o700)
+            if os.getuid() == 0:  # only root can give a folder away
+                taken.chmod(0o700)
+                os.chown(taken, 65534, -1)
+                folders._private_folder.cache_clear()
+                self.assertNotIn(folders._private_folder(), (taken, other))
             taken.rmdir()
             taken.symlink_to(other)
             folders._private_folder.cache_clear()

@@ -4,7 +4,6 @@
 import numpy as np
 import pytest
 import trimesh
-from tests.field.analytic import ball
 
 from neural_sculpt_addon.field.boolean import combine, field_solid, mesh_solid
 from neural_sculpt_addon.field.detail import spacing
@@ -13,6 +12,7 @@ from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
+from tests.field.analytic import ball
 
 RADIUS, OTHER = 0.5, 0.3
 CENTER = np.array([0.4, 0.1, 0.2])

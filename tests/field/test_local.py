@@ -16,6 +16,7 @@ from neural_sculpt_addon.field.pieces import components
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.field.solvers.local import LocalEdit, resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
@@ -294,3 +295,35 @@ def test_a_cancel_ends_it_wherever_it_comes(preparation):
     assert all(0 <= fraction <= 1 and message for fraction, message in whole)
     for last in (1, 2, len(whole) // 3, 2 * len(whole) // 3, len(whole)):
         assert len(calls(last)) == last
+
+
+@pytest.mark.parametrize("radius", [0.04, 0.06, 0.1])
+def test_a_crease_is_even_along_its_bottom(preparation, radius):
+    """A groove like a V, whose bottom lies on a smaller ball: rounded off, but not toothed."""
+
+    def path(longitudes):
+        return longitudes, 0.1 * np.sin(2 * longitudes)
+
+    depth = 0.8 * radius
+    groove = Brush(radius, -depth, Profile("linear"))
+    done = sculpt(preparation, Stroke(on_ball(*path(np.linspace(-0.6, 0.6, 24))), groove))
+    rays = on_ball(*path(np.linspace(-0.45, 0.45, 400)), 1.0)
+    bottom = distance_from_middle(done.field, rays, np.full(400, 0.5 - depth)) - (0.5 - depth)
+    assert 0 < bottom.mean() < 1.5e-3
+    assert bottom.std() < 4.2e-4
+
+
+@pytest.mark.parametrize(("radius", "height"), [(0.03, 0.14), (0.04, 0.18)])
+def test_a_high_ridge_has_no_crumbs_beside_it(radius, height):
+    """Coefficients of the finest level alone would be as large as it is high, and f would swing
+    between them: crumbs too small for the proxy."""
+    ridge = Stroke(on_ball(np.linspace(0, 0.6, 12), 0), Brush(radius, height))
+    done = sculpt(prepare(ball(0.5)), ridge)
+    assert components(extract(done.field, 256)) == 1
+
+
+def test_a_high_thin_stroke_counts_as_a_cell_wide_on_each_side():
+    """A wall 0.276 long and 0.5 high, of cells 1 / 512 wide: 2 * 141 * (256 + 5) are too many."""
+    found = resolution(pose(prepare(ball(0.5)), arc(Brush(1e-3, 0.5))))
+    assert found.is_limited
+    assert found.level == 8

@@ -12,7 +12,7 @@ import harness
 import numpy as np
 import simulated_input as hand
 from bpy.types import Object
-from harness import to_path, vertices
+from harness import module, to_path, vertices
 from numpy.typing import NDArray
 from simulated_input import Steps
 
@@ -76,6 +76,15 @@ class WindowCase(harness.SculptCase):
         yield from hand.until(ended, SECONDS, f"{count} strokes")
         yield from self.idle()
 
+    def native(self, tilt: float) -> Steps:
+        """Draw along an arc with Blender's own brush."""
+        choose_native_brush()
+        yield hand.DRAWN
+        before = vertices(field())
+        yield from hand.drag(hand.to_window(self.arc(tilt)), pause=0.03)
+        yield from hand.until(lambda: moved_since(before), SECONDS, "a native stroke")
+        yield 3 * hand.DRAWN
+
     def heights(self) -> Array:
         """How far each vertex of the proxy (V,) lies above the sphere that it was."""
         return np.linalg.norm(vertices(field()), axis=1) - self.size
@@ -102,10 +111,18 @@ class WindowCase(harness.SculptCase):
 
 
 def field() -> Object:
-    """The only field, which no reference outlives."""
-    found = [ob for ob in bpy.data.objects if ob.neural_sculpt.revision]
-    assert len(found) == 1, found
-    return found[0]
+    """The field that was added, which no reference outlives; duplicates come after it."""
+    return next(ob for ob in bpy.data.objects if ob.neural_sculpt.revision)
+
+
+def edited() -> bool:
+    """Whether other brushes have sculpted its proxy."""
+    return module("blender.native_edits").edited(field())
+
+
+def moved_since(before: Array) -> bool:
+    """Whether the vertices of the proxy are others than those (V, 3)."""
+    return not np.array_equal(vertices(field()), before)
 
 
 def brush_settings() -> bpy.types.PropertyGroup:
@@ -116,6 +133,27 @@ def brush_settings() -> bpy.types.PropertyGroup:
 def choose_tool(name: str = "neural_sculpt.tool") -> None:
     """Choose a tool of the toolbar."""
     operate(bpy.ops.wm.tool_set_by_id, name=name)
+
+
+def enter_sculpt_mode() -> Steps:
+    """Choose it from the menu of Ctrl Tab."""
+    hand.move(middle())
+    hand.tap("TAB", middle(), ("ctrl",))
+    yield 3 * hand.DRAWN
+    hand.tap("S", middle())
+    yield from hand.until(lambda: field().mode == "SCULPT", SECONDS, "Sculpt Mode")
+    yield hand.DRAWN
+
+
+def choose_native_brush() -> None:
+    """Take one of Blender's in hand; Debian packs 4.3 without any, so the test brings its own."""
+    choose_tool("builtin.brush")
+    if bpy.context.tool_settings.sculpt.brush is None:
+        brush = bpy.data.brushes.new("Draw", mode="SCULPT")
+        brush.strength = 0.5  # as Blender's own has
+        brush.asset_mark()
+        given = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Draw"}
+        operate(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", **given)
 
 
 def operate(operator: object, how: str = "INVOKE_DEFAULT", **given: object) -> None:

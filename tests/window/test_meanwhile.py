@@ -6,26 +6,68 @@ The worker is stopped meanwhile, so that the stroke waits for as long as the tes
 
 import os
 import signal
+from itertools import pairwise
+from typing import NamedTuple
 
 import bmesh
 import bpy
 import numpy as np
 import simulated_input as hand
-from drawing import SECONDS, WindowCase, choose_tool, field, middle, operate, redo, undo
-from harness import module, vertices
+from drawing import (
+    SECONDS,
+    WindowCase,
+    changed,
+    choose_native_brush,
+    choose_tool,
+    corner,
+    edited,
+    enter_sculpt_mode,
+    field,
+    middle,
+    moved_since,
+    operate,
+    redo,
+    still_picture,
+    undo,
+)
+from harness import module, state, vertices
 from simulated_input import Steps
+
+BUTTON = 20  # pixels of a button without words
+SCALE = 0.6  # of the interface, so that all panels are in sight
+
+
+class Seen(NamedTuple):
+    """What an artist in Sculpt Mode has before the eyes."""
+
+    field: tuple[object, ...]
+    mesh: np.ndarray  # (V, 3)
+    edited: bool  # by other brushes
+    panels: np.ndarray  # a picture
 
 
 class Meanwhile(WindowCase):
+    def setUp(self) -> None:
+        super().setUp()
+        view = bpy.context.preferences.view
+        self.addCleanup(setattr, view, "ui_scale", view.ui_scale)
+        view.ui_scale = SCALE
+
     def draw_and_wait(self, tilt: float = 0.0) -> Steps:
         """Draw a stroke that the worker does not hear of yet."""
-        os.kill(self.session.client.pid, signal.SIGSTOP)
+        self.stop_worker()
         yield from hand.drag(hand.to_window(self.arc(tilt)))
         yield from hand.until(lambda: any(j.strokes for j in self.session.jobs), SECONDS, "a job")
         yield 3 * hand.DRAWN
 
+    def stop_worker(self) -> None:
+        """Let it do nothing until it may go on, be it at the end of the test."""
+        self.worker = self.session.client.pid
+        os.kill(self.worker, signal.SIGSTOP)
+        self.addCleanup(self.go_on)
+
     def go_on(self) -> None:
-        os.kill(self.session.client.pid, signal.SIGCONT)
+        os.kill(self.worker, signal.SIGCONT)
 
     def listed(self) -> list[bool]:
         """Of each stroke in the list, whether it is muted."""
@@ -34,24 +76,40 @@ class Meanwhile(WindowCase):
     def has_preview(self) -> bool:
         return module("blender.preview").TRUE["position"] in field().data.attributes
 
-    def edited(self) -> bool:
-        return module("blender.native_edits").edited(field())
-
     def test_edit_stroke_escaped_and_undone(self) -> Steps:
+        """Opened by its button, left by Esc: no undo or redo ever meets what a dialog has made."""
         yield from self.add()
-        yield from self.draw(self.arc(0.5))
-        yield from self.draw(self.arc(-0.5))
-        operate(bpy.ops.neural_sculpt.edit_stroke)
-        yield 5 * hand.DRAWN
-        hand.tap("ESC", middle())
-        yield 3 * hand.DRAWN
-        for count in (1, 0):
-            yield from undo()
-            self.assertEqual(len(field().neural_sculpt.strokes), count)
-        for count in (1, 2):
-            yield from redo()
-            self.assertEqual(len(field().neural_sculpt.strokes), count)
-        yield 3 * hand.DRAWN
+        states = [state(field())]
+        for tilt in (0.5, -0.5):
+            yield from self.draw(self.arc(tilt))
+            states.append(state(field()))
+        yield from hand.show_tab("Neural Sculpt")
+        button = yield from self.edit_button()
+        for _ in range(2):
+            before = yield from still_picture()
+            hand.move(button)
+            yield hand.DRAWN
+            hand.tap("LEFTMOUSE", button)
+            after = yield from still_picture()
+            changed(before, after, hand.region())
+            hand.tap("ESC", button)
+            yield 3 * hand.DRAWN
+            for expected in states[-2::-1]:
+                yield from undo()
+                self.assertEqual(state(field()), expected)
+            for expected in states[1:]:
+                yield from redo()
+                self.assertEqual(state(field()), expected)
+
+    def edit_button(self) -> Steps:
+        """Where Edit Stroke is in the first row of the list: two buttons to the left of the one
+        whose picture says whether the stroke is muted."""
+        item, pictures = field().neural_sculpt.strokes[0], []
+        for item.muted in (True, False):
+            hand.region("UI").tag_redraw()
+            pictures.append((yield from still_picture("UI")))
+        _, bottom, right, top = changed(*pictures, hand.region("UI"))
+        return right - 2.5 * BUTTON * SCALE, (bottom + top) / 2
 
     def test_a_curve_is_shaped_in_the_dialog_of_a_scene_without_curves(self) -> Steps:
         """The choice of a curve in the panel is one step, which undo takes back whole."""
@@ -109,7 +167,7 @@ class Meanwhile(WindowCase):
         hand.tap("TAB", middle())
         yield from hand.until(lambda: field().mode == "OBJECT", SECONDS, "Object Mode")
         moved = vertices(field())
-        self.assertTrue(self.edited())
+        self.assertTrue(edited())
         self.go_on()
         yield from hand.until(lambda: bool(self.session.last_error), SECONDS, "a message")
         self.assertIn("in the history, muted", self.session.last_error)
@@ -120,25 +178,75 @@ class Meanwhile(WindowCase):
         self.assertGreater(shift[0, 0], 0.05)
         self.session.last_error = ""
 
+    def test_linked_duplicate_while_a_stroke_waits(self) -> Steps:
+        """The result is the first field's alone; undo and redo find both whole."""
+        yield from self.add()
+        before = vertices(field())
+        yield from self.draw_and_wait()
+        yield from self.duplicate_linked()
+        self.go_on()
+        yield from self.strokes_are(1)
+        self.assert_raised(self.arc())
+        after = vertices(field())
+        for _ in range(2):
+            yield from undo()
+            self.assertEqual([ob.data for ob in bpy.data.objects], 2 * [field().data])
+            np.testing.assert_array_equal(vertices(field()), before)
+            yield from undo()
+            self.assertEqual([*bpy.data.objects], [field()])
+            np.testing.assert_array_equal(vertices(field()), before)
+            yield from redo()
+            yield from redo()
+            first, second = bpy.data.objects
+            np.testing.assert_array_equal(vertices(first), after)
+            np.testing.assert_array_equal(vertices(second), before)
+            self.assertEqual(len(second.neural_sculpt.strokes), 0)
+
+    def test_linked_duplicate_while_a_stroke_is_measured(self) -> Steps:
+        """Whatever comes late changes the mesh of neither."""
+        yield from self.add()
+        yield from hand.drag(hand.to_window(self.arc()))
+        yield from hand.until(lambda: len(self.listed()) == 1, SECONDS, "a stroke")
+        self.stop_worker()
+        made = vertices(field())
+        yield from self.duplicate_linked()
+        self.go_on()
+        yield from self.idle()
+        for _ in range(2):
+            yield from undo()
+            self.assertEqual([*bpy.data.objects], [field()])
+            np.testing.assert_array_equal(vertices(field()), made)
+            yield from redo()
+            self.assertEqual([ob.data for ob in bpy.data.objects], 2 * [field().data])
+            np.testing.assert_array_equal(vertices(field()), made)
+
+    def duplicate_linked(self) -> Steps:
+        """Type Alt D, move the duplicate aside, and confirm."""
+        hand.tap("D", middle(), ("alt",))
+        yield 3 * hand.DRAWN
+        x, y = middle()
+        for step in range(10, 101, 10):
+            hand.move((x + step, y))
+            yield hand.DRAWN
+        hand.tap("RET", (x + 100, y))
+        yield from hand.until(lambda: len(bpy.data.objects) == 2, SECONDS, "a duplicate")
+        yield 3 * hand.DRAWN
+
     def test_native_brush_while_a_stroke_waits(self) -> Steps:
-        """The native stroke stays, ours is muted in the list, and Ctrl Z after Absorb is whole."""
+        """The native stroke stays, and ours is muted in the list."""
         yield from self.add()
         yield from self.draw(self.arc(0.6))
-        bpy.ops.object.mode_set(mode="SCULPT")
-        yield hand.DRAWN
-        if bpy.context.tool_settings.sculpt.brush is None:
-            bpy.ops.object.mode_set(mode="OBJECT")
-            self.skipTest("this Blender was packed without brushes")
+        yield from enter_sculpt_mode()
         choose_tool()
         yield hand.DRAWN
         made = vertices(field())
         yield from self.draw_and_wait()
         self.assertTrue(self.has_preview())
-        choose_tool("builtin.brush")
+        choose_native_brush()
         yield from hand.until(lambda: not self.has_preview(), SECONDS, "no preview")
         np.testing.assert_array_equal(vertices(field()), made)
-        yield from hand.drag(hand.to_window(self.arc(-0.5)), pause=0.03)
-        yield from hand.until(self.edited, SECONDS, "a native edit")
+        yield from self.native(-0.5)
+        self.assertTrue(edited())
         sculpted = vertices(field())
         self.go_on()
         yield from hand.until(lambda: bool(self.session.last_error), SECONDS, "a message")
@@ -146,42 +254,62 @@ class Meanwhile(WindowCase):
         self.assertEqual(self.listed(), [False, True])
         np.testing.assert_array_equal(vertices(field()), sculpted)
         self.session.last_error = ""
-        operate(bpy.ops.neural_sculpt.absorb)
-        yield from self.strokes_are(3)
-        self.assertEqual(self.listed(), [False, True, False])
-        self.assertFalse(self.edited())
-        absorbed = field().neural_sculpt.revision
-        yield from undo()
-        self.assertNotEqual(field().neural_sculpt.revision, absorbed)
-        self.assertEqual(self.listed(), [False, True])
-        np.testing.assert_array_equal(vertices(field()), sculpted)
-        self.assertTrue(self.edited())
-        yield from redo()
-        self.assertEqual(field().neural_sculpt.revision, absorbed)
-        self.assertFalse(self.edited())
 
-    def test_absorb_right_after_a_native_stroke_is_undone_whole(self) -> Steps:
-        """The step before is one of Sculpt Mode, which Blender's history does not load."""
+    def test_native_brush_while_an_absorb_waits(self) -> Steps:
+        """Both native strokes stay, and the field takes neither."""
         yield from self.add()
-        bpy.ops.object.mode_set(mode="SCULPT")
-        yield hand.DRAWN
-        if bpy.context.tool_settings.sculpt.brush is None:
-            bpy.ops.object.mode_set(mode="OBJECT")
-            self.skipTest("this Blender was packed without brushes")
-        choose_tool("builtin.brush")
-        yield hand.DRAWN
-        for tilt in (-0.5, 0.5):
-            yield from hand.drag(hand.to_window(self.arc(tilt)), pause=0.03)
-        yield from hand.until(self.edited, SECONDS, "a native edit")
-        yield 3 * hand.DRAWN
-        sculpted, revision = vertices(field()), field().neural_sculpt.revision
+        revision = field().neural_sculpt.revision
+        yield from enter_sculpt_mode()
+        yield from self.native(-0.5)
+        self.stop_worker()
         operate(bpy.ops.neural_sculpt.absorb)
-        yield from hand.until(lambda: not self.edited(), SECONDS, "an absorbed proxy")
-        yield from self.idle()
-        yield from undo()
-        self.assertEqual(field().neural_sculpt.revision, revision)
+        yield from self.native(0.5)
+        sculpted = vertices(field())
+        self.go_on()
+        yield from hand.until(lambda: bool(self.session.last_error), SECONDS, "a message")
+        self.assertIn("sculpted by other brushes meanwhile", self.session.last_error)
         np.testing.assert_array_equal(vertices(field()), sculpted)
-        self.assertTrue(self.edited())
-        yield from redo()
-        self.assertNotEqual(field().neural_sculpt.revision, revision)
-        self.assertFalse(self.edited())
+        self.assertEqual(self.listed(), [])
+        self.assertEqual(field().neural_sculpt.revision, revision)
+        self.assertTrue(edited())
+        self.session.last_error = ""
+
+    def test_sculpt_mode_is_stepped_through(self) -> Steps:
+        """Native strokes, neural ones and Absorb: by Ctrl Z and Shift Ctrl Z mesh, list and panels
+        become what they were. Between a native stroke and ours one of them does nothing."""
+        yield from self.add()
+        yield from hand.show_tab("Neural Sculpt")
+        yield from enter_sculpt_mode()
+        states = [(yield from self.seen())]
+        acts = self.neural(0.6), self.native(-0.6), self.native(-0.9), self.absorbed()
+        for act in (*acts, self.neural(0.9), self.native(0.6)):  # off the middle: the size stays
+            yield from act
+            states.append((yield from self.seen()))
+        for step, expected in ((undo, states[::-1]), (redo, states)):
+            for before, after in pairwise(expected):
+                yield from step()
+                if not moved_since(before.mesh):
+                    yield from step()
+                now = yield from self.seen()
+                self.assertEqual(now.field, after.field)
+                self.assertEqual(now.edited, after.edited)
+                np.testing.assert_allclose(now.mesh, after.mesh, rtol=0, atol=1e-6)
+                np.testing.assert_array_equal(now.panels, after.panels)
+
+    def seen(self) -> Steps:
+        """All that must agree, when nothing is left to do."""
+        yield from self.idle()
+        hand.move(corner())
+        place = hand.region("UI")
+        picture = yield from still_picture("UI")
+        panels = picture[::-1][place.y : place.y + place.height, place.x : place.x + place.width]
+        return Seen(state(field())[:5], vertices(field()), edited(), panels)
+
+    def neural(self, tilt: float) -> Steps:
+        choose_tool()
+        yield hand.DRAWN
+        yield from self.draw(self.arc(tilt))
+
+    def absorbed(self) -> Steps:
+        operate(bpy.ops.neural_sculpt.absorb)
+        yield from self.idle()

@@ -4,8 +4,16 @@
 import bpy
 import numpy as np
 import simulated_input as hand
-from drawing import SECONDS, STILL, WindowCase, choose_tool, field, operate
-from harness import module, state, vertices
+from drawing import (
+    STILL,
+    WindowCase,
+    choose_tool,
+    edited,
+    enter_sculpt_mode,
+    field,
+    operate,
+)
+from harness import state, vertices
 from mathutils.bvhtree import BVHTree
 from simulated_input import Steps
 from test_first_use import corners
@@ -17,18 +25,11 @@ class NativeBrush(WindowCase):
         """A stroke is refused while that would be lost; Absorb makes it a layer of its own."""
         yield from self.add()
         yield from self.draw(self.arc(0.6))
-        bpy.ops.object.mode_set(mode="SCULPT")
-        yield hand.DRAWN
-        if bpy.context.tool_settings.sculpt.brush is None:
-            bpy.ops.object.mode_set(mode="OBJECT")
-            self.skipTest("this Blender was packed without brushes")
+        yield from enter_sculpt_mode()
         made = vertices(field())
-        edited = module("blender.native_edits").edited
-        self.assertFalse(edited(field()))
-        choose_tool("builtin.brush")
-        yield hand.DRAWN
-        yield from hand.drag(hand.to_window(self.arc(-0.5)), pause=0.03)
-        yield from hand.until(lambda: edited(field()), SECONDS, "a native edit")
+        self.assertFalse(edited())
+        yield from self.native(-0.5)
+        self.assertTrue(edited())
         sculpted = vertices(field())
         tree = BVHTree.FromPolygons(sculpted.tolist(), corners(field()).tolist())
         self.assertGreater(worst(made, tree), 1.5 * STILL)
@@ -42,7 +43,7 @@ class NativeBrush(WindowCase):
         operate(bpy.ops.neural_sculpt.absorb)
         yield from self.strokes_are(2)
         self.assertEqual(field().mode, "SCULPT")
-        self.assertFalse(edited(field()))
+        self.assertFalse(edited())
         self.assertLess(worst(vertices(field()), tree), STILL)
         self.assertIn("Absorb takes that into the field", reports())
 

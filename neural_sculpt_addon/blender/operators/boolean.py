@@ -39,7 +39,7 @@ ENTRIES = {
 
 
 class NEURAL_SCULPT_OT_boolean(Operator):
-    """Unite the active field with the other selected object, a field or a mesh, or cut it by that"""
+    """Unite the active field with the other selected field or mesh, or cut it by that"""
 
     bl_idname = "neural_sculpt.boolean"
     bl_label = "Neural Boolean"

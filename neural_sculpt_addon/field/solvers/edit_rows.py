@@ -5,8 +5,8 @@ target    f(p') = 0                  on the displaced surface
 slope     grad f(p') . e = n' . e    there, along random directions e that lean towards n'
 preserve  f(q) = f0(q)               on the untouched surface, wherever the new detail reaches:
                                      around the stroke, and on other sheets of thin parts
-around    f(x) = signed distance     in the middle of each active cell, where the displaced surface
-                 of the new surface  is nearest; f0 where the untouched one is
+around    f(x) = signed distance     in the middle of each active cell, and of coarse ones beyond,
+                 of the new surface  where the displaced surface is nearest; f0 elsewhere
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
@@ -17,14 +17,23 @@ where a plane contradicts them, a rough distance follows from the sides around. 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
-from ..detail import Grid, cells_of, centres, linear, places, spacing
+from ..detail import (
+    Grid,
+    around,
+    cells_of,
+    centres,
+    children,
+    dilated,
+    linear,
+    places,
+    spacing,
+)
 from ..evaluate import values, values_and_gradients
 from ..field import Field
-from ..fold import SweptVolume
+from ..nearest import search_tree
 from ..problem import DisplacedTubes, Problem
-from ..projection import project
+from ..projection import SMALLEST_GRADIENT, project
 from ..surface import Samples
 from ..threads import in_pieces, join
 from .spline_system import Rows
@@ -44,6 +53,9 @@ NEAR = 0.9
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
+MORE = 3
+"""Samples between those of a missed cell, for each: so its halves have as many as it had."""
+
 ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
@@ -61,7 +73,7 @@ class EditedSurface:
         self,
         problem: Problem,
         displaced: DisplacedTubes,
-        gaps: Samples,
+        gaps: tuple[Samples, Samples],
         active: NDArray[np.int32],
         coarse: NDArray[np.int32],
         level: int,
@@ -69,44 +81,68 @@ class EditedSurface:
     ) -> None:
         """For nodes in the cells `active` of a level and `coarse` of the one above it.
 
-        gaps: targets that the tubes lack, see `Problem.gaps`
+        gaps: what the tubes lack, see `Problem.gaps`
         """
         self._problem, self._swept = problem, displaced.swept
-        self.target = join([displaced.joined("target"), gaps])
-        self.kept = _preserved(problem, displaced.swept, active, coarse, level, random)
+        self.target = join([displaced.joined("target"), gaps[1]])
+        self.kept, self._before = self._preserved(active, coarse, level, random)
         self._cloud = join([self.target, self.kept])
-        self._tree = KDTree(self._cloud.points)
+        self._unedited = join([displaced.joined("surface"), gaps[0], self.kept])
+        self._tree = search_tree(self._cloud.points)
 
-    def rows(self, active: NDArray[np.int32], level: int, random: np.random.Generator) -> Rows:
-        """All rows, with those around it in the cells `active` of a level."""
-        f0, gradient = values_and_gradients(self._problem.field, self.target.points)
-        held = values(self._problem.field, self.kept.points)
-        points, wanted, before = self._around(active, level)
-        targets = np.concatenate([np.zeros_like(f0), held, wanted])
-        directions = random.normal(size=gradient.shape) + UPRIGHT * self.target.normals
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        slopes = np.einsum("na,na->n", self.target.normals - gradient, directions)
-        counts = [len(f0), len(held), len(points)]
-        return Rows(
-            np.concatenate([self.target.points, self.kept.points, points]),
-            targets,
-            targets - np.concatenate([f0, held, before]),
-            np.repeat(np.array([1, PRESERVE, AROUND], np.float32), counts),
-            self.target.points,
-            directions.astype(np.float32),
-            slopes.astype(np.float32),
-            np.full(len(f0), STEEP * spacing(level), np.float32),
-        )
+    def rows(
+        self,
+        active: NDArray[np.int32],
+        beyond: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> Rows:
+        """All rows, with those around it in the cells `active` of a level and `beyond` of the one
+        above it."""
+        rows = _on_surface(self._problem.field, self.target, level, random)
+        held = np.zeros(len(self.kept.points), np.float32)
+        rows.add(self.kept.points, held, held, PRESERVE)
+        points, wanted = self._around(active, level, self._before)
+        rows.add(points, wanted, wanted - self._before, AROUND)
+        before = values(self._problem.field, centres(places(beyond, level - 1), level - 1))
+        points, wanted = self._around(beyond, level - 1, before)
+        rows.add(points, wanted, wanted - before, AROUND)
+        return rows
 
-    def add_around(self, rows: Rows, active: NDArray[np.int32], level: int, field: Field) -> None:
-        """Rows in the cells `active` of a finer level, too; `field` is what f is so far."""
-        points, wanted, _ = self._around(active, level)
+    def add_finer(
+        self,
+        rows: Rows,
+        missed: NDArray[np.int32],
+        active: NDArray[np.int32],
+        level: int,
+        field: Field,
+        random: np.random.Generator,
+    ) -> None:
+        """Rows for the cells `active` of a level, too: around, and on the surface in the cells
+        `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
+        """
+        before = values(self._problem.field, centres(places(active, level), level))
+        points, wanted = self._around(active, level, before)
         rows.add(points, wanted, wanted - values(field, points), AROUND)
+        if self._swept is None:
+            rows.extend(_on_surface(field, self._between(missed, level, random), level, random))
+
+    def _between(
+        self, cells: NDArray[np.int32], level: int, random: np.random.Generator
+    ) -> Samples:
+        """More samples of the edited surface between those in `cells` of the level above."""
+        h = spacing(level)
+        inside = np.isin(linear(cells_of(self._cloud.points, level - 1), level - 1), cells)
+        start = np.repeat(self._unedited.where(inside).points, MORE, axis=0)
+        start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
+        found = project(self._problem.field, start, tolerance=ON_SURFACE / 10)
+        surface = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        return self._problem.displaced(surface)[0]
 
     def _around(
-        self, active: NDArray[np.int32], level: int
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Points in the active cells (N, 3), what f shall be there (N,), and what it was (N,)."""
+        self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Points in the active cells (N, 3), and what f shall be there (N,), given what it was."""
         points = centres(places(active, level), level)
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -115,54 +151,66 @@ class EditedSurface:
             return ((points[part] - sample.points) * sample.normals).sum(axis=1), nearest
 
         distance, nearest = in_pieces(measure, len(points), self._problem.check)
-        f0 = values(self._problem.field, points)
         wanted = np.where(nearest < len(self.target.points), distance, f0)
         if self._swept is not None:
             inside = (f0 < 0) + self._swept.winding(points) > BURIED
             wrong = (wanted < 0) != inside
             wanted[wrong] = _occupancy(active, inside, level)[wrong]
-        return points, wanted.astype(np.float32), f0
+        return points, wanted.astype(np.float32)
+
+    def _preserved(
+        self,
+        active: NDArray[np.int32],
+        coarse: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> tuple[Samples, NDArray[np.float32]]:
+        """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach,
+        and f in the middles of the active cells (K,).
+
+        Where f is linear, the middle of a cell tells how far its points are from the surface, so
+        projection has little left to do, and what the stroke touches is left out before.
+        """
+        h, problem = spacing(level), self._problem
+        fine = children(dilated(coarse, level - 1), level - 1)
+        reached = np.union1d(dilated(active, level), fine)
+        middles = centres(places(reached, level), level)
+        value, gradient = values_and_gradients(problem.field, middles)
+        before = value[np.searchsorted(reached, active)]
+        slope = np.linalg.norm(gradient, axis=1)
+        near = np.repeat(np.flatnonzero(np.abs(value) < NEAR * h * np.maximum(slope, 1)), TRIES)
+        away = random.uniform(-h / 2, h / 2, (len(near), 3)).astype(np.float32)
+        normals = gradient[near] / np.maximum(slope[near], SMALLEST_GRADIENT)[:, None]
+        f = value[near] + np.einsum("na,na->n", away, gradient[near])
+        step = (f / np.maximum(slope[near], SMALLEST_GRADIENT))[:, None]
+        samples = Samples(middles[near] + away - step * normals, normals)
+        start = samples.where(problem.untouched(samples)).points
+        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        problem.check()
+        place = linear(cells_of(found.points, level), level)
+        kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
+        samples = Samples(found.points[kept], found.normals[kept])
+        if self._swept is not None:
+            samples = samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
+        return samples, before
 
 
-def _preserved(
-    problem: Problem,
-    swept: SweptVolume | None,
-    active: NDArray[np.int32],
-    coarse: NDArray[np.int32],
-    level: int,
-    random: np.random.Generator,
-) -> Samples:
-    """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach."""
-    h = spacing(level)
-    reached = _reached(active, coarse, level)
-    middles = centres(places(reached, level), level)
-    value, gradient = values_and_gradients(problem.field, middles)
-    near = np.abs(value) < NEAR * h * np.maximum(np.linalg.norm(gradient, axis=1), 1)
-    start = np.repeat(middles[near], TRIES, axis=0)
-    start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
-    found = project(problem.field, start, tolerance=ON_SURFACE / 10)
-    problem.check()
-    place = linear(cells_of(found.points, level), level)
-    kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
-    samples = Samples(found.points[kept], found.normals[kept])
-    samples = samples.where(problem.untouched(samples))
-    if swept is None:
-        return samples
-    return samples.where(np.abs(swept.winding(samples.points)) < BURIED)
-
-
-def _reached(active: NDArray[np.int32], coarse: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells of `level` that a node in `active` reaches, or one in `coarse` above it."""
-    fine = places(active, level)[:, None] + _block(-1, 2)
-    parents = (places(coarse, level - 1)[:, None] + _block(-1, 2)).reshape(-1, 3)
-    corner = cells_of(centres(parents, level - 1) - np.float32(spacing(level) / 2), level)
-    children = corner[:, None] + _block(0, 2)
-    return np.unique(linear(np.concatenate([fine.reshape(-1, 3), children.reshape(-1, 3)]), level))
-
-
-def _block(start: int, end: int) -> NDArray[np.int32]:
-    """All steps (n^3, 3) from `start` to before `end` on each axis."""
-    return (np.indices((end - start,) * 3).reshape(3, -1).T + start).astype(np.int32)
+def _on_surface(field: Field, surface: Samples, level: int, random: np.random.Generator) -> Rows:
+    """Target and slope rows that bring the zero level of a field to `surface`."""
+    f, gradient = values_and_gradients(field, surface.points)
+    directions = random.normal(size=gradient.shape) + UPRIGHT * surface.normals
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    slopes = np.einsum("na,na->n", surface.normals - gradient, directions)
+    return Rows(
+        surface.points,
+        np.zeros_like(f),
+        -f,
+        np.ones_like(f),
+        surface.points,
+        directions.astype(np.float32),
+        slopes.astype(np.float32),
+        np.full(len(f), STEEP * spacing(level), np.float32),
+    )
 
 
 def _occupancy(
@@ -171,6 +219,6 @@ def _occupancy(
     """A rough distance (K,) in the middles of cells (K,) of a level: by how many of those around
     each are `inside`, so that it is smooth where neither samples nor planes tell."""
     sides = Grid.empty(level).plus(cells, np.where(inside, -1, 1).astype(np.float32))
-    _, base, _ = sides.around(torch.from_numpy(centres(places(cells, level), level)))
-    around = sides.take(base).numpy()  # (27, K), 0 of cells that are not among them
-    return OCCUPIED * spacing(level) * around.sum(axis=0) / np.abs(around).sum(axis=0)
+    seen = around([sides], torch.from_numpy(centres(places(cells, level), level)))
+    nodes = seen.nodes.numpy()  # (27, K), 0 of cells that are not among them
+    return OCCUPIED * spacing(level) * nodes.sum(axis=0) / np.abs(nodes).sum(axis=0)

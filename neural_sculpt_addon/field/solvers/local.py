@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ...stroke.errors import SculptError
 from ...stroke.progress import Progress, silent
@@ -24,14 +23,17 @@ from ..detail import (
     Coefficients,
     Level,
     cells_of,
-    cells_per_axis,
     centres,
+    children,
+    dilated,
+    distinct,
     linear,
     places,
     quantised,
     spacing,
 )
 from ..evaluate import values
+from ..nearest import search_tree
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
@@ -66,15 +68,22 @@ MARGIN = 0.75
 GAP = 1.5
 """Cells, of the proxy where those are larger: how far from all tube samples a gap begins."""
 
+HIGH = 4
+"""Cells that the surface moves, from which on the coarse level has nodes beside its way, too: f
+would swing between coefficients that large and none beside them, and leave crumbs."""
+
 STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at."""
 
 REPAIRS, HEAVIER = 3, 4.0
 """How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
 
-MISSED, TILTED, SHARE = 2e-4, 0.05, 0.15
-"""Model units and slope (3 degrees) that a surface sample may be off, and the share of those of a
+MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
+"""Model units and slope (6 degrees) that a surface sample may be off, and the share of those of a
 cell that may be more: a cell with more gets nodes of one more level."""
+
+FAMILY = 20
+"""Nodes that such a cell takes, about: its children and those beside them."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -107,13 +116,12 @@ def resolution(problem: Problem) -> Resolution:
     feature = _feature(problem)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
     wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
-    area = 0.0
-    for stroke, path in problem.laid:
-        radius = brush.radius * stroke.largest_factor
-        area += 2 * radius * path.length + math.pi * radius**2
+    radius = brush.radius * problem.stroke.largest_factor
+    length = sum(path.length for _, path in problem.laid)
 
     def fits(level: int) -> bool:
-        faces = area / spacing(level) ** 2
+        reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
+        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
         return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
 
     affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
@@ -139,15 +147,19 @@ class LocalEdit:
         gaps = surface.where(slice(0, 0)), target.where(slice(0, 0))
         if displaced.swept is None:
             gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
-        passed = _passed(join([surface, gaps[0]]), join([target, gaps[1]]), level)
+        surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
+        passed = _passed(surface, target, level)
         self._active = dilated(passed, level)
-        self._coarse = numbers(centres(places(passed, level), level), level - 1)
+        far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
+        high = _parents(_passed(surface.where(far), target.where(far), level), level)
+        self._coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
         progress(0.3, "Sculpting")
-        self._problem, self._field = problem, problem.field
+        self._problem, self._field, self._random = problem, problem.field, random
         self._surface = EditedSurface(
-            problem, displaced, gaps[1], self._active, self._coarse, level, random
+            problem, displaced, gaps, self._active, self._coarse, level, random
         )
-        self._rows = self._surface.rows(self._active, level, random)
+        beyond = np.setdiff1d(self._coarse, _parents(self._active, level))
+        self._rows = self._surface.rows(self._active, beyond, level, random)
         self._layer = dict[int, Level]()
 
     @property
@@ -161,9 +173,9 @@ class LocalEdit:
         self._add(level - 1, self._coarse)
         self._add(level, self._active)
         if level < FINEST and len(missed := self._missed(level)):
-            cells = children(missed, level)
+            cells = dilated(children(missed, level), level + 1)
             field = self._field.plus(self._layer)
-            self._surface.add_around(self._rows, cells, level + 1, field)
+            self._surface.add_finer(self._rows, missed, cells, level + 1, field, self._random)
             self._add(level + 1, cells)
         for _ in range(REPAIRS):
             wrong = _wrong_side(self._rows, spacing(level))
@@ -181,7 +193,7 @@ class LocalEdit:
         level, rows = self.resolution.level, self._rows
         h = spacing(level)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
-        tree = KDTree(islands.points)
+        tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
@@ -214,33 +226,18 @@ class LocalEdit:
         off[: len(self._rows.slopes)] |= np.abs(self._rows.slopes) > TILTED
         samples = np.bincount(place[inside], minlength=size)
         share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
-        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // 8]
+        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // FAMILY]
         return np.sort(self._active[most[share[most] > SHARE]])
-
-
-def children(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (8 K,) of the next level in cells (K,) of a level, rising."""
-    lowest = centres(places(cells, level), level) - np.float32(spacing(level + 2))
-    steps = np.indices((2, 2, 2)).reshape(3, -1).T.astype(np.int32)
-    return _distinct((cells_of(lowest, level + 1)[:, None] + steps).reshape(-1, 3), level + 1)
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of a level around `points` (N, 3), each once, rising."""
-    return _distinct(cells_of(points, level), level)
+    return distinct(cells_of(points, level), level)
 
 
-def dilated(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells (K,) of a level and all their neighbours, each once, rising."""
-    around = np.array([(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)])
-    near = places(cells, level)[:, None] + around.astype(np.int32)
-    return _distinct(near.reshape(-1, 3), level)
-
-
-def _distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The numbers (K,) of cells (N, 3), but those at the grid's edge, which can have no node."""
-    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
-    return np.unique(linear(cells[inner], level))
+def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of the level above in which the cells (N,) of a level lie, rising."""
+    return numbers(centres(places(cells, level), level), level - 1)
 
 
 def _feature(problem: Problem) -> float:
@@ -265,7 +262,7 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     """The cells that the surface passes on its way, and those within MARGIN of it."""
     h = spacing(level)
     way = target.points - surface.points
-    farthest = float(np.linalg.norm(way, axis=1).max())
+    farthest = float(np.linalg.norm(way, axis=1).max(initial=0))
     parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
     found = [numbers(surface.points + part * way, level) for part in parts]
     for samples in (surface, target):

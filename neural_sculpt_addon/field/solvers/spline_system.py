@@ -11,16 +11,16 @@ by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from ...stroke.progress import Check, go_on
-from ..detail import Grid, Level, quantised, slopes, spacing, weights
+from ..detail import Grid, Level, around, quantised, slopes, weights
 from ..threads import in_pool, pool
 
 T = TypeVar("T")
@@ -34,7 +34,7 @@ DAMPING = 0.03
 LEAST_TOUCHED = 0.1
 """Of the mean diagonal: what nodes that few rows touch are damped as if they had."""
 
-ITERATIONS = 30
+ITERATIONS = 20
 
 PIECE = 1 << 15
 """Rows that one thread takes at a time: each piece has its own sum over all nodes, to be added."""
@@ -58,6 +58,12 @@ class Rows:
     slopes: Array
     steep: Array
 
+    def extend(self, more: "Rows") -> None:
+        """Append equations."""
+        for part in fields(self):
+            both = getattr(self, part.name), getattr(more, part.name)
+            setattr(self, part.name, np.concatenate(both))
+
     def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
         """Append value rows (N,) of one weight."""
         self.points = np.concatenate([self.points, points])
@@ -69,13 +75,14 @@ class Rows:
 class _Piece(NamedTuple):
     """Some of the rows: those of them that a node reaches.
 
-    matrix:    (n, K + 1); column 0 stands for all nodes that do not exist
-    weights:   (n,), squared
-    residuals: (m,), a view of those of all rows of the piece
-    some:      (n,), which of them
+    matrix:     (n, K), and transposed
+    weights:    (n,), squared
+    residuals:  (m,), a view of those of all rows of the piece
+    some:       (n,), which of them
     """
 
     matrix: csr_array
+    transposed: csc_array
     weights: Array
     residuals: Array
     some: NDArray[np.int64]
@@ -109,21 +116,21 @@ def solve_level(
         kind, chosen = part
         points, along, weight, residuals = kinds[kind]
         along = None if along is None else along[chosen]
-        matrix, some = _matrix(numbers, points[chosen], along, len(index) + 1)
-        return _Piece(matrix, weight[chosen][some] ** 2, residuals[chosen], some)
+        matrix, some = _matrix(numbers, points[chosen], along, len(index))
+        return _Piece(matrix, matrix.T, weight[chosen][some] ** 2, residuals[chosen], some)
 
     parts = [(kind, part) for kind in (0, 1) for part in _parts(len(kinds[kind][0]))]
     pieces = list(_each(piece, parts, check))
-    c = np.zeros(len(index) + 1, np.float32)
+    c = np.zeros(len(index), np.float32)
     if pieces:
-        c[1:] = quantised(_solve(pieces, iterations, damped, left_out, check)[1:])
+        c = quantised(_solve(pieces, iterations, damped, left_out, check))
 
     def take_away(piece: _Piece) -> None:
         piece.residuals[piece.some] -= piece.matrix @ c
 
     list(_each(take_away, pieces, check))
-    some = np.flatnonzero(c[1:])
-    return Level(index[some], c[1:][some])
+    some = np.flatnonzero(c)
+    return Level(index[some], c[some])
 
 
 def _parts(count: int) -> list[slice]:
@@ -144,20 +151,21 @@ def _matrix(
 ) -> tuple[csr_array, NDArray[np.int64]]:
     """Rows of the splines at `points` (N, 3), or of their slopes in directions (N, 3), and which of
     the points they belong to."""
-    some, base, offset = numbers.around(torch.from_numpy(points))
-    node = numbers.take(base)  # (27, n), 0 where there is none
-    wx, wy, wz = map(weights, offset)
+    some, scale, offset, nodes = around([numbers], torch.from_numpy(points))
+    wx, wy, wz = weights(offset).unbind(1)  # (3, n) each
     if along is None:
         value = (wx[:, None] * wy)[:, :, None] * wz  # (3, 3, 3, n)
     else:
-        sx, sy, sz = map(slopes, offset)
-        ex, ey, ez = torch.from_numpy(along)[some].T / spacing(numbers.level)
+        sx, sy, sz = slopes(offset).unbind(1)
+        ex, ey, ez = torch.from_numpy(along)[some].T * scale
         xy = wx[:, None] * wy
         value = ((sx * ex)[:, None] * wy + wx[:, None] * (sy * ey))[:, :, None] * wz
         value += xy[:, :, None] * (sz * ez)
-    values, nodes = (tensor.view(27, -1).T.reshape(-1).numpy() for tensor in (value, node))
-    ends = np.arange(0, 27 * len(some) + 1, 27, dtype=np.int32)
-    return csr_array((values, nodes, ends), shape=(len(some), count)), some.numpy()
+    columns = nodes.T.numpy()  # (n, 27), rising; 0 where there is no node
+    exists = columns > 0
+    ends = np.concatenate([[0], exists.sum(axis=1, dtype=np.int32).cumsum(dtype=np.int32)])
+    matrix = value.view(27, -1).T.numpy()[exists], columns[exists] - 1, ends
+    return csr_array(matrix, shape=(len(some), count)), some.numpy()
 
 
 def _solve(
@@ -168,18 +176,17 @@ def _solve(
         result = next(sums)
         for one in sums:
             result += one
-        result[0] = 0
         return result
 
     def normal(c: Array) -> Array:
-        return total(lambda piece: piece.matrix.T @ (piece.weights * (piece.matrix @ c)))
+        return total(lambda piece: piece.transposed @ (piece.weights * (piece.matrix @ c)))
 
-    diagonal = total(lambda piece: piece.matrix.power(2).T @ piece.weights)  # (K + 1,)
-    mean = diagonal[1:].mean()
+    diagonal = total(lambda piece: piece.transposed.power(2) @ piece.weights)  # (K,)
+    mean = diagonal.mean()
     floor = np.maximum(diagonal, damped * mean)
     damping = DAMPING * floor
     scale = np.where(diagonal < left_out * mean, 0, 1 / (floor + damping))
-    residual = total(lambda piece: piece.matrix.T @ (piece.weights * piece.residuals[piece.some]))
+    residual = total(lambda piece: piece.transposed @ (piece.weights * piece.residuals[piece.some]))
     c = np.zeros_like(residual)
     z = scale * residual
     p, rz = z, _dot(residual, z)
