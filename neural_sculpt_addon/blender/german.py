@@ -72,8 +72,8 @@ TEXTS = {
     "The field without the other object": "Das Feld ohne das andere Objekt",
     "What lies in both": "Was in beiden liegt",
     "Blend": "Übergang",
-    "Radius in which both flow into each other; 0 leaves a crease": "Radius, in dem beide ineinander"
-    " übergehen; 0 lässt eine Kante",
+    "Radius in which both flow into each other; 0 leaves a crease": "Radius, in dem beide"
+    " ineinander übergehen; 0 lässt eine Kante",
     "Union with {}": "Vereinigung mit {}",
     "Difference from {}": "Differenz zu {}",
     "Intersection with {}": "Schnittmenge mit {}",

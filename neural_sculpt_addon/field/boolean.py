@@ -35,8 +35,8 @@ from .projection import project
 from .proxy import Proxy, extract
 
 CELLS, FINEST = 256, 7
-"""Of the mesh that is taken in, per axis, and the level that takes it in: four samples, vertices and
-middles of edges, for each face of its cells."""
+"""Of the mesh that is taken in, per axis, and the level that takes it in: four samples, vertices
+and middles of edges, for each face of its cells."""
 
 LEAVES = (
     "The result would leave the box of the field. Join the two as meshes and make a new field of"

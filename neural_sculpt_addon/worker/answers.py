@@ -45,7 +45,9 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
-    if message.kind is MessageKind.PREVIEW and job is JobKind.BOOLEAN:
+    if message.kind is MessageKind.PREVIEW:
+        if job is JobKind.FIT:
+            _check_place(fields)
         _check_proxy(arrays)
         return
     if job in _STATES:
@@ -64,9 +66,8 @@ def check(job: JobKind, message: Message) -> None:
         if job is JobKind.FIT:
             _check_place(fields)
         _check_report(fields, required=job is JobKind.FIT)
-        if message.kind is not MessageKind.PREVIEW:
-            _require(_is_name(fields.get("id")), "id")
-            _check_parts(fields, arrays)
+        _require(_is_name(fields.get("id")), "id")
+        _check_parts(fields, arrays)
         _check_proxy(arrays)
     elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
         _require(_is_name(fields.get("id")), "id")

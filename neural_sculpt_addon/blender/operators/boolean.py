@@ -10,6 +10,7 @@ beside the strokes.
 from dataclasses import replace
 
 import bpy
+import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import EnumProperty, FloatProperty
@@ -116,7 +117,7 @@ def _with_other(asked: Request, ob: Object, other: Object) -> Request:
     if is_field(other) and not native_edits.edited(other):
         there = states.request(other)
         to_model = ob.matrix_world.inverted_safe() @ other.matrix_world
-        matrix = [number for row in to_model for number in row]
+        matrix = np.array(to_model).ravel().tolist()
         fields = {**asked.fields, "other": there.fields, "matrix": matrix}
         return replace(asked, fields=fields, held=asked.held | there.held)
     vertices, triangles = read_in(other, bpy.context, ob.matrix_world)
