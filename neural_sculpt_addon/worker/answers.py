@@ -45,9 +45,9 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
+    if job is JobKind.FIT:
+        _check_place(fields)
     if message.kind is MessageKind.PREVIEW:
-        if job is JobKind.FIT:
-            _check_place(fields)
         _check_proxy(arrays)
         return
     if job in _STATES:
@@ -63,8 +63,6 @@ def check(job: JobKind, message: Message) -> None:
     elif job is JobKind.REPLAY:
         _require("layers" in fields or "base" in fields, "layers")
     elif job in {JobKind.FIT, JobKind.LOAD}:
-        if job is JobKind.FIT:
-            _check_place(fields)
         _check_report(fields, required=job is JobKind.FIT)
         _require(_is_name(fields.get("id")), "id")
         _check_parts(fields, arrays)

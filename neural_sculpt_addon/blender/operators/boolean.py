@@ -108,7 +108,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
 
 def _other(context: Context) -> Object | None:
     """The one other selected object that has a surface."""
-    others = [ob for ob in context.selected_objects if ob != context.active_object]
+    others = [ob for ob in context.selected_objects or () if ob != context.active_object]
     return others[0] if len(others) == 1 and others[0].type == "MESH" else None
 
 
