@@ -7,6 +7,7 @@ seconds, two final answers or one that is not of the protocol are failures. `def
 answers that ask for a report: what the job did not expect, and the worker went on.
 """
 
+import json
 import os
 import shutil
 import signal
@@ -109,7 +110,7 @@ def _start(folder: Path) -> Forked:
     if pid == 0:
         _work(read, write, folder)
     os.close(read)
-    os.write(write, os.fsencode(folder) + b"\n")
+    os.write(write, json.dumps(str(folder)).encode() + b"\n")
     return Forked(pid, write, folder, Inbox(folder / "answers"))
 
 

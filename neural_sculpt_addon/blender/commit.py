@@ -72,9 +72,11 @@ def create_field(
     return ob
 
 
-def add_entry(ob: Object, entry: Entry, result: Message, label: str) -> None:
-    """Append an entry that an edit made, or absorbed sculpting. SculptError when the object is
-    locked."""
+def add_entry(
+    ob: Object, entry: Entry, result: Message, label: str, replaced: Object | None = None
+) -> None:
+    """Append an entry that an edit made, or absorbed sculpting, and hide the object that is part of
+    it. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     state, layers = _edited(ob, result), {}
     if "layer" in result.fields:
@@ -83,6 +85,7 @@ def add_entry(ob: Object, entry: Entry, result: Message, label: str) -> None:
     begin_change()
     _write(ob, state)
     stroke_list.append(ob, (entry,), layers)
+    _hide(replaced)
     push_undo(label)
 
 
@@ -228,11 +231,16 @@ def _present(ob: Object, replaced: Object | None) -> None:
     for other in bpy.context.selected_objects or ():
         other.select_set(False)
     ob.select_set(True)
-    objects = bpy.context.view_layer.objects
-    objects.active = ob
-    if replaced is not None and replaced.name in objects:
-        replaced.hide_set(True)
-        replaced.hide_render = True
+    bpy.context.view_layer.objects.active = ob
+    _hide(replaced)
+
+
+def _hide(ob: Object | None) -> None:
+    """Hide an object that something else stands for now."""
+    with in_window():
+        if ob is not None and ob.name in bpy.context.view_layer.objects:
+            ob.hide_set(True)
+            ob.hide_render = True
 
 
 def begin_change() -> None:

@@ -60,6 +60,28 @@ TEXTS = {
     "File": "Datei",
     "Fine": "Fein",
     "Fit a neural field to the active mesh": "Ein neuronales Feld an das aktive Mesh anpassen",
+    "Neural Boolean": "Neuronaler Boolean",
+    "Unite the active field with the other selected field or mesh, or cut it by that": "Das aktive"
+    " Feld mit dem anderen ausgewählten Feld oder Mesh vereinigen oder damit schneiden",
+    "Operation": "Operation",
+    "What is made of both": "Was aus beiden wird",
+    "Union": "Vereinigung",
+    "Difference": "Differenz",
+    "Intersection": "Schnittmenge",
+    "Both together": "Beide zusammen",
+    "The field without the other object": "Das Feld ohne das andere Objekt",
+    "What lies in both": "Was in beiden liegt",
+    "Blend": "Übergang",
+    "Radius in which both flow into each other; 0 leaves a crease": "Radius, in dem beide"
+    " ineinander übergehen; 0 lässt eine Kante",
+    "Union with {}": "Vereinigung mit {}",
+    "Difference from {}": "Differenz zu {}",
+    "Intersection with {}": "Schnittmenge mit {}",
+    "Leave this mode for Object Mode first": "Zuerst in den Objektmodus wechseln",
+    "Booleans add detail. Choose Detail in the panel Model first": "Boolesche Operationen fügen"
+    " Einzelheiten hinzu. Zuerst im Bereich Modell Einzelheiten wählen",
+    "Select another field or mesh, and the field last": "Ein anderes Feld oder Mesh auswählen, das"
+    " Feld zuletzt",
     "Take what other brushes did to the proxy into the field and its history": "Was andere Pinsel"
     " mit dem Proxy gemacht haben, ins Feld und seinen Verlauf aufnehmen",
     "Absorbing adds detail. Choose Detail in the panel Model first": "Aufnehmen fügt Einzelheiten"

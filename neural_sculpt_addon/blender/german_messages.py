@@ -59,6 +59,14 @@ MESSAGES = {
     " nicht mehr da.",
     "The worker sent no layer for {}. Try again.": "Der Arbeitsprozess hat für {} keine Ebene"
     " gesendet. Es noch einmal versuchen.",
+    "The other object of the Boolean is gone. Select one again.": "Das andere Objekt des Boolean"
+    " ist nicht mehr da. Erneut eines auswählen.",
+    "The result would leave the box of the field. Join the two as meshes and make a new field of"
+    " them (Neural Field from Mesh), or move the other object.": "Das Ergebnis würde den Würfel des"
+    " Feldes verlassen. Beide als Mesh zusammenfügen und daraus ein neues Feld machen (Neuronales"
+    " Feld aus Mesh) oder das andere Objekt verschieben.",
+    "The other object is scaled to nothing. Give it a size.": "Das andere Objekt ist auf nichts"
+    " skaliert. Ihm eine Größe geben.",
     "What was sculpted by other brushes is missing in the history.": "Was andere Pinsel modelliert"
     " haben, fehlt im Verlauf.",
     "The stroke covers more surface than one edit can hold. Use a smaller radius or fewer"

@@ -19,7 +19,16 @@ def draw_convert(menu: Menu, context: Context) -> None:
     menu.layout.operator("neural_sculpt.from_mesh", icon="SHADING_RENDERED")
 
 
-_ENTRIES = (("VIEW3D_MT_add", draw_add), ("VIEW3D_MT_object_convert", draw_convert))
+def draw_object(menu: Menu, context: Context) -> None:
+    """Object, Neural Boolean, as Join is there."""
+    menu.layout.operator("neural_sculpt.boolean", icon="MOD_BOOLEAN")
+
+
+_ENTRIES = (
+    ("VIEW3D_MT_add", draw_add),
+    ("VIEW3D_MT_object_convert", draw_convert),
+    ("VIEW3D_MT_object", draw_object),
+)
 
 
 def register() -> None:

@@ -22,6 +22,7 @@ from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
+from .operators.boolean import NEURAL_SCULPT_OT_boolean
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
 from .operators.choose_solver import NEURAL_SCULPT_OT_choose_solver
 from .operators.consolidate import NEURAL_SCULPT_OT_consolidate
@@ -104,6 +105,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_edit_stroke,
     NEURAL_SCULPT_OT_apply_to_base,
     NEURAL_SCULPT_OT_absorb,
+    NEURAL_SCULPT_OT_boolean,
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
     NEURAL_SCULPT_OT_make_curves,

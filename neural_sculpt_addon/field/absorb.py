@@ -11,7 +11,9 @@ of other topology (dyntopo, remesh) has moved all over, and is absorbed as a who
 See docs/method.md, section 6.
 """
 
+import math
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -33,7 +35,8 @@ from .mesh_distance import MeshDistance
 from .pieces import components
 from .projection import find_surface, project
 from .proxy import extract
-from .solvers.spline_system import Rows, solve_level
+from .solvers.local import children
+from .solvers.spline_system import LEAST_TOUCHED, Rows, solve_level
 
 Array = NDArray[np.float32]
 
@@ -42,6 +45,14 @@ FLATTEST = 0.3  # |grad f| from which on a small f is believed to be near the ze
 FINEST = 8
 HELD = 2.0
 """Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
+
+LARGEST = 3
+"""Level of the largest cells, for what has moved far."""
+
+DEPTH = 2.0
+"""Cells of the coarsest level that the surface may pass on its way. Finer levels could not hold
+what f was deep inside beside what it shall be on the new surface: it would swing, and leave
+crumbs."""
 
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
@@ -61,11 +72,11 @@ class Absorbed(NamedTuple):
     report: dict[str, Any]
 
 
-class _Patch(NamedTuple):
-    """Vertices and curved middles of edges."""
+class Patch(NamedTuple):
+    """Points all over the new surface, and which of them are off the old one."""
 
     points: Array  # (N, 3)
-    normals: Array  # (N, 3), unit
+    gradients: Array  # (N, 3), of what the field shall be there
     moved: NDArray[np.bool_]  # (N,)
 
 
@@ -85,23 +96,49 @@ def absorb(
     rng = np.random.default_rng(seed)
     progress(0.0, "Looking for what was moved")
     mesh = _in_place(clean(vertices, triangles))
-    moved = _moved(field, mesh)
+    moved = find_moved(field, mesh.vertices, mesh.triangles)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = _patch(mesh, moved)
-    levels = range(COARSEST, _finest(mesh, moved) + 1)
-    progress(0.3, "Absorbing")
-    rows, nodes = _rows(field, distance, mesh, patch, moved, levels, rng)
+
+    def signed(points: Array) -> NDArray[np.float64]:
+        return distance(points.astype(float)).value
+
+    finest = _finest(mesh, moved)
+    layer = solve(field, patch, signed, finest, rng, sub_progress(progress, 0.3, 0.8))
+    done = field.plus(layer)
+    report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
+    return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
+
+
+def solve(
+    field: Field,
+    patch: Patch,
+    signed: Callable[[Array], ArrayLike],
+    finest: int,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+) -> Coefficients:
+    """The layer that brings the zero level of a field to `patch`.
+
+    signed: the signed distance (N,) to the new surface, at points (N, 3)
+    finest: level
+
+    Where the surface has moved far, levels coarser than usual hold the smooth rest of it.
+    """
+    progress(0.0, "Absorbing")
+    between = _ways(field, patch.points[patch.moved])
+    deepest = max(float(np.abs(values(field, between)).max()), DEPTH * spacing(COARSEST))
+    coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
+    if coarsest < COARSEST:
+        between = _changed(field, signed)
+    levels = range(coarsest, finest + 1)
+    rows, nodes = _rows(field, signed, patch, levels, between, rng)
     check = partial(progress, 0.5, "Absorbing")
     layer: dict[int, Level] = {}
     for level in levels:
-        layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, DAMPED)
-    done = field.plus(layer)
-    report = {
-        **deviation(done, patch.points[patch.moved], patch.normals[patch.moved]),
-        "components": components(extract(done, CELLS, sub_progress(progress, 0.8, 1.0))),
-        "seconds": time.monotonic() - start,
-    }
-    return Absorbed(done, layer, report)
+        damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
+        layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, damped)
+    return layer
 
 
 def _in_place(mesh: CleanMesh) -> CleanMesh:
@@ -115,14 +152,25 @@ def _in_place(mesh: CleanMesh) -> CleanMesh:
     return replace(mesh, vertices=vertices, scale=1.0, center=np.zeros(3))
 
 
-def _moved(field: Field, mesh: CleanMesh) -> NDArray[np.bool_]:
-    """The vertices (V,) that have left the zero level, and their neighbours."""
-    moved = np.abs(values(field, mesh.vertices)) > FLATTEST * MOVED
-    moved[moved] = find_surface(field, mesh.vertices[moved]).distance > MOVED
+def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[np.bool_]:
+    """The vertices (V,) that are off the zero level, and their neighbours. SculptError when none
+    is."""
+    moved = np.abs(values(field, vertices)) > FLATTEST * MOVED
+    moved[moved] = find_surface(field, vertices[moved]).distance > MOVED
     if not moved.any():
         raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
-    moved[mesh.triangles[moved[mesh.triangles].any(axis=1)]] = True
+    moved[triangles[moved[triangles].any(axis=1)]] = True
     return moved
+
+
+def _ways(field: Field, points: Array) -> Array:
+    """Points (K, 3) on the straight ways of `points` (N, 3) to where the surface was."""
+    way = project(field, points).points - points
+    longest = float(np.linalg.norm(way, axis=1).max())
+    steps = max(int(np.ceil(longest / (STEP * spacing(COARSEST)))), 1)
+    return np.concatenate(
+        [points + np.float32(part) * way for part in np.linspace(0, 1, steps + 1)]
+    )
 
 
 def _finest(mesh: CleanMesh, moved: NDArray[np.bool_]) -> int:
@@ -134,7 +182,7 @@ def _finest(mesh: CleanMesh, moved: NDArray[np.bool_]) -> int:
     return int(np.clip(np.rint(np.log2(HELD / edge)), COARSEST, FINEST))
 
 
-def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
+def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> Patch:
     """The vertices of the mesh (V first) and the middles of its edges, bent as the normals say.
 
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
@@ -148,50 +196,57 @@ def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> _Patch:
     n, m = normals[one], normals[other]
     bend = ((along * n).sum(1, keepdims=True) * n - (along * m).sum(1, keepdims=True) * m) / 8
     middles = (mesh.vertices[one] + mesh.vertices[other]) / 2 - bend
-    return _Patch(
+    return Patch(
         np.concatenate([mesh.vertices, middles]).astype(np.float32),
         np.concatenate([normals, unit(n + m)]).astype(np.float32),
         np.concatenate([moved, moved[one] | moved[other]]),
     )
 
 
+def _changed(field: Field, signed: Callable[[Array], ArrayLike]) -> Array:
+    """The middles (K, 3) of all cells of the coarsest level that change sides."""
+    axis = np.arange(spacing(COARSEST) / 2 - 1, 1, spacing(COARSEST), dtype=np.float32)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points[(values(field, points) < 0) != (np.asarray(signed(points)) < 0)]
+
+
 def _rows(
     field: Field,
-    distance: MeshDistance,
-    mesh: CleanMesh,
-    patch: _Patch,
-    moved: NDArray[np.bool_],
+    signed: Callable[[Array], ArrayLike],
+    patch: Patch,
     levels: range,
+    between: Array,
     rng: np.random.Generator,
 ) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
     """The equations of all levels, and the nodes of each."""
-    points, normals = patch.points[patch.moved], patch.normals[patch.moved]
-    new = patch.points[: len(moved)][moved]
-    way = project(field, new).points - new  # to where the surface was
-    longest = float(np.linalg.norm(way, axis=1).max())
+    points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
     nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
     for level in levels:
         h = spacing(level)
-        touched = [points]
-        if level == COARSEST:
-            steps = max(int(np.ceil(longest / (STEP * h))), 1)
-            touched += [new + part * way for part in np.linspace(0, 1, steps + 1)]
-        cells = linear(cells_of(np.concatenate(touched), level), level)
+        shown = patch.moved  # and, where the largest cells reach, what has not moved
+        if levels[0] < COARSEST and level < levels[-1]:
+            shown = shown | inside
+        touched = patch.points[shown]
+        if level <= COARSEST:
+            touched = np.concatenate([touched, between])
+        cells = linear(cells_of(touched, level), level)
         nodes[level] = dilated(np.unique(cells), level)
         reached = dilated(nodes[level], level)
-        cells = linear(cells_of(patch.points, level), level)
-        inside |= among(cells, reached)
-        apart = centres(places(np.setdiff1d(reached, cells), level), level)
-        empty.append(apart + rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32))
+        inside |= among(linear(cells_of(patch.points, level), level), reached)
+        for larger in range(level, COARSEST):  # a row in each of the usual cells
+            reached = children(reached, larger)
+        usual = max(level, COARSEST)
+        apart = np.setdiff1d(reached, linear(cells_of(patch.points, usual), usual))
+        empty.append(centres(places(apart, usual), usual))
     kept = patch.points[inside & ~patch.moved]
 
     h = spacing(levels[-1])
     side = rng.uniform(0.3, 1.5, len(points)) * rng.choice([-h, h], len(points))
-    beside = points + side[:, None].astype(np.float32) * normals
+    beside = points + side[:, None].astype(np.float32) * unit(wanted)
     off = np.concatenate([beside, *empty])
     value = values(field, off)
-    truth = distance(off.astype(float)).value
-    near = moved[KDTree(mesh.vertices).query(off)[1]]
+    truth = np.asarray(signed(off))
+    near = patch.moved[KDTree(patch.points).query(off)[1]]
     target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
     f, gradient = values_and_gradients(field, points)
     at = np.concatenate([points, kept])
@@ -199,7 +254,7 @@ def _rows(
     along = unit(along)
     slopes = np.zeros(len(at), np.float32)
     n = len(points)
-    slopes[:n] = ((normals - gradient) * along[:n]).sum(axis=1)
+    slopes[:n] = ((wanted - gradient) * along[:n]).sum(axis=1)
     targets = np.concatenate([np.zeros(n), values(field, kept), target]).astype(np.float32)
     residuals = np.concatenate([-f, np.zeros(len(kept)), target - value]).astype(np.float32)
     weights = np.repeat([1, KEPT, SIDE, EMPTY], [n, len(kept), len(beside), len(off) - len(beside)])
@@ -214,3 +269,12 @@ def _rows(
         steep=np.full(len(at), SLOPE * h, np.float32),
     )
     return rows, nodes
+
+
+def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
+    """How close the zero level came to what was moved, see `Absorbed`."""
+    moved = patch.moved
+    return {
+        **deviation(field, patch.points[moved], unit(patch.gradients[moved])),
+        "components": components(extract(field, CELLS, progress)),
+    }

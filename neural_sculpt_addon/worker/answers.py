@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
-_STATES = frozenset({JobKind.EDIT, JobKind.REPLAY, JobKind.ABSORB, JobKind.CONSOLIDATE})
+_LAYERS = frozenset({JobKind.ABSORB, JobKind.BOOLEAN})
+"""Jobs whose result is one more layer, with a report."""
+
+_STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
 
@@ -42,25 +45,27 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
+    if job is JobKind.FIT:
+        _check_place(fields)
+    if message.kind is MessageKind.PREVIEW:
+        _check_proxy(arrays)
+        return
     if job in _STATES:
         _require(_is_name(fields.get("revision")), "revision")
-        _check_report(fields, required=job in {JobKind.ABSORB, JobKind.CONSOLIDATE})
+        _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
         _check_parts(fields, arrays)
         _check_proxy(arrays)
     if job is JobKind.EDIT:
         _require("layer" in fields or "base" in fields, "layer")
         _require(_is_number(fields.get("seconds")), "seconds")
-    elif job is JobKind.ABSORB:
+    elif job in _LAYERS:
         _require("layer" in fields, "layer")
     elif job is JobKind.REPLAY:
         _require("layers" in fields or "base" in fields, "layers")
     elif job in {JobKind.FIT, JobKind.LOAD}:
-        if job is JobKind.FIT:
-            _check_place(fields)
         _check_report(fields, required=job is JobKind.FIT)
-        if message.kind is not MessageKind.PREVIEW:
-            _require(_is_name(fields.get("id")), "id")
-            _check_parts(fields, arrays)
+        _require(_is_name(fields.get("id")), "id")
+        _check_parts(fields, arrays)
         _check_proxy(arrays)
     elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
         _require(_is_name(fields.get("id")), "id")

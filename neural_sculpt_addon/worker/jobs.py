@@ -14,7 +14,16 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, sub_progress
 from ..stroke.stroke import Stroke
 from .cache import Cache
-from .payload import Handler, Payload, Task, as_array, proxy_arrays, read, read_array
+from .payload import (
+    Handler,
+    Payload,
+    Task,
+    as_array,
+    proxy_arrays,
+    read,
+    read_array,
+    read_numbers,
+)
 from .protocol import JobKind
 from .replay import replay, result_key
 from .store import Store, preparation_bytes
@@ -22,6 +31,7 @@ from .store import Store, preparation_bytes
 if TYPE_CHECKING:
     import torch
 
+    from ..field.absorb import Absorbed
     from ..field.edit import Edit
     from ..field.field import Field
     from ..field.fit import Fit
@@ -37,7 +47,7 @@ EDITS = 128 << 20
 
 def warm_up() -> None:
     """Import what the jobs need, so that the first one need not wait for it."""
-    from ..field import absorb, fit, layers, primitives  # noqa: F401
+    from ..field import absorb, boolean, fit, layers, primitives  # noqa: F401
 
 
 class Jobs:
@@ -58,6 +68,7 @@ class Jobs:
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
             JobKind.ABSORB: self.absorb,
+            JobKind.BOOLEAN: self.boolean,
             JobKind.LOAD: self.load,
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
@@ -141,7 +152,6 @@ class Jobs:
         revision, layer, context, report <layer, proxy>.
         """
         from ..field.absorb import absorb
-        from ..field.layers import Term
 
         before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
         result = absorb(
@@ -150,11 +160,37 @@ class Jobs:
             read_array(job, "triangles"),
             progress=sub_progress(progress, 0.1, 0.8),
         )
-        solved = before.solved(result.layer)
-        terms = (*before.terms, Term(solved.layer, 1.0))
-        state = before.moved(terms, sub_progress(progress, 0.8, 0.9))
-        fields, arrays = _layer(solved)
-        return self._answer(state, {"report": result.report, **fields}, arrays, job, progress)
+        return self._one_more(before, result, job, progress)
+
+    def boolean(self, job: Task, progress: Progress) -> Payload:
+        """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),
+        other: {state, revision}, or <vertices, triangles of a mesh> -> as absorb.
+
+        The matrix maps the other field's model space to this one's; the mesh is in this one's. With
+        `preview`, <proxy> comes first.
+        """
+        from ..field.boolean import combine, field_solid, mesh_solid
+
+        before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
+        if "other" in job.fields:
+            other = self._store.field(Payload(read(job, "other", dict), job.arrays))
+            solid = field_solid(other, read_numbers(job, "matrix", 16).reshape(4, 4))
+        else:
+            solid = mesh_solid(read_array(job, "vertices"), read_array(job, "triangles"))
+
+        def show(proxy: "Proxy") -> None:
+            job.preview(Payload({}, proxy_arrays(proxy)))
+
+        result = combine(
+            before.preparation.field,
+            solid,
+            read(job, "operation", str),
+            float(read_numbers(job, "blend", 1)[0]),
+            preview=show if job.fields.get("preview") else None,
+            preview_cells=PREVIEW_CELLS,
+            progress=sub_progress(progress, 0.1, 0.8),
+        )
+        return self._one_more(before, result, job, progress)
 
     def load(self, job: Payload, progress: Progress) -> Payload:
         """path, resolution -> id, widths <field, proxy>."""
@@ -217,6 +253,18 @@ class Jobs:
             name, data = self._store.keep_base(field)
         arrays = {"field": as_array(data), **proxy_arrays(proxy)}
         return Payload({"id": name, **fields}, arrays)
+
+    def _one_more(
+        self, before: "State", result: "Absorbed", job: Payload, progress: Progress
+    ) -> Payload:
+        """The state with one more layer, and the report."""
+        from ..field.layers import Term
+
+        solved = before.solved(result.layer)
+        terms = (*before.terms, Term(solved.layer, 1.0))
+        state = before.moved(terms, sub_progress(progress, 0.8, 0.9))
+        fields, arrays = _layer(solved)
+        return self._answer(state, {"report": result.report, **fields}, arrays, job, progress)
 
     def _answer(
         self,

@@ -70,6 +70,15 @@ def read_array(job: Payload, name: str) -> np.ndarray:
     return job.arrays[name]
 
 
+def read_numbers(job: Payload, name: str, count: int) -> np.ndarray:
+    """A field of the job, `count` numbers (or one alone) as float64. SculptError unless it is."""
+    values = job.fields.get(name)
+    numbers = values if isinstance(values, list) else [values]
+    if len(numbers) != count or any(type(each) not in (int, float) for each in numbers):
+        raise SculptError(f"The job's {name!r} must be {count} numbers, not {values!r:.60}.")
+    return np.array(numbers, float)
+
+
 def proxy_arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
     """A proxy as it travels."""
     from ..field.edges import find_edges

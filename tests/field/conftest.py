@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What several tests share: one edit of a sphere by the paper's solver."""
 
+import os
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+from neural_sculpt_addon.field import threads
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.prepare import Preparation, prepare
 from neural_sculpt_addon.field.primitives import primitive
@@ -44,3 +46,20 @@ def sculpted(preparation):
     stroke = Stroke(points, Brush(0.25, 0.04), closed=True, name="belt", seed=7)
     problem = pose(preparation, stroke)
     return Sculpted(preparation, stroke, problem, Field(paper.solve(problem, epochs=8)))
+
+
+@pytest.fixture
+def cores(monkeypatch):
+    """Sets for how many cores the pool has threads."""
+
+    def forget():
+        threads.pool.cache_clear()
+        threads.threads.cache_clear()
+
+    def choose(number):
+        monkeypatch.setattr(os, "cpu_count", lambda: number)
+        forget()
+
+    yield choose
+    monkeypatch.undo()
+    forget()

@@ -2,7 +2,6 @@
 """Fitting meshes: against closed forms, autograd and trimesh; damaged meshes; messages."""
 
 import json
-from concurrent.futures import ThreadPoolExecutor
 
 import igl
 import numpy as np
@@ -12,7 +11,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field import evaluate, schedule, threads
+from neural_sculpt_addon.field import schedule
 from neural_sculpt_addon.field.adam import Adam
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import fit_mesh
@@ -28,7 +27,6 @@ from neural_sculpt_addon.field.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.mesh_thicken import thicken
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.projection import find_surface
-from neural_sculpt_addon.field.solvers import spline_system
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 
 SPHERE = trimesh.creation.icosphere(subdivisions=4)
@@ -370,11 +368,10 @@ def test_a_sphere_is_fitted_and_reported(sphere_fit):
     assert np.abs(values(sphere_fit.field, x) - exact).mean() < 0.03
 
 
-def test_the_same_seed_gives_the_same_bits_whatever_the_cores(sphere_fit, monkeypatch):
-    with ThreadPoolExecutor(1, threads.NAME) as alone:
-        for module in (evaluate, spline_system):
-            monkeypatch.setattr(module, "pool", lambda: alone)
-        again = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
+@pytest.mark.parametrize("number", [1, 4])
+def test_the_same_seed_gives_the_same_bits_whatever_the_cores(sphere_fit, cores, number):
+    cores(number)
+    again = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft")
     assert same(again.field, sphere_fit.field)
 
 

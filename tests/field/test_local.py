@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The local solver against displaced spheres in closed form, and what it must leave as it is."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
@@ -71,23 +70,6 @@ def lens():
 @pytest.fixture(scope="module")
 def dab(preparation):
     return sculpt(preparation, Stroke(POLE, Brush(0.15, 0.05)))
-
-
-@pytest.fixture
-def cores(monkeypatch):
-    """Sets for how many cores the pool has threads."""
-
-    def forget():
-        threads.pool.cache_clear()
-        threads.threads.cache_clear()
-
-    def choose(number):
-        monkeypatch.setattr(os, "cpu_count", lambda: number)
-        forget()
-
-    yield choose
-    monkeypatch.undo()
-    forget()
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,7 @@ GOOD = [
     (JobKind.REPLAY, REPLAYED, {"layer.1": np.ones(5, "u1"), **proxy()}),
     (JobKind.REPLAY, {"revision": "r", "base": "b"}, model()),
     (JobKind.ABSORB, ABSORBED, layered()),
+    (JobKind.BOOLEAN, ABSORBED, layered()),
     (JobKind.FIT, PLACED, model()),
     (JobKind.LOAD, {"id": "b"}, model()),
     (JobKind.FLATTEN, {"id": "b"}, {"field": np.ones(5, "u1")}),

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 import torch
+import trimesh
 
 from neural_sculpt_addon.field.checkpoint import from_bytes
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
@@ -12,6 +13,7 @@ from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
 from neural_sculpt_addon.field.layers import digest
 from neural_sculpt_addon.field.prepare import CELLS
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker.jobs import Jobs
@@ -173,6 +175,30 @@ def test_absorbed_sculpting_is_one_more_layer():
     value, gradient = values_and_gradients(field_of(ob), vertices)
     assert np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)) < 1e-3
     assert distance_from(field_of(ob), result.arrays["vertices"]) < 1e-5
+
+
+def test_a_boolean_is_one_more_layer():
+    """With another field, moved and scaled, and with a mesh."""
+    jobs, ob, other = Jobs(CPU), Object(primitive("sphere")), Object(primitive("sphere"))
+    ob.edit(jobs, stroke())
+    matrix = np.diag([0.5, 0.5, 0.5, 1.0])
+    matrix[:3, 3] = [0.5, 0, 0]
+    asked = {"operation": "union", "blend": 0, "result_revision": "2"}
+    there = {"other": other.fields(), "matrix": matrix.ravel().tolist()}
+    result = run(jobs, JobKind.BOOLEAN, ob.fields(**asked, **there), ob.bytes | other.bytes)
+    ob.add(None, result)
+    far = project(field_of(ob), [[0.82, 0, 0]]).points[0]
+    np.testing.assert_allclose(far, [0.8, 0, 0], atol=1e-3)  # 0.5 + 0.5 * 0.6
+    box = trimesh.creation.box((2, 2, 1))
+    box.apply_translation((0, 0, 0.7))
+    mesh = {"vertices": box.vertices.astype(np.float32), "triangles": box.faces.astype(np.int32)}
+    asked = {"operation": "difference", "blend": 0.0, "result_revision": "3"}
+    result = run(jobs, JobKind.BOOLEAN, ob.fields(**asked), ob.bytes | mesh)
+    ob.add(None, result)
+    assert result.arrays["vertices"][:, 2].max() == pytest.approx(0.2, abs=1e-3)
+    with pytest.raises(SculptError, match="16 numbers"):
+        fields = ob.fields(**asked, other=other.fields(), matrix=[1, 2])
+        run(jobs, JobKind.BOOLEAN, fields, ob.bytes | other.bytes)
 
 
 def test_a_flattened_field_is_the_sum_in_one(edited):

@@ -115,7 +115,17 @@ def read_source(
     """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh, and their frame in the world."""
     location, rotation, _ = source.matrix_world.decompose()
     frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
-    shape = frame.inverted() @ source.matrix_world
+    return *read_in(source, context, frame), frame
+
+
+def read_in(
+    source: Object, context: Context, frame: Matrix
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh in a frame of the world.
+
+    SculptError when it has no faces.
+    """
+    shape = frame.inverted_safe() @ source.matrix_world
     evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
     try:
         vertices, triangles = proxy_mesh.read(evaluated.to_mesh())
@@ -127,4 +137,4 @@ def read_source(
     if np.linalg.det(linear) < 0:
         triangles = triangles[:, ::-1]
     vertices = (vertices @ linear.T + offset).astype(np.float32)  # (V, 3)
-    return vertices, np.ascontiguousarray(triangles), frame
+    return vertices, np.ascontiguousarray(triangles)
