@@ -8,6 +8,12 @@ TEXTS = {
     "No such device": "Das Gerät fehlt",
     "Starting": "Startet",
     "Stopped unexpectedly": "Unerwartet beendet",
+    "Not responding": "Reagiert nicht",
+    "The worker gives no sign of life": "Der Arbeitsprozess gibt kein Lebenszeichen",
+    "Restart": "Neu starten",
+    "The worker gives no sign of life. Restart it: no stroke is lost, the one that it was at is"
+    " computed again.": "Der Arbeitsprozess gibt kein Lebenszeichen. Ihn neu starten: Kein Strich"
+    " geht verloren, der gerade berechnete wird noch einmal berechnet.",
     "Device": "Gerät",
     "What strokes are sculpted on": "Worauf Striche berechnet werden",
     "Auto": "Automatisch",

@@ -77,6 +77,9 @@ MESSAGES = {
     " Feldes. Ihn wieder verkleinern oder ein neues Feld daraus machen (Neuronales Feld aus Mesh).",
     "The stroke has no width: its pressure is zero. Draw it again.": "Der Strich hat keine Breite:"
     " Sein Druck ist null. Noch einmal zeichnen.",
+    "With its pressure the stroke has a radius of {}; the least is 0.001. Use a larger radius, or"
+    " press harder.": "Mit seinem Druck hat der Strich einen Radius von {}; der kleinste ist 0,001."
+    " Einen größeren Radius verwenden oder fester drücken.",
     "The stroke leaves nothing of the surface under it: its radius is too small, or its intensity"
     " so large that the surface runs through itself. Change one of them.": "Der Strich lässt nichts"
     " von der Oberfläche unter ihm übrig: Sein Radius ist zu klein oder seine Stärke so groß, dass"

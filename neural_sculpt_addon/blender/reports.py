@@ -30,6 +30,7 @@ def report_of(ob: Object) -> dict[str, Any]:
     """The report of the field as it is; empty when there is none, or none that can be read."""
     try:
         report = json.loads(field_of(ob).report or "{}")
+        json.dumps(report, allow_nan=False)  # a .blend can hold NaN, which nothing can show
     except (ValueError, RecursionError):
         return {}
     return report if isinstance(report, dict) else {}

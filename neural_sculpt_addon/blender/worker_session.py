@@ -9,7 +9,8 @@ dropped. In Edit Mode, whose undo steps hold nothing else, and in Dyntopo result
 
 When the worker dies, or answers nonsense, the job that it had is sent to a new one. When that one
 dies, too, the job fails and the next one has its turn. A stroke that fails for no reason of its own
-stays in the history, muted.
+stays in the history, muted. One that hangs is ended as if it had died: when the artist restarts it
+or cancels its job, and at once in the background, where nobody can.
 
 Bytes of fields go to a worker process once; a worker that lacks some says so and gets all again.
 One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
@@ -107,9 +108,13 @@ class Session:
             self.cancel_job(job, why)
 
     def cancel_job(self, job: Job, why: str = "Cancelled.") -> None:
-        """Cancel one job that is pending."""
+        """Cancel one job that is pending; a worker that hangs on it is replaced."""
+        running = job.status is JobStatus.RUNNING
         self._silence(job)
         self._end(job, JobStatus.CANCELLED, why)
+        if running and self.hangs and self.client is not None:
+            self.client.give_up()
+            self._watch()
 
     def settle(self, job: Job) -> None:
         """Let a running job end with what it has."""
@@ -123,6 +128,11 @@ class Session:
     def newest_stroke(self) -> Job | None:
         """The job of the last strokes drawn, while it has no result."""
         return next((job for job in reversed(self.jobs) if job.pending and job.strokes), None)
+
+    @property
+    def hangs(self) -> bool:
+        """Whether the worker gives no sign of life."""
+        return self.client is not None and self.client.state is WorkerState.HANGING
 
     def slow_job(self) -> Job | None:
         """The running job, when the artist has waited for it so long that it must show."""
@@ -161,6 +171,8 @@ class Session:
         heard = False
         preview.refresh()
         fresh = [] if self.client is None else self.client.poll_once()
+        if self.waits and self.hangs and self.client is not None:
+            self.client.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
         while self._news and not read and not self._foresee(self._news[0]):
@@ -171,6 +183,8 @@ class Session:
             heard = True
             if message.arrays:
                 break  # likewise
+        if self.hangs and self.jobs:
+            self.jobs[0].message = n_("The worker gives no sign of life")
         self._advance()
         return heard
 
@@ -191,8 +205,14 @@ class Session:
                 self.jobs = deque(other for other in self.jobs if other is not job)
 
     def restart(self) -> None:
-        """Stop the worker, whatever it does, and start a new one. Queued jobs are cancelled."""
-        self.stop()
+        """Stop the worker, whatever it does, and start a new one.
+
+        Queued jobs are cancelled; those of a worker that hangs are sent to the new one.
+        """
+        if self.hangs and self.client is not None:
+            self.client.give_up()
+        else:
+            self.stop()
         self._ensure_worker()
         self._watch()
 
@@ -429,7 +449,7 @@ class Session:
         if heard or now is not before:
             redraw.tag_panels()
         told, self._told = self._told, self.slow_job() is not None
-        if told is not self._told or (self._told and heard):
+        if told is not self._told or (self._told and (heard or now is not before)):
             hints.refresh()
         busy = self.jobs or self.behind or now is WorkerState.STARTING
         return TICK if busy else None

@@ -2,7 +2,9 @@
 """Evaluation of a field at many points: NumPy in, NumPy out, no autograd.
 
 On the CPU, chunks that fit the cache go to a pool of threads with one torch thread each. How points
-are divided depends on their number alone, so any number of cores gives the same bits. Model space.
+are divided depends on their number and the network alone, so any number of cores gives the same
+bits. A cancel is heard before each chunk, which has fewer points where the network is large.
+Model space.
 """
 
 from collections.abc import Callable
@@ -13,7 +15,8 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
 
-from .threads import in_pool, pool
+from ..stroke.progress import look
+from .threads import parallel
 
 if TYPE_CHECKING:  # a field samples itself by these functions
     from .field import Field
@@ -21,6 +24,8 @@ if TYPE_CHECKING:  # a field samples itself by these functions
 CHUNK = 2048
 GRADIENT_CHUNK = 1536  # takes three times the memory
 DEVICE_CHUNK = 1 << 18
+WORK = 1 << 30
+"""Multiplications in a chunk, on the CPU, at most: some 100 ms."""
 
 
 def values(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
@@ -30,7 +35,7 @@ def values(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
     def evaluate(part: slice) -> None:
         out[part] = field.value(torch.from_numpy(x[part]).to(field.device)).cpu().numpy()
 
-    _in_chunks(evaluate, len(x), CHUNK, field.device)
+    _in_chunks(evaluate, len(x), chunk(field, CHUNK, 1), field.device)
     return out
 
 
@@ -46,8 +51,16 @@ def values_and_gradients(
         f, slope = field.value_and_gradient(torch.from_numpy(x[part]).to(field.device))
         value[part], gradient[part] = f.cpu().numpy(), slope.cpu().numpy()
 
-    _in_chunks(evaluate, len(x), GRADIENT_CHUNK, field.device)
+    _in_chunks(evaluate, len(x), chunk(field, GRADIENT_CHUNK, 2), field.device)
     return value, gradient
+
+
+def chunk(field: "Field", most: int, passes: int) -> int:
+    """Points, `most` of them, that go through the network so often within WORK."""
+    if field.device.type != "cpu":
+        return DEVICE_CHUNK
+    weights = sum(weight.numel() for weight in field.network.weights)
+    return max(1, min(most, WORK // (passes * weights)))
 
 
 def _points(points: ArrayLike) -> NDArray[np.float32]:
@@ -55,20 +68,20 @@ def _points(points: ArrayLike) -> NDArray[np.float32]:
 
 
 def _in_chunks(
-    evaluate: Callable[[slice], None], count: int, chunk: int, device: torch.device
+    evaluate: Callable[[slice], None], count: int, size: int, device: torch.device
 ) -> None:
-    """Let `evaluate` do all of `count` points, on the CPU in equal chunks."""
-    on_cpu = device.type == "cpu"
-    chunks = -(-count // (chunk if on_cpu else DEVICE_CHUNK))
+    """Let `evaluate` do all of `count` points, in equal chunks of `size` at most."""
+    chunks = -(-count // size)
     ends = [count * number // max(chunks, 1) for number in range(chunks + 1)]
     parts = [slice(*pair) for pair in pairwise(ends)]
 
     def task(part: slice) -> None:
+        look()
         with torch.inference_mode():
             evaluate(part)
 
-    if in_pool() or not on_cpu:
+    if device.type == "cpu":
+        parallel(task, parts)
+    else:
         for part in parts:
             task(part)
-    else:
-        list(pool().map(task, parts))  # list: raise what a chunk raised

@@ -5,6 +5,7 @@ Files come from outside: whatever trimesh makes of a damaged one becomes one sen
 """
 
 import io
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,12 @@ from .whole_file import write_whole
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes
 
+# What trimesh raises on damaged files.
+DAMAGE = (
+    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
+    *(NameError, RuntimeError, SyntaxError, TypeError, ValueError, struct.error),
+)
+
 
 def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (V, 3) and triangles (F, 3) of a mesh file. SculptError when it holds none."""
@@ -27,12 +34,12 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         if path.stat().st_size > LARGEST_FILE:
             raise SculptError(f"{path.name} is larger than 2 GiB; decimate the mesh first.")
         mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+        vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
+        triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror or error}.") from error
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+    except DAMAGE as error:
         raise SculptError(f"{path.name} is no readable mesh ({error!s:.100}).") from error
-    vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
-    triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     if not len(triangles):
         raise SculptError(f"{path.name} holds no triangles; choose a mesh with a surface.")
     if triangles.min() < 0 or triangles.max() >= len(vertices):

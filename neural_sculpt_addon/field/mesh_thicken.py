@@ -16,7 +16,7 @@ from .mesh_cleanup import LONGEST_SIDE, CleanMesh
 
 def thicken(mesh: CleanMesh, thickness: float) -> CleanMesh:
     """`mesh` with open pieces that are `thickness` thick, in its model units, scaled anew."""
-    _, faces, _ = igl.boundary_facets(mesh.triangles)
+    faces = np.asarray(igl.boundary_facets(mesh.triangles)[1])
     is_open = np.isin(mesh.pieces, mesh.pieces[faces])  # (F,)
     if not is_open.any():
         return mesh
@@ -26,7 +26,7 @@ def thicken(mesh: CleanMesh, thickness: float) -> CleanMesh:
     owned, names = np.unique(owned, axis=0, return_inverse=True)
     points, upper = mesh.vertices[owned[:, 1]], names.reshape(-1, 3)  # (C, 3), (S, 3)
     step = thickness / 2 * np.nan_to_num(igl.per_vertex_normals(points, upper))  # (C, 3)
-    edges, faces, _ = igl.boundary_facets(upper)
+    edges, faces = map(np.asarray, igl.boundary_facets(upper)[:2])
     (a, b), (low_a, low_b) = edges.T, edges.T + len(points)
     band = [np.stack([b, a, low_a], axis=1), np.stack([b, low_a, low_b], axis=1)]
     shells = np.concatenate([upper, upper[:, ::-1] + len(points), *band])

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from ..stroke.brush import LEAST_RADIUS
 from ..stroke.curve import Array
 from ..stroke.displacement import displace
 from ..stroke.errors import SculptError
@@ -257,6 +258,11 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     """
     if not stroke.largest_factor:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
+    if (radius := stroke.brush.radius * stroke.largest_factor) < LEAST_RADIUS:
+        raise SculptError(
+            f"With its pressure the stroke has a radius of {radius:.2g}; the least is 0.001. Use a"
+            " larger radius, or press harder."
+        )
     laid = []
     for copy in stroke.copies():
         check()

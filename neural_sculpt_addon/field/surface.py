@@ -39,7 +39,7 @@ def sample_surface(
     return in_pieces(bring, count, check)
 
 
-def spatial_order(points: NDArray[np.float32]) -> NDArray[np.intp]:
+def spatial_order(points: NDArray[np.floating]) -> NDArray[np.intp]:
     """The order of `points` (N, 3) in [-1, 1]^3 along Morton's curve: every k-th one of them, from
     any start, is spread as evenly as all are."""
     cells = np.clip((points + 1) * 512, 0, 1023).astype(np.int64)  # (N, 3)

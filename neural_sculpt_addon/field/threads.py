@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager
+from contextvars import copy_context
 from functools import cache
 from typing import Any, TypeVar, cast
 
@@ -57,9 +58,14 @@ def in_pool() -> bool:
     return threading.current_thread().name.startswith(NAME)
 
 
+def submit(task: Callable[[S], T], part: S) -> Future[T]:
+    """Have a thread of the pool do a part, which is interrupted as its caller is."""
+    return pool().submit(copy_context().run, task, part)
+
+
 def parallel(task: Callable[[S], T], parts: Iterable[S]) -> list[T]:
     """What the pool's threads make of `parts`, in order."""
-    return list(map(task, parts) if in_pool() else pool().map(task, parts))
+    return [task(part) for part in parts] if in_pool() else list(_ahead(task, list(parts)))
 
 
 def in_pieces(
@@ -91,7 +97,7 @@ def in_pieces(
     return join(done)
 
 
-def _ahead(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
+def _ahead(task: Callable[[S], T], parts: Sequence[S]) -> Generator[T]:
     """What the pool's threads make of `parts`, in order, with few of them given out ahead.
 
     Whoever gives out hundreds at once waits for Python's lock after each, and hears no cancel.
@@ -99,7 +105,7 @@ def _ahead(task: Callable[[slice], T], parts: Sequence[slice]) -> Generator[T]:
     given: deque[Future[T]] = deque()
     try:
         for part in parts:
-            given.append(pool().submit(task, part))
+            given.append(submit(task, part))
             if len(given) == 2 * threads():
                 yield given.popleft().result()
         while given:

@@ -148,14 +148,13 @@ def displaced(
     second = np.cross(samples.normals, first)
     tangents = []
     for axis in (first, second):
-        ahead = displace(stroke, path, samples.points + step * axis, samples.normals)
+        _, gradient = values_and_gradients(field, samples.points + BEND * axis)
+        normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+        bend = (normals - samples.normals) / BEND
+        ahead = displace(stroke, path, samples.points + step * axis, samples.normals + step * bend)
         slope = (ahead.amount - displacement.amount) / step
         if stroke.direction is Direction.STROKE:
             bend = (ahead.direction - displacement.direction) / step
-        else:
-            _, gradient = values_and_gradients(field, samples.points + BEND * axis)
-            normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-            bend = (normals - samples.normals) / BEND
         tangents.append(
             axis + slope[:, None] * displacement.direction + displacement.amount[:, None] * bend
         )

@@ -7,6 +7,7 @@ from .errors import SculptError
 from .modulation import Modulation
 from .profile import Profile
 
+LEAST_RADIUS = 9.9e-4  # the least that Blender offers is 1e-3, as a float32
 LARGEST_RADIUS = 1.0
 LARGEST_INTENSITY = 1.0
 
@@ -15,7 +16,7 @@ LARGEST_INTENSITY = 1.0
 class Brush:
     """Brush settings, frozen at the time a stroke was drawn.
 
-    radius:    half width of the tube, model space, in (0, 1]
+    radius:    half width of the tube, model space, in [0.001, 1]
     intensity: signed height of the displacement, model space, in [-1, 1]; negative carves
     """
 
@@ -26,7 +27,9 @@ class Brush:
 
     def __post_init__(self) -> None:
         """Refuse sizes that fit no field. SculptError."""
-        if not 0 < self.radius <= LARGEST_RADIUS:
-            raise SculptError(f"The radius is {self.radius}; it must be above 0 and at most 1.")
+        if not LEAST_RADIUS <= self.radius <= LARGEST_RADIUS:
+            raise SculptError(f"The radius is {self.radius:.6g}; it must lie between 0.001 and 1.")
         if not abs(self.intensity) <= LARGEST_INTENSITY:
-            raise SculptError(f"The intensity is {self.intensity}; it must lie between -1 and 1.")
+            raise SculptError(
+                f"The intensity is {self.intensity:.6g}; it must lie between -1 and 1."
+            )

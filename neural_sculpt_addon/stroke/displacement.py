@@ -3,7 +3,9 @@
 
 v is the signed distance from the path. Around a round end the profile of both sides is blended by
 the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
-other sheet of a thin part, whose normal turns away from n(u), is not displaced. Model space.
+other sheet of a thin part, whose normal turns away from n(u), is not displaced, and what is turned
+by more than 60 degrees only in part: around an edge the displacement fades, and has no cliff. Model
+space.
 """
 
 from typing import NamedTuple
@@ -14,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from .curve import Array, arc_length
 from .path import Path, locate
 from .stroke import Direction, Ends, Stroke
+
+FACING = 0.5
+"""Cosine between a normal and that of the path, from which on a point is displaced in full."""
 
 
 class Displacement(NamedTuple):
@@ -44,14 +49,15 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     normals = np.asarray(normals, float)
     place = locate(path, points)
     brush = stroke.brush
-    facing = np.einsum("ij,ij->i", normals, place.normals) > 0
+    cosine = np.einsum("ij,ij->i", normals, place.normals)
+    share = np.clip(cosine / FACING, 0, 1)
     radius = local_radius(stroke, place.u)
     intensity = brush.intensity * _factors(stroke, stroke.intensity_factors, place.u)
-    nearness = np.where(facing, place.distance / np.maximum(radius, 1e-9), np.inf)
+    nearness = np.where(cosine > 0, place.distance / np.maximum(radius, 1e-9), np.inf)
     inside = np.minimum(nearness, 2.0)  # the profile is zero from 1 on
     left, right = (1 + place.sine) / 2, (1 - place.sine) / 2
     height = left * brush.profile(inside) + right * brush.profile(-inside)
-    amount = intensity * brush.modulation(place.u) * height
+    amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
     direction = place.normals if stroke.direction is Direction.STROKE else normals

@@ -21,12 +21,12 @@ def parse_strokes(text: str) -> tuple[Stroke, ...]:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise SculptError(f"This is no JSON stroke file ({error}).") from error
+        raise SculptError(f"This is no JSON stroke file ({error!s:.100}).") from error
     if not isinstance(document, Mapping) or not isinstance(document.get("strokes"), list):
         raise SculptError('A stroke file is {"version": 1, "strokes": [...]}.')
     if (version := document.get("version")) != VERSION:
         raise SculptError(
-            f"This stroke file has version {version!r}, this add-on reads version {VERSION}."
+            f"This stroke file has version {version!r:.100}, this add-on reads version {VERSION}."
             " Update Neural Sculpt, or save the strokes again with the version you have."
         )
     strokes = []

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How long work reports how far it is, and learns that it is no longer wanted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 Progress = Callable[[float, str], None]
 """Called with a fraction in [0, 1] and a short text; raises Cancelled when the work must stop."""
@@ -17,6 +19,24 @@ def silent(fraction: float, message: str) -> None:
 
 def go_on() -> None:
     """Check of work that nobody cancels."""
+
+
+_interruption: ContextVar[Check] = ContextVar("interruption", default=go_on)
+
+
+@contextmanager
+def interruptible(check: Check) -> Iterator[None]:
+    """Work within which `look` calls `check`, on any thread."""
+    token = _interruption.set(check)
+    try:
+        yield
+    finally:
+        _interruption.reset(token)
+
+
+def look() -> None:
+    """Check of work that is given none, deep within other work, as that of `interruptible`."""
+    _interruption.get()()
 
 
 def sub_progress(progress: Progress, start: float, end: float) -> Progress:

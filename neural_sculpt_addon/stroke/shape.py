@@ -19,6 +19,7 @@ from .errors import SculptError
 Array = NDArray[np.float64]
 Formula = Callable[[Array], NDArray[Any]]
 
+LARGEST_NUMBER = 1000.0  # far outside of every domain and range; beyond, sums overflow
 MOST_NUMBERS = 4096  # in one list of control points or one table
 
 
@@ -42,13 +43,15 @@ class Shape:
         if self.name and self.name not in self.FORMULAS:
             names = ", ".join(self.FORMULAS)
             raise SculptError(
-                f"There is no {self.WORD} named {self.name!r}; choose one of {names}."
+                f"There is no {self.WORD} named {self.name!r:.100}; choose one of {names}."
             )
         if len(self.points) == 1 or len(self.table) == 1:
             raise SculptError(f"A {self.WORD} needs at least two points.")
         numbers = np.array([*np.ravel(self.points), *self.table], float)
-        if len(numbers) > MOST_NUMBERS or not np.isfinite(numbers).all():
-            raise SculptError(f"A {self.WORD} needs finite numbers, at most {MOST_NUMBERS}.")
+        if len(numbers) > MOST_NUMBERS or not (np.abs(numbers) <= LARGEST_NUMBER).all():
+            raise SculptError(
+                f"A {self.WORD} needs numbers from -1000 to 1000, at most {MOST_NUMBERS} of them."
+            )
         if self.points and (np.diff([x for x, _ in self.points]) < 1e-6).any():
             raise SculptError(f"The control points of a {self.WORD} must go from left to right.")
 
@@ -83,7 +86,7 @@ class Shape:
                 return cls(table=tuple(map(float, reading.numbers(data["table"]).tolist())))
             return cls(name=reading.text(data["name"]))
         except (KeyError, *reading.UNREADABLE) as error:
-            raise SculptError(f"A {cls.WORD} cannot be read ({error}).") from error
+            raise SculptError(f"A {cls.WORD} cannot be read ({error!s:.100}).") from error
 
 
 def _catmull_rom(x: Array, points: Array, bounds: tuple[float, float]) -> Array:

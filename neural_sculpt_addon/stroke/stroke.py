@@ -22,6 +22,7 @@ from .modulation import Modulation
 from .profile import Profile
 
 MOST_POINTS = 2048
+LEAST_FACTOR = 1e-3  # pressure below it is none
 BOX = 1.0  # strokes lie in [-1, 1]^3
 AXES = "XYZ"
 
@@ -83,9 +84,12 @@ class Stroke:
             factors = _numbers(factors, word)
             if factors.shape != (len(points),) or factors.min() < 0 or factors.max() > 10:
                 raise SculptError(f"A stroke's {word} are one number from 0 to 10 for each point.")
+            factors = np.where(factors < LEAST_FACTOR, 0.0, factors)
             object.__setattr__(self, word, factors)
         if not 0 <= self.seed < 2**63:
-            raise SculptError(f"The stroke's seed is {self.seed}; it must be from 0 to 2^63 - 1.")
+            raise SculptError(
+                f"The stroke's seed is {self.seed!s:.100}; it must be from 0 to 2^63 - 1."
+            )
         if not self.mirror <= set(AXES):
             raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
 
@@ -145,7 +149,8 @@ class Stroke:
         if not isinstance(data, Mapping):
             raise SculptError("A stroke is a JSON object with points, radius and intensity.")
         if unknown := set(data) - _WORDS:
-            raise SculptError(f"A stroke has no field {', '.join(sorted(map(str, unknown)))}.")
+            names = ", ".join(sorted(map(str, unknown)))
+            raise SculptError(f"A stroke has no field {names:.100}.")
         if missing := {"points", "radius", "intensity"} - set(data):
             raise SculptError(f"The stroke lacks {', '.join(sorted(missing))}.")
         brush = Brush(

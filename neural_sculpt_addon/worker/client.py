@@ -20,7 +20,7 @@ import numpy as np
 
 from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress, silent
-from . import answers
+from . import answers, pulse
 from .process import Exit, WorkerProcess
 from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind
 
@@ -36,6 +36,7 @@ class WorkerState(StrEnum):
     STOPPED = "stopped"
     STARTING = "starting"  # the process runs, torch is being imported; jobs may be submitted
     READY = "ready"
+    HANGING = "hanging"  # it runs and gives no sign of life; `give_up` ends it, or it goes on
     DEAD = "dead"  # it ended by itself; `problem` says why, `start` begins anew
 
 
@@ -95,6 +96,13 @@ class Client:
         self.state = WorkerState.STOPPED
         self.hello = None
 
+    def give_up(self) -> None:
+        """End a worker that hangs: its open jobs end as those of one that died."""
+        if self._process is not None:
+            self._take_all()
+            self._process.kill()
+            self._bury("it gave no sign of life", "")
+
     def submit(
         self,
         kind: JobKind,
@@ -130,6 +138,7 @@ class Client:
         A large result is read by several calls.
         """
         self._take_all(_READING)
+        self._feel()
         news = list(self._inbox)
         self._inbox.clear()
         return news
@@ -162,6 +171,16 @@ class Client:
                 raise TimeoutError(f"Job {job} has not ended within {timeout} s.")
             if not self._take():
                 time.sleep(_TICK)
+
+    def _feel(self) -> None:
+        """Find out whether the worker hangs."""
+        if self._process is None:
+            return
+        limit = pulse.SILENT if self.hello else pulse.SILENT_STARTING
+        if self._process.silent() > limit:
+            self.state = WorkerState.HANGING
+        else:
+            self.state = WorkerState.READY if self.hello else WorkerState.STARTING
 
     def _take_all(self, seconds: float = math.inf) -> None:
         while self._take(seconds):

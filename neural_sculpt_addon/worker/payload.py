@@ -57,7 +57,9 @@ def read(job: Payload, name: str, wanted: type[T]) -> T:
     """A field of the job. SculptError unless it is of the wanted type."""
     value = job.fields.get(name)
     if type(value) is not wanted:
-        raise SculptError(f"The job's {name!r} must be of type {wanted.__name__}, not {value!r}.")
+        raise SculptError(
+            f"The job's {name!r} must be of type {wanted.__name__}, not {value!r:.100}."
+        )
     return value
 
 

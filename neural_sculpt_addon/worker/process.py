@@ -2,11 +2,12 @@
 """One run of the worker: the child process, and the folder through which it is spoken to.
 
 NumPy and the standard library only. Requests and answers are files (see mailbox), so that nothing
-here waits for the worker. Its stdin gets the folder's name and then a byte for each request; the
-end of stdin ends it. What it prints is its log.
+here waits for the worker. Its stdin gets the folder's name as a line of JSON, for a name can hold
+a line break, and then a byte for each request; the end of stdin ends it. What it prints is its log.
 """
 
 import contextlib
+import json
 import math
 import os
 import shutil
@@ -22,6 +23,7 @@ from .interpreter import start_logged
 from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError
+from .pulse import Pulse
 
 REQUESTS, ANSWERS = "requests", "answers"
 """Folders in that of the worker."""
@@ -63,7 +65,8 @@ class WorkerProcess:
         self._folder = folder
         self._requests = Outbox(folder / REQUESTS)
         self._answers = Inbox(folder / ANSWERS)
-        self._ring(os.fsencode(folder) + b"\n")
+        self._pulse = Pulse(folder / ANSWERS)
+        self._ring(json.dumps(os.fspath(folder)).encode() + b"\n")
 
     @property
     def pid(self) -> int:
@@ -102,11 +105,23 @@ class WorkerProcess:
         except ProtocolError as error:
             self._process.kill()
             return self._end(str(error))
+        if message is not None:
+            self._pulse.silent = 0.0  # what it says is a sign of life, too
         silent = message is None and not self._answers.amid
         return self._end() if silent and not running else message
 
+    def silent(self) -> float:
+        """Seconds without a sign of life."""
+        self._pulse.look()
+        return self._pulse.silent
+
     def stop(self) -> None:
         """End the process, kindly and then not; it is gone afterwards."""
+        self._end()
+
+    def kill(self) -> None:
+        """End the process at once, for it hears nothing."""
+        self._process.kill()
         self._end()
 
     def _end(self, reason: str = "") -> Exit:
@@ -116,7 +131,9 @@ class WorkerProcess:
             code = self._process.wait(_GRACE)
         except subprocess.TimeoutExpired:
             self._process.kill()
-            code = self._process.wait()
+            with contextlib.suppress(subprocess.TimeoutExpired):  # a driver holds it
+                self._process.wait(_GRACE)
+            code = self._process.returncode or 0
         shutil.rmtree(self._folder, ignore_errors=True)
         tail = self._log_tail()
         return Exit(reason or exit_in_words(code, tail), tail)

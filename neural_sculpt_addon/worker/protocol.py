@@ -155,7 +155,7 @@ def reading(stream: BufferedIOBase) -> Iterator[Message | None]:
         try:
             array = np.empty(shape, dtype)
         except MemoryError as error:
-            raise ProtocolError(f"There is no memory for the array {name!r}.") from error
+            raise ProtocolError(f"There is no memory for the array {name!r:.100}.") from error
         if array.size:
             content = array.reshape(-1).view(np.uint8).data
             _require_whole(_fill(stream, content), array.nbytes)
@@ -176,7 +176,7 @@ def _parse(text: bytes, payload_size: int) -> tuple[Kind, int, dict[str, Any], _
     header = _members(header, "header", kind=str, job=int, fields=dict, arrays=list)
     kind = _KINDS.get(header["kind"])
     if kind is None:
-        raise ProtocolError(f"A frame has the unknown kind {header['kind']!r}.")
+        raise ProtocolError(f"A frame has the unknown kind {header['kind']!r:.100}.")
     if not 0 <= header["job"] <= _MAX_JOB:
         raise ProtocolError("A frame has an impossible job number.")
     layout: _Layout = []
@@ -205,7 +205,7 @@ def _members(value: object, what: str, **types: type) -> Mapping[str, Any]:
 def _bytes_of(array: Mapping[str, Any]) -> int:
     """Size of an array as described, bounded without multiplying anything that overflows."""
     if array["dtype"] not in DTYPES:
-        raise ProtocolError(f"An array of a frame has the dtype {array['dtype']!r}.")
+        raise ProtocolError(f"An array of a frame has the dtype {array['dtype']!r:.100}.")
     shape = array["shape"]
     if len(shape) > _MAX_DIMENSIONS or any(type(n) is not int or n < 0 for n in shape):
         raise ProtocolError("An array of a frame has an impossible shape.")

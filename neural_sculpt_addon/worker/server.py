@@ -4,12 +4,14 @@
 The main thread runs the jobs in the order of their arrival. A second thread listens at stdin, whose
 first line names the folder of requests and answers (see mailbox) and which then has a byte for each
 request: so a cancel is heard in mid-job, and the end of the pipe ends the process at once. Whoever
-asked is gone then, and all that matters lives in the .blend.
+asked is gone then, and all that matters lives in the .blend. A third gives signs of life (see
+pulse).
 """
 
 import contextlib
 import ctypes
 import faulthandler
+import json
 import logging
 import os
 import platform
@@ -27,7 +29,8 @@ from pathlib import Path
 from typing import Any
 
 from ..stroke.errors import Cancelled, SculptError
-from ..stroke.progress import Progress
+from ..stroke.progress import Progress, interruptible
+from . import pulse
 from .device import choose
 from .environment import Device
 from .jobs import Jobs, warm_up
@@ -95,7 +98,7 @@ class Server:
     def __init__(self, bell: RawIOBase) -> None:
         """Listen at `bell` from now on; its end ends the process."""
         self._bell = bell
-        self._folder = Path(os.fsdecode(bell.readline().removesuffix(b"\n")))
+        self._folder = Path(json.loads(bell.readline()))
         if not self._folder.is_dir():
             sys.exit(f"There is no folder {self._folder} to take requests from.")
         self._requests = Inbox(self._folder / REQUESTS)
@@ -106,6 +109,8 @@ class Server:
         self._running: int | None = None
         self._cancelled = False
         self._enough = False
+        self._reported = 0.0  # when the running job came to its last report
+        threading.Thread(target=self._beat, name="pulse", daemon=True).start()
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
 
     def serve(self, handlers: Mapping[JobKind, Handler], hello: Mapping[str, Any]) -> None:
@@ -116,6 +121,7 @@ class Server:
                 self._changed.wait_for(lambda: self._waiting)
                 job = self._waiting.popleft()
                 self._running, self._cancelled, self._enough = job.job, False, False
+                self._reported = time.monotonic()
             self._finish(self._run(job, handlers))
 
     def _run(self, job: Message, handlers: Mapping[JobKind, Handler]) -> Message:
@@ -129,7 +135,8 @@ class Server:
                 preview=partial(self._send_preview, job.job),
                 enough=lambda: self._enough,
             )
-            result = handler(task, self._progress(job.job))
+            with interruptible(self._look):
+                result = handler(task, self._progress(job.job))
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
         except MissingError as error:
@@ -144,8 +151,8 @@ class Server:
             logger.exception("%s failed", job.kind)
             return _error(
                 job.job,
-                f"The worker failed ({type(error).__name__}: {error}). Please report this with the"
-                " worker's log.",
+                f"The worker failed ({type(error).__name__}: {error!s:.100}). Please report this"
+                " with the worker's log.",
                 traceback.format_exc(),
             )
         logger.info("%s took %.2f s", job.kind, time.monotonic() - started)
@@ -157,15 +164,20 @@ class Server:
 
         def report(fraction: float, message: str) -> None:
             nonlocal last
-            if self._cancelled:
-                raise Cancelled
-            now = time.monotonic()
+            self._look()
+            now = self._reported
             if now - last >= PROGRESS_SECONDS:
                 last = now
                 fields = {"fraction": min(max(float(fraction), 0.0), 1.0), "message": message}
                 self._send(Message(MessageKind.PROGRESS, job, fields))
 
         return report
+
+    def _look(self) -> None:
+        """Note a sign of the running job. Cancelled when it is no longer wanted."""
+        if self._cancelled:
+            raise Cancelled
+        self._reported = time.monotonic()
 
     def _send_preview(self, job: int, shown: Payload) -> None:
         self._send(Message(MessageKind.PREVIEW, job, dict(shown.fields), dict(shown.arrays)))
@@ -187,6 +199,14 @@ class Server:
         except OSError:  # the disk is full, or the folder is gone and nobody listens any more
             logger.exception("the worker cannot answer")
             os._exit(1)
+
+    def _beat(self) -> None:
+        """Give signs of life, unless a job is stuck."""
+        with contextlib.suppress(OSError):  # the folder is gone, and this process is about to be
+            while True:
+                if self._running is None or time.monotonic() - self._reported < pulse.STUCK:
+                    pulse.beat(self._folder / ANSWERS)
+                time.sleep(pulse.INTERVAL)
 
     def _listen(self) -> None:
         code = 1

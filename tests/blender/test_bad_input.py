@@ -77,6 +77,21 @@ class Strokes(SculptCase):
         bad = {"points": [[0, 0, 0]], "radius": -1, "intensity": 0.1}
         self.refused("radius", stroke_json=json.dumps({"version": 1, "strokes": [bad]}))
 
+    def test_senseless_strokes(self) -> None:
+        points = arc(self.ob).tolist()
+        plain = {"points": points, "radius": 0.1, "intensity": 0.05}
+        factors = [0.05] * len(points)
+        for sentence, words in {
+            "The radius is 1e-30": {"radius": 1e-30},
+            "The intensity is 1e+308": {"intensity": 1e308},
+            "With its pressure": {"radius": 1e-3, "radius_factors": factors},
+            "radius_factors are": {"radius_factors": [1e300] * len(points)},
+            "name cannot be": {"name": ["x" * 5000]},
+        }.items():
+            strokes = [{**plain, **words}]
+            self.refused(sentence, stroke_json=json.dumps({"version": 1, "strokes": strokes}))
+            self.assertLess(len(self.session.last_error), 300)
+
     def test_locked_objects(self) -> None:
         points = collection(arc(self.ob))
         bpy.ops.object.mode_set(mode="EDIT")

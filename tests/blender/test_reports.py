@@ -5,7 +5,7 @@ import json
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, redo, stroke, undo
+from harness import SteeredCase, field, module, redo, stroke, undo
 
 
 class Reports(SteeredCase):
@@ -72,3 +72,11 @@ class Reports(SteeredCase):
         self.assertEqual(self.session.last_error, "")
         self.stroke("Two")
         self.assertEqual(len(field("Sphere").neural_sculpt.strokes), 2)
+
+    def test_nan_in_a_file_is_no_report(self) -> None:
+        reports = module("blender.reports")
+        for text in ('{"mean": NaN}', '{"mean": [-Infinity]}', '{"mean": 1e999}'):
+            field("Sphere").neural_sculpt.report = text
+            self.assertEqual(reports.report_of(field("Sphere")), {})
+        field("Sphere").neural_sculpt.report = '{"error_mean": 0.5}'
+        self.assertEqual(reports.report_of(field("Sphere")), {"error_mean": 0.5})

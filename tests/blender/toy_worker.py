@@ -16,6 +16,7 @@ and `once` when only once.
 import hashlib
 import json
 import os
+import signal
 import sys
 import time
 import zlib
@@ -155,6 +156,8 @@ def spoiled(result):
         resource.setrlimit(resource.RLIMIT_FSIZE, (500, resource.RLIM_INFINITY))
     elif how == "death":
         os._exit(7)
+    elif how == "hang":
+        os.kill(os.getpid(), signal.SIGSTOP)
     return Payload(fields, arrays)
 
 

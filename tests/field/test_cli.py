@@ -312,6 +312,29 @@ BAD = {
 }
 
 
+SENSELESS = {
+    "The radius is 1e-30": {"radius": 1e-30},
+    "The intensity is 1e+308": {"intensity": 1e308},
+    "With its pressure": {"radius": 1e-3, "radius_factors": [0.05, 0.05]},
+    "radius_factors are": {"radius_factors": [1e300, 1]},
+    "no width": {"radius_factors": [1e-300, 1e-300]},
+    "profile": {"profile": {"points": [[-1e308, 0], [1e308, 0]]}},
+    "no field": {"x" * 5000: 1},
+    "name": {"name": ["x" * 5000]},
+}
+
+
+@pytest.mark.parametrize("word", SENSELESS)
+def test_senseless_strokes_are_refused_in_one_sentence(folder, capsys, monkeypatch, word):
+    stroke_file(folder, **SENSELESS[word])
+    monkeypatch.chdir(folder)
+    assert main(APPLY) == 1
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert word in err
+    assert len(err) < 300
+
+
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_refused_in_one_sentence(folder, capsys, monkeypatch, name):
     spoil, arguments, word = BAD[name]

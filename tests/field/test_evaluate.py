@@ -8,10 +8,18 @@ import pytest
 import torch
 
 from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised
-from neural_sculpt_addon.field.evaluate import CHUNK, GRADIENT_CHUNK, values, values_and_gradients
+from neural_sculpt_addon.field.evaluate import (
+    CHUNK,
+    GRADIENT_CHUNK,
+    WORK,
+    values,
+    values_and_gradients,
+)
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
-from neural_sculpt_addon.field.threads import PIECE, in_pieces
+from neural_sculpt_addon.field.threads import PIECE, in_pieces, pool
+from neural_sculpt_addon.stroke.errors import Cancelled
+from neural_sculpt_addon.stroke.progress import interruptible
 from tests.field.analytic import ball
 from tests.field.splines import basis
 
@@ -115,3 +123,59 @@ def test_a_task_of_the_pool_evaluates_alone(field):
     found = in_pieces(lambda part: values_and_gradients(field, points[part]), len(points))
     for mine, expected in zip(found, values_and_gradients(field, points), strict=True):
         np.testing.assert_allclose(mine, expected, atol=1e-5)
+
+
+class Counting(Field):
+    """It counts the multiplications by weights between two looks."""
+
+    def value(self, x):
+        self.work.append(len(x) * sum(weight.numel() for weight in self.network.weights))
+        return super().value(x)
+
+    def value_and_gradient(self, x):
+        self.work.append(2 * len(x) * sum(weight.numel() for weight in self.network.weights))
+        return super().value_and_gradient(x)
+
+    def __init__(self, network):
+        super().__init__(network)
+        object.__setattr__(self, "work", [])
+
+
+@pytest.fixture(scope="module")
+def large():
+    """1,024 units in 10 layers: 9.4 million weights."""
+    return Siren.random((1024,) * 10, 20.0, torch.Generator().manual_seed(3))
+
+
+@pytest.mark.parametrize("evaluate", [values, values_and_gradients])
+def test_between_two_looks_a_large_network_does_as_little_as_a_small_one(large, evaluate):
+    field, looks = Counting(large), []
+    with interruptible(lambda: looks.append(None)):
+        evaluate(field, cloud(500))
+    assert max(field.work) <= WORK
+    assert len(looks) == len(field.work) >= 500 * 9.4e6 / WORK
+
+
+@pytest.mark.parametrize("evaluate", [values, values_and_gradients])
+def test_a_cancel_is_heard_before_each_chunk_on_every_thread(large, evaluate):
+    field, looks = Counting(large), []
+
+    def check():
+        looks.append(None)
+        if len(looks) > 1:
+            raise Cancelled
+
+    with interruptible(check), pytest.raises(Cancelled):
+        evaluate(field, cloud(1000))
+    assert len(field.work) == 1
+    with interruptible(check), pytest.raises(Cancelled):  # in pieces, whose threads look too
+        in_pieces(lambda part: evaluate(field, cloud(1000)[part]), 1000, size=500)
+    assert len(field.work) == 1
+
+
+def test_a_large_network_gives_the_same_bits_on_one_thread_and_many(large):
+    points = cloud(200)
+    many = values_and_gradients(Field(large), points)
+    one = pool().submit(values_and_gradients, Field(large), points).result()
+    for mine, expected in zip(one, many, strict=True):
+        np.testing.assert_array_equal(mine, expected)

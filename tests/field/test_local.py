@@ -320,3 +320,10 @@ def test_a_high_ridge_has_no_crumbs_beside_it(radius, height):
     ridge = Stroke(on_ball(np.linspace(0, 0.6, 12), 0), Brush(radius, height))
     done = sculpt(prepare(ball(0.5)), ridge)
     assert components(extract(done.field, 256)) == 1
+
+
+def test_a_high_thin_stroke_counts_as_a_cell_wide_on_each_side():
+    """A wall 0.276 long and 0.5 high, of cells 1 / 512 wide: 2 * 141 * (256 + 5) are too many."""
+    found = resolution(pose(prepare(ball(0.5)), arc(Brush(1e-3, 0.5))))
+    assert found.is_limited
+    assert found.level == 8

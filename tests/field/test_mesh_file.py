@@ -86,6 +86,10 @@ BAD = {
     "huge.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999999\n"
     b"property float x\nproperty float y\nproperty float z\nend_header\n",
     "huge.stl": bytes(80) + struct.pack("<I", 2**32 - 1),
+    "large.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999999\n",
+    "infinite.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+    b"property float y\nproperty float z\nelement face 1\n"
+    b"property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\ninf 0 1 2\n",
     "huge.off": b"OFF\n999999999999 1 1\n",
 }
 

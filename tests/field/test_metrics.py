@@ -300,7 +300,17 @@ def test_pretrained_shapes_are_in_one_piece(model):
 
 def test_the_chamfer_floor_is_that_of_random_points(preparation):
     """Of N random points on area A the nearest is 1/2 sqrt(A / N) away; there and back twice it."""
-    report = chamfer(pose(preparation, belt(0.9, 0.03)), ball(0.53))
+    longitude, latitude = np.linspace(0, 6 * np.pi, 60), np.linspace(-1.5, 1.5, 60)
+    path = 0.5 * np.stack(
+        [
+            np.cos(longitude) * np.cos(latitude),
+            np.sin(longitude) * np.cos(latitude),
+            np.sin(latitude),
+        ],
+        axis=1,
+    )
+    everywhere = Stroke(path, Brush(0.4, 0.03, Profile(table=(1.0, 1.0))))
+    report = chamfer(pose(preparation, everywhere), ball(0.53))
     floor = np.sqrt(4 * np.pi * 0.53**2 / 100_000)
     assert report["chamfer_floor"] == pytest.approx(floor, rel=0.01)
     assert report["chamfer"] == pytest.approx(floor, rel=0.01)

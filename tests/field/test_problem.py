@@ -214,6 +214,14 @@ def test_a_stroke_without_width_is_refused(preparation):
         pose(preparation, stroke)
 
 
+def test_a_stroke_whose_pressure_leaves_less_than_the_least_radius_is_refused(preparation):
+    """A cell of the finest level is 2 / 1024 wide, the least stroke, too."""
+    points, brush = on_ball(np.linspace(0, 1, 4), 0), Brush(0.01, 0.05)
+    with pytest.raises(SculptError, match=r"With its pressure .* radius of 0\.0009;"):
+        pose(preparation, Stroke(points, brush, radius_factors=np.full(4, 0.09)))
+    pose(preparation, Stroke(points, brush, radius_factors=np.array([0, 0, 0.1, 0])))
+
+
 def test_targets_beyond_a_thin_part_are_left_out():
     """A dab that carves deeper than a lens is thick comes out on its other side."""
     lens = prepare(ellipsoid((0.5, 0.5, 0.05)))

@@ -99,6 +99,20 @@ def test_the_other_sheet_stays():
     assert found.nearness[1] == np.inf
 
 
+def test_around_an_edge_the_displacement_fades():
+    """In full up to 60 degrees from the path's normal, then without a step or a kink to nothing."""
+    stroke, path = straight(brush=Brush(0.2, 0.1))
+    angle = np.sort(np.append(np.radians(np.linspace(0, 180, 721)), np.arccos(0.25)))
+    normals = np.stack([0 * angle, np.sin(angle), np.cos(angle)], axis=1)
+    points = np.tile([0.0, 0.05, 0], (len(angle), 1))
+    share = displace(stroke, path, points, normals).amount / (0.1 * quintic(0.25))
+    np.testing.assert_allclose(share[angle < np.pi / 3], 1)
+    np.testing.assert_allclose(share[angle > np.pi / 2], 0)
+    assert share[angle == np.arccos(0.25)] == pytest.approx(0.5)
+    assert np.abs(np.diff(share)).max() < 0.02
+    assert np.abs(np.diff(share) / np.diff(angle)).max() < 3.1  # 1.5 / FACING
+
+
 def test_factors_are_linear_between_control_points():
     stroke, path = straight(
         radius_factors=np.array([0.5, 1.5]), intensity_factors=np.array([2.0, 0.0])

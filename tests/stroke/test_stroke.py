@@ -31,7 +31,7 @@ modulations = st.one_of(
         lambda y: Modulation(points=tuple((i / 10, v) for i, v in enumerate(y)))
     ),
 )
-brushes = st.builds(Brush, st.floats(1e-4, 1), unit, profiles, modulations)
+brushes = st.builds(Brush, st.floats(1e-3, 1), unit, profiles, modulations)
 
 
 @st.composite
@@ -114,6 +114,22 @@ BAD = {
         for word in ("radius", "intensity")
         for bad in (float("nan"), float("inf"), "0.1", None, [0.1], 5, 10**400, True, {})
     ],
+    "radii that no field resolves": [{**PLAIN, "radius": bad} for bad in (9e-4, 1e-6, 1e-30)],
+    "shapes beyond all bounds": [
+        {**PLAIN, word: shape}
+        for word in ("profile", "modulation")
+        for shape in (
+            {"points": [[-1e308, 0], [1e308, 0]]},
+            {"points": [[-1, 1e308], [1, -1e308]]},
+            {"table": [1e308, -1e308]},
+        )
+    ],
+    "long": [
+        *({**PLAIN, word: {"name": "x" * 5000}} for word in ("profile", "modulation")),
+        *({**PLAIN, word: "x" * 5000} for word in ("ends", "radius", "mirror")),
+        {**PLAIN, "y" * 5000: 1},
+        {**PLAIN, "seed": 10**4000},
+    ],
     "factors": [
         {**PLAIN, word: bad}
         for word in ("radius_factors", "intensity_factors")
@@ -129,6 +145,22 @@ BAD = {
         *({**PLAIN, word: bad} for word in ("profile", "modulation") for bad in (None, "linear")),
     ],
 }
+
+
+@pytest.mark.parametrize("data", BAD["long"])
+def test_a_refusal_quotes_at_most_100_characters(data):
+    with pytest.raises(SculptError) as caught:
+        Stroke.from_json(data)
+    assert len(str(caught.value)) < 250
+
+
+def test_a_pressure_that_is_next_to_none_is_none():
+    stroke = Stroke.from_json({**PLAIN, "radius_factors": [1e-300] * len(PLAIN["points"])})
+    assert stroke.largest_factor == 0
+
+
+def test_the_least_radius_of_the_panel_is_a_stroke():
+    assert Stroke.from_json({**PLAIN, "radius": float(np.float32(0.001))}).brush.radius > 0
 
 
 @pytest.mark.parametrize("data", [data for group in BAD.values() for data in group])

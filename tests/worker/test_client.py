@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Client and server in real processes."""
 
+import json
 import os
 import signal
 import subprocess
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
-from neural_sculpt_addon.worker import protocol
+from neural_sculpt_addon.worker import protocol, pulse
 from neural_sculpt_addon.worker.client import (
     Client,
     JobKind,
@@ -275,6 +276,84 @@ def test_stop_ends_even_a_worker_that_hears_nothing(client):
     assert finish(client, job).kind is MessageKind.CANCELLED
 
 
+def states_until(client: Client, wanted: WorkerState) -> set[WorkerState]:
+    """All states of the client until it is in the wanted one."""
+    seen = set()
+
+    def there() -> bool:
+        client.poll_once()
+        seen.add(client.state)
+        return client.state is wanted
+
+    until(there)
+    return seen
+
+
+@POSIX
+def test_a_stopped_worker_hangs_until_it_goes_on(client, monkeypatch):
+    monkeypatch.setattr(pulse, "SILENT", 3.0)
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    os.kill(client.pid, signal.SIGSTOP)
+    states_until(client, WorkerState.HANGING)
+    os.kill(client.pid, signal.SIGCONT)
+    states_until(client, WorkerState.READY)
+    assert client.alive
+
+
+@POSIX
+def test_a_worker_that_hangs_is_given_up_as_one_that_died(client, monkeypatch):
+    monkeypatch.setattr(pulse, "SILENT", 3.0)
+    job = client.submit(JobKind.EDIT, SLOW)
+    begun(client, job)
+    pid = client.pid
+    os.kill(pid, signal.SIGSTOP)
+    states_until(client, WorkerState.HANGING)
+    client.give_up()
+    assert gone(pid)
+    answer = finish(client, job)
+    assert answer.fields["died"]
+    assert "gave no sign of life" in answer.fields["message"]
+    client.start()
+    assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
+
+
+def test_a_long_silent_computation_is_no_hanging(client, monkeypatch):
+    monkeypatch.setattr(pulse, "SILENT", 3.0)
+    job = client.submit(JobKind.SAMPLE, {"seconds": 10.0})
+    finals: list[Message] = []
+
+    def ended() -> bool:
+        finals.extend(client.poll_once())
+        assert client.state is not WorkerState.HANGING
+        return bool(finals)
+
+    until(ended)
+    assert (finals[0].job, finals[0].kind) == (job, MessageKind.RESULT)
+
+
+def test_a_job_that_reports_nothing_for_minutes_hangs(tmp_path, monkeypatch):
+    monkeypatch.setattr(pulse, "SILENT", 3.0)
+    client = Client([*TOY_WORKER, "1.0"], tmp_path / "log")
+    client.start()
+    finish(client, client.submit(JobKind.MESH, {}))
+    job = client.submit(JobKind.SAMPLE, SLOW)
+    states_until(client, WorkerState.HANGING)
+    client.give_up()
+    assert finish(client, job).fields["died"]
+
+
+@LINUX
+def test_a_temporary_folder_whose_name_has_a_line_break(tmp_path, monkeypatch):
+    (tmp_path / "two\nlines").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "two\nlines"))
+    client = Client(TOY_WORKER, tmp_path / "log")
+    client.start()
+    assert finish(client, client.submit(JobKind.MESH, {"n": 1})).fields == {"n": 1}
+    client.stop()
+    assert not [*(tmp_path / "two\nlines").iterdir()]
+
+
 def test_stop_cancels_what_is_open_and_start_begins_anew(client):
     jobs = [client.submit(JobKind.EDIT, SLOW) for _ in range(2)]
     begun(client, jobs[0])
@@ -298,9 +377,9 @@ def test_what_cannot_be_sent_is_said_at_once_and_opens_no_job(client):
 
 def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     script = textwrap.dedent("""
-        import sys
+        import json, sys
         from pathlib import Path
-        answers = Path(input()) / "answers"
+        answers = Path(json.loads(input())) / "answers"
         (answers / "part").write_text("Hello!")
         (answers / "part").rename(answers / "0")
         sys.stdin.read()
@@ -314,12 +393,12 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
 
 def test_a_worker_whose_progress_says_nothing_is_ended(tmp_path):
     script = textwrap.dedent("""
-        import sys
+        import json, sys
         from pathlib import Path
         sys.path.insert(0, sys.argv[1])
         from neural_sculpt_addon.worker.mailbox import Outbox
         from neural_sculpt_addon.worker.protocol import Message, MessageKind
-        answers = Outbox(Path(input()) / "answers")
+        answers = Outbox(Path(json.loads(input())) / "answers")
         sys.stdin.read(1)
         answers.put(Message(MessageKind.PROGRESS, 1, {"fraction": "half"}))
         sys.stdin.read()
@@ -384,7 +463,7 @@ def test_the_end_of_stdin_ends_the_worker_in_mid_job_and_leaves_no_files(tmp_pat
     folder = folder_for(tmp_path)
     answers = Inbox(folder / ANSWERS)
     with raw_worker() as worker:
-        worker.stdin.write(f"{folder}\n".encode())
+        worker.stdin.write(json.dumps(str(folder)).encode() + b"\n")
         Outbox(folder / REQUESTS).put(Message(JobKind.EDIT, 1, SLOW))
         worker.stdin.write(b".")
         for kind in (MessageKind.HELLO, MessageKind.PROGRESS):
@@ -399,7 +478,7 @@ def test_the_end_of_stdin_ends_the_worker_in_mid_job_and_leaves_no_files(tmp_pat
 def test_a_worker_whose_request_is_lost_says_so_and_ends(tmp_path):
     folder = folder_for(tmp_path)
     with subprocess.Popen(TOY_WORKER, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as worker:
-        worker.stdin.write(f"{folder}\n.".encode())
+        worker.stdin.write(json.dumps(str(folder)).encode() + b"\n.")
         worker.stdin.flush()
         assert worker.wait(PATIENCE) != 0
         assert b"is lost" in worker.stderr.read()
@@ -505,7 +584,7 @@ def test_the_worker_goes_with_its_parent_even_if_another_holds_its_pipe(tmp_path
     with subprocess.Popen(
         [sys.executable, "-c", script], bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as parent:
-        parent.stdin.write(f"{folder}\n".encode())
+        parent.stdin.write(json.dumps(str(folder)).encode() + b"\n")
         pid = int(parent.stdout.readline())
         until(Inbox(folder / ANSWERS).take)
         assert not gone(pid)

@@ -52,6 +52,24 @@ def test_an_edit_is_a_layer_and_the_proxy_of_the_sum(edited):
     assert np.linalg.norm(result.arrays["vertices"], axis=1).max() == pytest.approx(0.64, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("sentence", "words"),
+    [
+        ("The radius is 1e-30", {"radius": 1e-30}),
+        ("The intensity is 1e", {"intensity": 1e308}),
+        ("With its pressure", {"radius": 1e-3, "radius_factors": [0.05]}),
+        ("radius_factors are", {"radius_factors": [1e300]}),
+        ("no width", {"radius_factors": [1e-300]}),
+        ("name cannot be", {"name": ["x" * 5000]}),
+    ],
+)
+def test_senseless_strokes_are_refused_in_a_sentence(edited, sentence, words):
+    jobs, ob, _ = edited
+    with pytest.raises(SculptError, match=sentence) as caught:
+        ob.edit(jobs, stroke(**words))
+    assert len(str(caught.value)) < 300
+
+
 def test_a_proxy_at_another_resolution_follows_what_was_shown(edited):
     jobs, ob, before = edited
     after = ob.edit(jobs, stroke(x=0.3))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real worker with jobs that a test can steer: slow, deaf, noisy, failing, crashing.
 
-Started as `python -I -u toy_worker.py ROOT`; runs the package's own server without torch.
+Started as `python -I -u toy_worker.py ROOT [STUCK]`, seconds as in `pulse`; runs the package's own
+server without torch.
 """
 
 import os
@@ -11,6 +12,7 @@ import time
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.worker import pulse
 from neural_sculpt_addon.worker.payload import MissingError, Payload
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server import take_over
@@ -39,6 +41,14 @@ def slow(job, progress):
     return Payload({"slept": True})
 
 
+def compute(job, progress):
+    """Compute for `seconds` without a report and with Python's lock, which it gives up seldom."""
+    end = time.monotonic() + job.fields["seconds"]
+    while time.monotonic() < end:
+        sorted(range(10**6), key=lambda n: -n)
+    return Payload()
+
+
 def fail(job, progress):
     """Fail as `how` says; by default with a result that no frame can carry."""
     if job.fields["how"] in FAILURES:
@@ -65,7 +75,9 @@ HANDLERS = {
     JobKind.LOAD: fail,
     JobKind.SAVE: crash,
     JobKind.PREPARE: noise,
+    JobKind.SAMPLE: compute,
 }
 
 if __name__ == "__main__":
+    pulse.STUCK = float(sys.argv[2]) if len(sys.argv) > 2 else pulse.STUCK
     take_over().serve(HANDLERS, {"torch": None, "device": "cpu", "python": sys.version})

@@ -17,8 +17,14 @@ from .sidebar import Sidebar, draw_job
 STATES = {
     WorkerState.STOPPED: n_("Not started"),
     WorkerState.STARTING: n_("Starting"),
+    WorkerState.HANGING: n_("Not responding"),
     WorkerState.DEAD: n_("Stopped unexpectedly"),
 }
+
+HANGING = n_(
+    "The worker gives no sign of life. Restart it: no stroke is lost, the one that it was at is"
+    " computed again."
+)
 
 
 class NEURAL_SCULPT_PT_worker(Sidebar):
@@ -38,6 +44,11 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         row.operator("neural_sculpt.open_log", text="", icon="TEXT")
         row.operator("neural_sculpt.restart_worker", text="", icon="FILE_REFRESH")
         row.operator("neural_sculpt.stop_worker", text="", icon="QUIT")
+        if session.hangs:
+            box = layout.column()
+            box.alert = True
+            draw_text(box, context, iface_(HANGING), "ERROR")
+            layout.operator("neural_sculpt.restart_worker", text="Restart", icon="FILE_REFRESH")
         if session.jobs:
             draw_job(layout, session.jobs[0])
             if waiting := len(session.jobs) - 1:
@@ -53,7 +64,7 @@ def _state() -> str:
     client = session.client
     if client is None:
         return iface_(STATES[WorkerState.STOPPED])
-    if client.hello is None:
+    if client.hello is None or client.state is WorkerState.HANGING:
         return iface_(STATES[client.state])
     device = client.hello["device"]
     return iface_("Ready on {}").format(device.upper()) if device else iface_("No such device")

@@ -116,13 +116,12 @@ def resolution(problem: Problem) -> Resolution:
     feature = _feature(problem)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
     wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
-    area = 0.0
-    for stroke, path in problem.laid:
-        radius = brush.radius * stroke.largest_factor
-        area += 2 * radius * path.length + math.pi * radius**2
+    radius = brush.radius * problem.stroke.largest_factor
+    length = sum(path.length for _, path in problem.laid)
 
     def fits(level: int) -> bool:
-        faces = area / spacing(level) ** 2
+        reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
+        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
         return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
 
     affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
