@@ -72,6 +72,16 @@ class Undo(SteeredCase):
         self.assertEqual(field("Sphere").mode, "SCULPT")
         bpy.ops.object.mode_set(mode="OBJECT")
 
+    def test_a_job_that_cannot_begin_does_not_drop_the_stroke_after_it(self) -> None:
+        bpy.ops.object.mode_set(mode="SCULPT")
+        stroke(np.eye(3), name="One")
+        bpy.ops.neural_sculpt.absorb()  # of nothing
+        stroke(np.eye(3), name="Two")
+        self.finish()
+        listed = [(item.name, item.muted) for item in field("Sphere").neural_sculpt.strokes]
+        self.assertEqual(listed, [("One", False), ("Two", False)])
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_undo_and_another_stroke_leave_the_other_branch(self) -> None:
         self.stroke()
         undo()

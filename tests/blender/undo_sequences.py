@@ -143,8 +143,7 @@ class Sequence:
         yield from getattr(self, word)() or ()
         if not editing():  # these come by themselves
             yield from self._until(lambda: self._first_kind() not in ("mesh", "flatten"))
-        bpy.context.view_layer.update()
-        self._look(stepped=word in ("undo", "redo"))
+        self._look()
         for name in scene():
             check_sum(harness.field(name))
         ended = [job for job in self.jobs if not job.pending]
@@ -162,20 +161,24 @@ class Sequence:
             harness.push_undo("Select")
             self._look()
 
-    def _look(self, stepped: bool = False) -> None:
-        """See what the scene is after an operation or a result, and keep it by its step.
-
-        stepped: whether that was undo or redo
-        """
+    def _look(self) -> None:
+        """See what the scene is after an operation or a result, and keep it by its step."""
         (before, at), now, (place, count) = self.last, scene(), steps()
         self.last = now, place
-        if stepped and place != at:
-            same(now, self.possible[place], f"is not what it was at step {place}")
-            return
-        if place == at:  # or a stroke that waited was undone
+        if place == at:
             same(now, [before], "was changed without a step in the history")
-        for step in range(at, place + 1):
+        for step in range(at + 1, place + 1):
             self.possible[step] = [now] if step == place else [before, now]
+        for step in [step for step in self.possible if step >= count]:
+            del self.possible[step]
+
+    def _look_after_step(self) -> None:
+        """See that undo or redo has led to what the scene was there."""
+        (_, at), now, (place, count) = self.last, scene(), steps()
+        self.last = now, place
+        same(now, self.possible[place], f"is not what it was at step {place}")
+        if place == at:  # a stroke that waited was undone, by a step of its own
+            self.possible[count - 1] = [now]
         for step in [step for step in self.possible if step >= count]:
             del self.possible[step]
 
@@ -239,12 +242,14 @@ class Sequence:
         """Ctrl Z, not farther than to the first step of the sequence."""
         if steps()[0] > self.first:
             yield from self.hands.undo()
+            self._look_after_step()
 
     def redo(self) -> Steps:
         """Shift Ctrl Z."""
         place, count = steps()
         if place < count - 1:
             yield from self.hands.redo()
+            self._look_after_step()
 
     def mute(self) -> None:
         """Mute an entry, or no longer."""
@@ -398,6 +403,7 @@ def steps() -> tuple[int, int]:
 
 def scene() -> Scene:
     """All fields."""
+    bpy.context.view_layer.update()
     return {ob.name: seen(ob) for ob in bpy.data.objects if ob.neural_sculpt.revision}
 
 
