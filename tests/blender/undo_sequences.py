@@ -90,7 +90,7 @@ class Hands:
 class Sequence:
     """One sequence. AssertionError where something is not as it must be; `told` is what was done."""
 
-    def __init__(self, case: harness.SteeredCase, seed: int, hands: Hands) -> None:
+    def __init__(self, case: harness.SteeredCase, seed: str, hands: Hands) -> None:
         self.case, self.session, self.hands = case, case.session, hands
         self.random = random.Random(seed)
         self.told: list[str] = []
@@ -125,7 +125,7 @@ class Sequence:
         self.session.waits = True
         for kind in ("SPHERE", "TORUS"):
             with self.hands.context():
-                harness.add(kind)
+                ops.add(kind=kind)
         self.session.waits = False
         harness.push_undo("Fields")
         self.first = steps()[0]
