@@ -8,6 +8,7 @@ FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the wor
 """
 
 import faulthandler
+import importlib
 import logging
 import os
 import sys
@@ -25,8 +26,9 @@ def window_hands(undo_sequences: Any) -> Any:
     """What an artist does, by keys in the window."""
     sys.path.insert(0, str(Path(stressed_blender.__file__).parents[1] / "tests" / "window"))
     import bpy
-    import drawing
     import simulated_input
+
+    drawing: Any = importlib.import_module("drawing")
 
     class WindowHands(undo_sequences.Hands):
         def undo(self) -> simulated_input.Steps:
@@ -52,8 +54,8 @@ def window_hands(undo_sequences: Any) -> Any:
 def sequences(where: str, folder: Path, seed: str, first: int, count: int) -> Any:
     """One after another, whatever becomes of each; a generator as `Sequence.play`."""
     harness = stressed_blender.install(folder)
-    import undo_sequences
-
+    stressed_blender.tell_version()
+    undo_sequences: Any = importlib.import_module("undo_sequences")
     hands = undo_sequences.Hands() if where == "module" else window_hands(undo_sequences)
     case = harness.SteeredCase()
     harness.SculptCase.setUp(case)

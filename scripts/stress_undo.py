@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random sequences of some 40 operations on two fields and their linked duplicates, undo among them.
+"""Random sequences of 20 operations and more on two fields and linked duplicates, undo among them.
 
 Strokes, edit dialogs, Blender's own tools in each mode, Absorb and results that come late, with a
 toy worker; after each operation weights and meshes must be what the history says (see
@@ -44,6 +44,7 @@ def play(
     """Sequences in batches by a Blender; after a crash the next batch goes on behind it."""
     totals = {"operations": 0, "wrong": 0, "crashes": 0}
     failures: list[str] = []
+    versions: dict[str, str] = {}
     number = 0
     while number < count:
         size = min(BATCH, count - number)
@@ -51,7 +52,8 @@ def play(
         current = None
         for line in lines:
             word, _, rest = line.partition(" ")
-            if word != "sequence":
+            if word == "version":
+                versions["Blender"] = rest
                 continue
             current, _, said = rest.partition(" ")
             if said.startswith("ends: "):
@@ -68,7 +70,7 @@ def play(
             failures.append(f"{seed} {at}: Blender {ended}")
             number = at + 1
         report(f"{number} sequences, {totals}")
-    return {**totals, "failures": failures}
+    return {**totals, "versions": versions, "failures": failures}
 
 
 def _batch(
@@ -92,7 +94,7 @@ def _batch(
     lines = [
         line
         for line in output.decode(errors="replace").splitlines()
-        if line.startswith("sequence ")
+        if line.startswith(("sequence ", "version "))
     ]
     if code is None:
         return lines, f"hung for {LONGEST} s"

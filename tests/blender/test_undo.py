@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's undo and redo across strokes and what is done between and beside them, byte by byte."""
 
+import time
 from collections.abc import Callable
 
 import bpy
 import numpy as np
 from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
+from undo_sequences import Hands, Sequence
 
 
 class Undo(SteeredCase):
@@ -90,6 +92,14 @@ class Undo(SteeredCase):
         self.states.append(state(field("Sphere")))
         self.stroke()
         self.back_and_forth()
+
+
+class Sequences(SteeredCase):
+    def test_a_few_of_the_attack(self) -> None:
+        for seed in range(3):
+            with self.subTest(seed=seed):
+                for seconds in Sequence(self, f"test {seed}", Hands()).play():
+                    time.sleep(seconds)
 
 
 def move(x: float) -> None:

@@ -88,7 +88,7 @@ class Hands:
 
 
 class Sequence:
-    """One sequence. AssertionError where something is not as it must be; `told` is what was done."""
+    """A sequence; AssertionError where something is not as it must be; `told` is what was done."""
 
     def __init__(self, case: harness.SteeredCase, seed: str, hands: Hands) -> None:
         self.case, self.session, self.hands = case, case.session, hands
