@@ -72,7 +72,7 @@ def run(name: str, count: int, seed: int) -> dict[str, Any]:
 def within(name: str, count: int, seed: int, answer: Path) -> None:
     """The same in this process, which has the Python that the attack needs."""
     result = attack(name).run(count, seed, lambda text: print(f"  {text}", flush=True))
-    answer.write_text(json.dumps(result | {"versions": _versions()}, allow_nan=False))
+    answer.write_text(json.dumps({"versions": _versions()} | result, allow_nan=False))
 
 
 def _versions() -> dict[str, str]:

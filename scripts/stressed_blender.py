@@ -26,3 +26,10 @@ def install(folder: Path) -> Any:
         filepath=str(pack(folder)), repo="user_default", enable_on_install=True
     )
     return importlib.import_module("harness")
+
+
+def tell_version() -> None:
+    """Print a line that `stress_undo` reads."""
+    import bpy
+
+    print(f"version {bpy.app.version_string}", flush=True)

@@ -247,14 +247,19 @@ class Session:
         """The first pending job on each object."""
         return {job.target: job for job in reversed(self.jobs) if job.target and job.pending}
 
-    def _advance(self) -> None:
-        """Let the first job begin, and tell the first of each object what it builds on."""
+    def _tell_bases(self) -> None:
+        """Tell the first job of each object what it builds on."""
         for target, job in self._firsts().items():
             ob = find(target)
             if not job.base and ob is not None:
                 job.base = field_of(ob).revision
+
+    def _advance(self) -> None:
+        """Let the first job begin."""
+        self._tell_bases()
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
             self._try(self.jobs[0], partial(self._start, self.jobs[0]))
+            self._tell_bases()  # when that could not begin, the next one is the first
         behind = self.behind
         if not self.jobs and behind is not None and behind.status is JobStatus.QUEUED:
             if self.client is not None and self.client.alive:

@@ -81,6 +81,13 @@ class SteeredCase(SculptCase):
 
     def setUp(self) -> None:
         super().setUp()
+        self.steer()
+        self.ob = add("SPHERE")
+        self.session.waits = False
+        self.addCleanup(setattr, self.session, "waits", True)
+
+    def steer(self) -> None:
+        """Have the toy worker started from now on."""
         python = os.environ["NEURAL_SCULPT_PYTHON"]
         toy = Path(__file__).with_name("toy_worker.py")
         command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.folder)]
@@ -89,9 +96,6 @@ class SteeredCase(SculptCase):
         steered = patch.object(module("worker.environment"), "worker_command", lambda *_: command)
         steered.start()
         self.addCleanup(steered.stop)
-        self.ob = add("SPHERE")
-        self.session.waits = False
-        self.addCleanup(setattr, self.session, "waits", True)
 
     def finish(self) -> None:
         """Let edits end, and poll the worker until only a measure may be left."""

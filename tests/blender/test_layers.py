@@ -231,7 +231,7 @@ class Layers(SteeredCase):
         np.testing.assert_array_equal(expected(self.ob), drawn)
         self.assert_sum(self.ob)
         ops.mute_stroke(uid=uid)
-        np.testing.assert_array_equal(expected(self.ob), np.arange(24))
+        np.testing.assert_array_equal(expected(self.ob), np.arange(-1, 23))
         self.assertEqual(group.weights, b"")
         ops.mute_stroke(uid=uid)
         ops.apply_to_base()

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's undo and redo across strokes and what is done between and beside them, byte by byte."""
 
+import time
 from collections.abc import Callable
 
 import bpy
 import numpy as np
 from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
+from undo_sequences import Hands, Sequence
 
 
 class Undo(SteeredCase):
@@ -72,6 +74,16 @@ class Undo(SteeredCase):
         self.assertEqual(field("Sphere").mode, "SCULPT")
         bpy.ops.object.mode_set(mode="OBJECT")
 
+    def test_a_job_that_cannot_begin_does_not_drop_the_stroke_after_it(self) -> None:
+        bpy.ops.object.mode_set(mode="SCULPT")
+        stroke(np.eye(3), name="One")
+        bpy.ops.neural_sculpt.absorb()  # of nothing
+        stroke(np.eye(3), name="Two")
+        self.finish()
+        listed = [(item.name, item.muted) for item in field("Sphere").neural_sculpt.strokes]
+        self.assertEqual(listed, [("One", False), ("Two", False)])
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_undo_and_another_stroke_leave_the_other_branch(self) -> None:
         self.stroke()
         undo()
@@ -80,6 +92,14 @@ class Undo(SteeredCase):
         self.states.append(state(field("Sphere")))
         self.stroke()
         self.back_and_forth()
+
+
+class Sequences(SteeredCase):
+    def test_a_few_of_the_attack(self) -> None:
+        for seed in range(3):
+            with self.subTest(seed=seed):
+                for seconds in Sequence(self, f"test {seed}", Hands()).play():
+                    time.sleep(seconds)
 
 
 def move(x: float) -> None:

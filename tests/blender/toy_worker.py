@@ -5,7 +5,8 @@ Started by its path, without torch, with the root of the sources and a folder as
 serves the package's own protocol. A base and a layer are SIZE numbers each; those of a layer depend
 on its stroke and its context, which are the base and the layers beneath that touch it: strokes
 whose first points have the same sign of x touch. The proxy shows the sum of base and layers in the
-coordinates of its first vertices. So a test can tell whether a mesh belongs to its object.
+coordinates of its first vertices. So a test can tell whether a mesh belongs to its object. Strokes
+leave the first vertex at (-1, 0, 1), where a test may draw to have it displaced by a preview.
 
 What changes a field ends when the file `go` exists, and measures do when `measured` does. The file
 `forget` lets the worker forget all bytes; `spoil` has the name of a way to answer an edit wrongly,
@@ -74,7 +75,9 @@ def scaled(name: str, strength: float) -> np.ndarray:
 def solved(stroke: dict, context: str) -> np.ndarray:
     stroke = {**stroke, "name": ""}
     seed = zlib.crc32(json.dumps([stroke, context], sort_keys=True).encode())
-    return np.random.default_rng(seed).integers(-1000, 1000, SIZE, "<i4")
+    layer = np.random.default_rng(seed).integers(-1000, 1000, SIZE, "<i4")
+    layer[:3] = 0
+    return layer
 
 
 def context_of(base: str, side: float, beneath: list[tuple[str, float, float]]) -> str:
@@ -104,7 +107,7 @@ def proxy(field: np.ndarray, cells: int) -> dict[str, np.ndarray]:
 
 def fit(job, progress):
     """Any primitive."""
-    field = np.arange(SIZE, dtype="<i4")
+    field = np.arange(SIZE, dtype="<i4") - 1
     name, data = named(field)
     place = {"scale": 1.0, "center": [0.0, 0.0, 0.0], "report": {}, "id": name}
     return Payload(place, {"field": data, **proxy(field, job.fields["resolution"])})

@@ -10,7 +10,7 @@ import stress
 import stress_table
 
 # Some defects of readers are known by larger counts; these are free of them.
-SHARES = {"frames_to_client": 100, "frames_to_worker": 20}
+SHARES = {"enabling": 3, "frames_to_client": 100, "frames_to_worker": 20}
 
 
 @pytest.mark.parametrize("name", SHARES)

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender that computes strokes until it is killed: what `stress_blender_kills` starts.
+
+    python scripts/killed_in_blender.py FOLDER [end]
+
+With `end` it starts a worker and leaves. It prints the number of its worker's process when a stroke
+is in computation.
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import stressed_blender
+
+INTENSITY = 0.005  # so low that many strokes on each other stay where they are drawn
+
+
+def main() -> None:
+    """Draw one stroke after another."""
+    harness = stressed_blender.install(Path(sys.argv[1]))
+    session = harness.module("blender.worker_session").session
+    harness.bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = 48
+    harness.add("SPHERE")
+    if "end" in sys.argv:
+        session.stop()
+        return
+    session.waits = False
+    while True:
+        arc = harness.arc(harness.field("Sphere"))
+        harness.stroke(arc, intensity=INTENSITY)
+        print(f"worker {session.client.pid}", flush=True)
+        while session.jobs:
+            session.poll_once()
+            time.sleep(0.005)
+
+
+if __name__ == "__main__":
+    main()
