@@ -289,6 +289,10 @@ class Detail:
         """The levels that exist, rising."""
         return tuple(grid.level for grid in self.grids)
 
+    def up_to(self, level: int) -> "Detail":
+        """This detail without levels that are finer."""
+        return Detail(grid for grid in self.grids if grid.level <= level)
+
     def to(self, device: torch.device | str) -> "Detail":
         """The same detail on another device."""
         return Detail(Grid(g.level, g.table.to(device), g.bricks.to(device)) for g in self.grids)

@@ -55,6 +55,12 @@ def values_and_gradients(
     return value, gradient
 
 
+def normals(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
+    """The directions (N, 3) of grad f, of unit length, at `points` (N, 3)."""
+    gradient = values_and_gradients(field, points)[1]
+    return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
+
+
 def chunk(field: "Field", most: int, passes: int) -> int:
     """Points, `most` of them, that go through the network so often within WORK."""
     if field.device.type != "cpu":

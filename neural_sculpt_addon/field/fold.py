@@ -9,12 +9,9 @@ and of the volume between tubes and their targets, added or taken away. Just out
 the shape they are 0. Model space. See docs/method.md, section 2.
 """
 
-from collections.abc import Sequence
-
 import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening
 
 from ..stroke.progress import Check
 from .evaluate import values
@@ -22,11 +19,11 @@ from .field import Field
 from .nearest import search_tree
 from .surface import Samples
 from .threads import SEARCHED, in_pieces
-from .tube import Tube
 
 WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
-BESIDE = 1e-3  # how far outside of a sample the winding number is taken
+BESIDE = 1 / 64  # radii: how far outside of a sample the winding number is taken
+NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 2.0  # of their series, and from how many radii of a part it stands for that
@@ -41,49 +38,65 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
     """
     if not len(before.points):
         return np.zeros(0, bool)
-    way = after.points - before.points
-    outward = np.sign((way * before.normals).sum(axis=1))
-    over = _turned_over(before, after)
-    far = np.linalg.norm(way, axis=1)
+    far = np.linalg.norm(after.points - before.points, axis=1)
     tree = search_tree(before.points)
-
-    def is_through(part: slice) -> NDArray[np.bool_]:
-        return outward[part] * values(field, after.points[part]) < -WRONG_SIDE
 
     def is_close(part: slice) -> NDArray[np.bool_]:
         distance, nearest = tree.query(after.points[part])
         return distance < CLOSE * far[nearest]
 
-    through = in_pieces(is_through, len(far), check)
-    return through | over | in_pieces(is_close, len(far), check, size=SEARCHED)
+    close = in_pieces(is_close, len(far), check, size=SEARCHED)
+    return close | _through(field, before, after, check) | _turned_over(before, after)
 
 
 class SweptVolume:
-    """The volume between tubes and their targets: +1 where it is added, -1 where it is carved.
+    """The volume between a surface and where it is displaced to: +1 where it is added, -1 where it
+    is carved.
 
     It is the sum of the winding numbers of either half of its surface: a tree of all of it takes
     50 ms to make, in which no cancel is heard.
     """
 
-    def __init__(self, tubes: Sequence[Tube], check: Check) -> None:
-        """Close the gap between each tube and its targets by walls along its rim."""
-        self._check = check
-        nothing = np.full((1, 3), 2.0), np.zeros((1, 3), np.int64)  # igl takes no empty mesh
-        vertices, faces, count = [nothing[0]], [nothing[1]], 1
-        for tube in tubes:
-            size, top = len(tube.surface.points), tube.triangles()
-            rim = _rim(top)
-            start, end = rim.T
-            walls = (end, start, start + size), (end, start + size, end + size)
-            bottom = top[:, ::-1] + size
-            faces += [count + part for part in (top, bottom, *(np.stack(w, 1) for w in walls))]
-            vertices += [tube.target.points, tube.surface.points]
-            count += 2 * size
-        places, self._trees = np.concatenate(vertices).astype(float), []
-        for half in filter(len, np.array_split(np.concatenate(faces), 2)):
+    def __init__(
+        self,
+        field: Field,
+        before: Samples,
+        after: Samples,
+        triangles: NDArray[np.int64],
+        radius: float,
+        check: Check,
+    ) -> None:
+        """Close the gap between both by walls along their rim.
+
+        before, after: (N,) vertices of the surface, of which `triangles` (T, 3) are
+        radius:        of the stroke
+        """
+        self._check, self._reach = check, NEAR * radius
+        self.beside = BESIDE * radius
+        crossed = crossings(field, before, after, check)
+        start, way = before.points[crossed], (after.points - before.points)[crossed]
+        longest = np.linalg.norm(way, axis=1).max(initial=0)
+        shares = np.linspace(0, 1, int(longest / self._reach) + 2, dtype=np.float32)
+        self._ways = search_tree(np.concatenate([start + share * way for share in shares]))
+        size = len(before.points)
+        first, last = _rim(triangles).T
+        walls = (last, first, first + size), (last, first + size, last + size)
+        bottom = triangles[:, ::-1] + size
+        faces = np.concatenate([triangles, bottom, *(np.stack(wall, 1) for wall in walls)])
+        vertices, self._trees = np.concatenate([after.points, before.points]).astype(float), []
+        for half in filter(len, np.array_split(faces, 2)):
             check()
             self._trees.append(igl.FastWindingNumberBVH())
-            self._trees[-1].init(places, half, ORDER)
+            self._trees[-1].init(vertices, half, ORDER)
+
+    def near(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """At which of points (N, 3) the surface may run through itself: elsewhere its normals tell
+        the sides."""
+
+        def is_near(part: slice) -> NDArray[np.bool_]:
+            return np.isfinite(self._ways.query(points[part], distance_upper_bound=self._reach)[0])
+
+        return in_pieces(is_near, len(points), self._check, size=SEARCHED)
 
     def winding(self, points: NDArray[np.float32]) -> NDArray[np.float64]:
         """Winding numbers (N,) at points (N, 3)."""
@@ -96,25 +109,38 @@ class SweptVolume:
         return in_pieces(wind, len(points), self._check, light=True, size=FEW)
 
 
-def lost(field: Field, swept: SweptVolume, tube: Tube, check: Check) -> NDArray[np.bool_]:
-    """Which targets (N,) of a tube bound nothing: those that face inward, or are buried, so that
-    just outside of them is no outside."""
-    outside = tube.target.points + BESIDE * tube.target.normals
-    shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(outside), check)
-    buried = np.abs(shape + swept.winding(outside)) > BOUND
-    buried |= _turned_over(tube.surface, tube.target)
-    left = np.append(~buried, False)[tube.grid]  # (rows, columns)
-    left = np.asarray(binary_opening(left, np.ones((2, 2))), bool)  # single samples bound nothing
-    gone = np.ones(len(buried), bool)
-    gone[tube.grid[left]] = False
-    return gone
+def bounding(
+    field: Field, swept: SweptVolume, before: Samples, after: Samples, check: Check
+) -> NDArray[np.bool_]:
+    """Which samples (N,) of a displaced surface bound the shape: not those that face inward, that
+    have run through a wall, or are buried, so that just outside of them is no outside."""
+    buried = swept.near(after.points)
+    some = np.flatnonzero(buried)
+    outside = (after.points + np.float32(swept.beside) * after.normals)[some]
+    shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(some), check)
+    buried[some] = np.abs(shape + swept.winding(outside)) > BOUND
+    return ~(buried | _through(field, before, after, check) | _turned_over(before, after))
+
+
+def _through(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+    """Which samples (N,) have come out behind a wall, or run into another part."""
+
+    def is_through(part: slice) -> NDArray[np.bool_]:
+        outward = _outward(before.where(part), after.where(part))
+        return outward * values(field, after.points[part]) < -WRONG_SIDE
+
+    return in_pieces(is_through, len(before.points), check)
 
 
 def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
     """Which samples (N,) of a displaced surface face against the way that they went outward."""
     way = after.points - before.points
-    outward = np.sign((way * before.normals).sum(axis=1))
-    return outward * (way * after.normals).sum(axis=1) < -ROUNDING
+    return _outward(before, after) * (way * after.normals).sum(axis=1) < -ROUNDING
+
+
+def _outward(before: Samples, after: Samples) -> NDArray[np.floating]:
+    """1 of samples (N,) that were raised, -1 of those that were carved, 0 of those left there."""
+    return np.sign(((after.points - before.points) * before.normals).sum(axis=1))
 
 
 def _rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -192,9 +192,8 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     a gap of the tube the plane of the nearest sample in it stands for the triangles.
     """
     distances = []
-    gaps = problem.gaps(join([tube.surface for tube in tubes]), GAP * problem.preparation.spacing)[
-        1
-    ]
+    surface = join([tube.surface for tube in tubes])
+    gaps = problem.gaps(surface, GAP * problem.preparation.spacing)[1]
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]

@@ -7,13 +7,13 @@ surface would run through itself, what bounds the shape counts (see `fold`). Mod
 See docs/method.md, section 2.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ..stroke.brush import LEAST_RADIUS
 from ..stroke.curve import Array
@@ -22,17 +22,24 @@ from ..stroke.errors import SculptError
 from ..stroke.path import Path, locate
 from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Ends, Stroke
-from .evaluate import values_and_gradients
+from .evaluate import normals
 from .field import Field
-from .fold import SweptVolume, crossings, lost
+from .fold import SweptVolume, bounding, crossings
 from .lay import lay
 from .nearest import search_tree
 from .prepare import Preparation
+from .projection import project
+from .split import edges_of, split
 from .surface import Samples
 from .threads import in_pieces, join
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 
 FARTHEST = 2.5  # radii, of what nearness tells apart
+GUIDED = 0.5  # radii: cells of the finest detail whose normals guide a stroke that folds
+GUIDING = ROWS // 4, COLUMNS // 4  # of the tube that tells whether it does
+FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
+SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
+DIVISIONS, MOST_UNDER = 8, 40_000  # of those, and their vertices about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -83,6 +90,11 @@ class Problem:
         """The stroke as it was drawn, the first of its copies."""
         return self.laid[0].stroke
 
+    @property
+    def _radius(self) -> float:
+        """The largest one of the stroke."""
+        return self.stroke.brush.radius * self.stroke.largest_factor
+
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
@@ -97,9 +109,11 @@ class Problem:
 
         SculptError when nothing is left.
         """
-        tubes = self._whole_tubes(rows, columns, jitter)
-        lost, swept = self._lost(tubes)
-        tubes = [tube.where(~gone) for tube, gone in zip(tubes, lost, strict=True)]
+        tubes, swept = self._whole_tubes(rows, columns, jitter), None
+        if crossings(self.field, *join([(t.surface, t.target) for t in tubes]), self.check).any():
+            swept = self._swept
+            tubes = [tube.where(self._bounding(tube.surface, tube.target)) for tube in tubes]
+            tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
         if not any(len(tube.surface.points) for tube in tubes):
             raise SculptError(
                 "The stroke leaves nothing of the surface under it: its radius is too small, or its"
@@ -112,26 +126,61 @@ class Problem:
     ) -> list[Tube]:
         tubes = []
         for mine in self.laid:
-            tube = sample_tube(self.field, *mine, rows, columns, jitter, self.check)
+            tube = sample_tube(self.field, *mine, rows, columns, jitter, self.check, self.guide)
             amount = np.abs(tube.displacement.amount)
             wins = np.ones(len(amount), bool)
             for other in self.laid:
                 if other is not mine:
                     self.check()
                     close = _close(other, tube.surface.points)
-                    theirs = displace(*other, *tube.surface.where(close)).amount
+                    there = tube.surface.points[close], tube.displacement.normals[close]
+                    theirs = displace(*other, *there).amount
                     wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
         return tubes
 
-    def _lost(self, tubes: list[Tube]) -> tuple[list[NDArray[np.bool_]], SweptVolume | None]:
-        """Which targets of each of the tubes bound nothing of the displaced shape, and the volume
-        that tells, where the displaced surface runs through itself at all."""
-        before, after = join([(tube.surface, tube.target) for tube in tubes])
-        if not crossings(self.field, before, after, self.check).any():
-            return [np.zeros(len(tube.surface.points), bool) for tube in tubes], None
-        swept = SweptVolume(tubes, self.check)
-        return [lost(self.field, swept, tube, self.check) for tube in tubes], swept
+    @cached_property
+    def _swept(self) -> SweptVolume:
+        """What the surface sweeps over."""
+        surface, moved, triangles = self._under
+        return SweptVolume(self.field, surface, moved, triangles, self._radius, self.check)
+
+    @cached_property
+    def _under(self) -> tuple[Samples, Samples, NDArray[np.int64]]:
+        """The surface under the stroke, where it is displaced to, and its triangles (T, 3).
+
+        A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
+        samples where an edge fans out. So the proxy's triangles are divided until they are fine
+        before and after, and their vertices brought to the surface.
+        """
+        proxy = self.preparation.proxy
+        near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
+        corners = proxy.triangles[near[proxy.triangles].any(axis=1)]
+        some, triangles = np.unique(corners, return_inverse=True)
+        triangles = triangles.reshape(-1, 3).astype(np.int64)
+        before, after, _ = self.move(Samples(proxy.vertices[some], proxy.normals[some]))
+        finest = FINE_EDGE * self._radius
+        for _ in range(DIVISIONS):
+            edges = edges_of(triangles)
+            was, is_now = (
+                np.linalg.norm(np.subtract(*side.points[edges.ends.T]), axis=1)
+                for side in (before, after)
+            )
+            long = (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
+            if not long.any() or len(before.points) > MOST_UNDER:
+                break
+            middles = before.points[edges.ends[long]].mean(axis=1)
+
+            def bring(part: slice, start: NDArray[np.float32] = middles) -> Samples:
+                return Samples(*project(self.field, start[part])[:2])
+
+            triangles = split(triangles, edges, long, len(before.points))
+            new, moved, _ = self.move(in_pieces(bring, len(middles), self.check))
+            before, after = join([before, new]), join([after, moved])
+        return before, after, triangles
+
+    def _bounding(self, surface: Samples, moved: Samples) -> NDArray[np.bool_]:
+        return bounding(self.field, self._swept, surface, moved, self.check)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
@@ -141,61 +190,82 @@ class Problem:
         lie beside what the field made of it.
         """
 
-        def move(part: slice) -> tuple[Samples, Samples, Array]:
-            return self._displaced(surface.where(part))
-
-        surface, moved, stretch = in_pieces(move, len(surface.points), self.check)
+        surface, moved, stretch = self.move(surface)
         if crossings(self.field, surface, moved, self.check).any():
-            tree, gone = self._known_lost
-            under = np.flatnonzero((moved.points != surface.points).any(axis=1))
-            stretch[under[gone[tree.query(surface.points[under])[1]]]] = 0
+            stretch[~self._bounding(surface, moved)] = 0
         return moved, stretch
 
-    @cached_property
-    def _known_lost(self) -> tuple[KDTree, NDArray[np.bool_]]:
-        """Where the surface is displaced, and what of it is lost."""
-        tubes = self._whole_tubes(ROWS // 2, COLUMNS // 2)
-        return search_tree(join([tube.surface.points for tube in tubes])), join(
-            self._lost(tubes)[0]
-        )
+    def move(self, surface: Samples) -> tuple[Samples, Samples, Array]:
+        """Surface samples (N,) with the normals of the field, and what `displaced` says of them
+        without a look at where it runs through itself."""
 
-    def _displaced(self, surface: Samples) -> tuple[Samples, Samples, Array]:
-        """Surface samples with the field's normals, where they shall be, and their stretch."""
+        guide = self.guide  # whose making is shared by threads, as this is
+
+        def part_of(part: slice) -> tuple[Samples, Samples, Array]:
+            return self._move(surface.points[part], guide)
+
+        return in_pieces(part_of, len(surface.points), self.check)
+
+    def _move(self, points: NDArray[np.float32], guide: Field) -> tuple[Samples, Samples, Array]:
+        surface = Samples(points, normals(self.field, points))
+        upright = surface.normals if guide is self.field else normals(guide, points)
         moved = Samples(*(array.copy() for array in surface))
-        _, gradient = values_and_gradients(self.field, surface.points)
-        normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-        surface = Samples(surface.points, normals)
-        largest, stretch = np.zeros((2, len(moved.points)))
+        largest, stretch = np.zeros((2, len(points)))
         stretch += 1
         for one in self.laid:
-            close = np.flatnonzero(_close(one, surface.points))
-            there = displace(*one, *surface.where(close))
+            close = np.flatnonzero(_close(one, points))
+            there = displace(*one, points[close], upright[close])
             wins = np.abs(there.amount) > largest[close]
             won = close[wins]
-            goal, factor = displaced(self.field, *one, surface.where(won), there.where(wins))
+            goal, factor = displaced(guide, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
         return surface, moved, stretch
+
+    @cached_property
+    def guide(self) -> Field:
+        """Whose normals the surface is displaced along: the field's, or, where the displaced
+        surface would run through itself then, those without detail that is fine for the stroke.
+
+        Normals that turn within less than the way to go fan out, and cross each other.
+        """
+        field = self.field
+        coarse = field.detail.up_to(round(-math.log2(GUIDED * self._radius)))
+        if coarse.levels == field.detail.levels:
+            return field
+        tubes = [sample_tube(field, *one, *GUIDING, check=self.check) for one in self.laid]
+        if not crossings(field, *join([(t.surface, t.target) for t in tubes]), self.check).any():
+            return field
+        return replace(field, detail=coarse)
 
     def gaps(self, surface: Samples, spacing: float) -> tuple[Samples, Samples]:
         """Samples of the unedited surface under the stroke of which the tube's samples `surface`
         are farther than `spacing`, and where they are displaced to.
 
         A tube is projected from tangent planes, and so has gaps where the surface is steep to
-        them: around legs and ears. The samples are vertices of the proxy. There are none where the
-        displaced surface runs through itself.
+        them: around legs and ears. The samples are vertices of the proxy.
         """
         proxy = self.preparation.proxy
         vertices = Samples(proxy.vertices, proxy.normals)
         vertices = vertices.where(
             np.logical_or.reduce([_close(m, vertices.points) for m in self.laid])
         )
-        distance = search_tree(surface.points).query(vertices.points, distance_upper_bound=spacing)[
-            0
-        ]
+        tree = search_tree(surface.points)
+        distance = tree.query(vertices.points, distance_upper_bound=spacing)[0]
         vertices = vertices.where(~np.isfinite(distance))
         vertices = vertices.where(self.nearness(vertices, beyond_flat_ends=False) < INNER)
         return vertices, self.displaced(vertices)[0]
+
+    def gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
+        """The same where the displaced surface runs through itself, by the displaced samples
+        `target` of the tube: without those that bound nothing."""
+        surface, moved, _ = self._under
+        tree = search_tree(target.points)
+        far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
+        surface, moved = surface.where(far), moved.where(far)
+        left = self._bounding(surface, moved)
+        left &= self.nearness(surface, beyond_flat_ends=False) < INNER
+        return surface.where(left), moved.where(left)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""
@@ -230,7 +300,10 @@ class Problem:
         nearness = np.full(len(surface.points), np.inf)
         for one in self.laid:
             close = np.flatnonzero(_close(one, surface.points))
-            measure = partial(_nearness, one, surface.where(close), beyond_flat_ends)
+            some = surface.where(close)
+            if self.guide is not self.field:
+                some = some._replace(normals=normals(self.guide, some.points))
+            measure = partial(_nearness, one, some, beyond_flat_ends)
             near = in_pieces(measure, len(close), self.check, light=True)
             nearness[close] = np.minimum(nearness[close], near)
         return nearness

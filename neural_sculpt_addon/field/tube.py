@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_opening
 
 from ..stroke.curve import Array
 from ..stroke.displacement import Displacement, displace, local_radius
 from ..stroke.path import Path
 from ..stroke.progress import Check, go_on
 from ..stroke.stroke import Direction, Ends, Stroke
-from .evaluate import values_and_gradients
+from .evaluate import normals
 from .field import Field
 from .projection import project
 from .surface import Samples
@@ -70,6 +71,13 @@ class Tube:
         inner[self.grid[around & (self.grid >= 0)]] = True
         return inner
 
+    def in_cells(self) -> NDArray[np.bool_]:
+        """Which samples (N,) are corners of a whole cell of the grid."""
+        cells = binary_opening(self.grid >= 0, np.ones((2, 2)))
+        inside = np.zeros(len(self.surface.points), bool)
+        inside[self.grid[cells]] = True
+        return inside
+
     def triangles(self) -> NDArray[np.int64]:
         """Triangles (T, 3) between neighbours of the grid, counter-clockwise seen from outside.
 
@@ -94,14 +102,20 @@ def sample_tube(
     columns: int = COLUMNS,
     jitter: np.random.Generator | None = None,
     check: Check = go_on,
+    guide: Field | None = None,
 ) -> Tube:
-    """The tube of a stroke laid on the surface as `path`; `jitter` moves samples in their cells."""
+    """The tube of a stroke laid on the surface as `path`.
+
+    jitter: moves samples in their cells
+    guide:  whose normals they are displaced along, if not those of `field`
+    """
+    guide = guide or field
     along, across = _grid(stroke, path, 1.0, rows, columns, jitter)
 
     def sample(part: slice) -> tuple[Samples, Samples, Displacement, NDArray[np.bool_]]:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
-        surface, displacement, kept = _around(field, stroke, path, 1.0, start)
-        target, _ = displaced(field, stroke, path, surface, displacement)
+        surface, displacement, kept = _around(field, guide, stroke, path, 1.0, start)
+        target, _ = displaced(guide, stroke, path, surface, displacement)
         return surface, target, displacement, kept
 
     surface, target, displacement, kept = in_pieces(sample, along.size, check)
@@ -125,52 +139,51 @@ def sample_rim(
 
     def sample(part: slice) -> Samples:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
-        surface, displacement, _ = _around(field, stroke, path, reach, start)
+        surface, displacement, _ = _around(field, field, stroke, path, reach, start)
         return surface.where(displacement.nearness > INNER_RIM)
 
     return in_pieces(sample, along.size, check)
 
 
 def displaced(
-    field: Field, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
+    guide: Field, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
 ) -> tuple[Samples, Array]:
     """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
     by what factor (N,) it stretches the surface's area.
 
     The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
     surface. Their derivatives are one-sided differences, so this holds for every profile and end
-    alike; `samples` have the normals of `field`, and `displacement` is theirs.
+    alike; `samples` have the normals of the surface, and `displacement` is by those of `guide`.
     """
     moved = samples.points + displacement.amount[:, None] * displacement.direction
     step = STEP * stroke.brush.radius
     first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(samples.normals, first)
-    tangents = []
+    upright, tangents = displacement.normals, []
     for axis in (first, second):
-        _, gradient = values_and_gradients(field, samples.points + BEND * axis)
-        normals = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-        bend = (normals - samples.normals) / BEND
-        ahead = displace(stroke, path, samples.points + step * axis, samples.normals + step * bend)
+        bend = (normals(guide, samples.points + BEND * axis) - upright) / BEND
+        ahead = displace(stroke, path, samples.points + step * axis, upright + step * bend)
         slope = (ahead.amount - displacement.amount) / step
         if stroke.direction is Direction.STROKE:
             bend = (ahead.direction - displacement.direction) / step
         tangents.append(
             axis + slope[:, None] * displacement.direction + displacement.amount[:, None] * bend
         )
-    normals = np.cross(*tangents)
-    stretch = np.linalg.norm(normals, axis=1)
-    normals /= np.maximum(stretch, 1e-12)[:, None]
-    return Samples(moved.astype(np.float32), normals.astype(np.float32)), stretch
+    turned = np.cross(*tangents)
+    stretch = np.linalg.norm(turned, axis=1)
+    turned /= np.maximum(stretch, 1e-12)[:, None]
+    return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
 def _around(
-    field: Field, stroke: Stroke, path: Path, reach: float, points: Array
+    field: Field, guide: Field, stroke: Stroke, path: Path, reach: float, points: Array
 ) -> tuple[Samples, Displacement, NDArray[np.bool_]]:
     """Surface samples within `reach` radii of the path, and which of `points` (N, 3) led there."""
     surface = project(field, points, tolerance=ARRIVED)
     samples = Samples(surface.points, surface.normals)
-    displacement = displace(stroke, path, *samples)
+    upright = samples.normals if guide is field else normals(guide, samples.points)
+    displacement = displace(stroke, path, samples.points, upright)
     kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         kept &= ~displacement.beyond

@@ -28,6 +28,7 @@ class Displacement(NamedTuple):
     direction: Array  # (M, 3), unit
     nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
+    normals: Array  # (M, 3), by which it was found
 
     @property
     def core(self) -> NDArray[np.bool_]:
@@ -36,9 +37,7 @@ class Displacement(NamedTuple):
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Displacement":
         """The chosen points' part."""
-        return Displacement(
-            self.amount[chosen], self.direction[chosen], self.nearness[chosen], self.beyond[chosen]
-        )
+        return Displacement(*(part[chosen] for part in self))
 
 
 def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:
@@ -61,7 +60,7 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
     direction = place.normals if stroke.direction is Direction.STROKE else normals
-    return Displacement(amount, direction, nearness, place.beyond)
+    return Displacement(amount, direction, nearness, place.beyond, normals)
 
 
 def local_radius(stroke: Stroke, u: Array) -> Array:

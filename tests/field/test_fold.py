@@ -4,9 +4,10 @@
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.fold import SweptVolume, lost
+from neural_sculpt_addon.field.fold import SweptVolume, bounding, crossings
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.problem import pose
+from neural_sculpt_addon.field.surface import Samples
 from neural_sculpt_addon.field.tube import sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
@@ -85,15 +86,34 @@ def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
     assert 0.1 < bounds.mean() < 0.9
 
 
+def swept(problem, check=go_on):
+    """The surface of the proxy, where it is displaced to, and what it sweeps over."""
+    proxy = problem.preparation.proxy
+    before, after, _ = problem.move(Samples(proxy.vertices, proxy.normals))
+    triangles, radius = proxy.triangles.astype(np.int64), problem.stroke.brush.radius
+    return before, after, SweptVolume(problem.field, before, after, triangles, radius, check)
+
+
 def test_a_cancel_is_heard_between_the_winding_numbers_of_few_samples(preparation):
     """Where a stroke lies many times upon itself, each takes up to 4 ms."""
-    problem = pose(preparation, equator(Brush(0.15, -0.16)))
-    tube = whole_tube(problem, 60, 60)
-    heard = []
-    swept = SweptVolume([tube], lambda: heard.append(None))
+    problem, heard = pose(preparation, equator(Brush(0.15, -0.16))), []
+    before, after, volume = swept(problem, lambda: heard.append(None))
     heard.clear()
-    lost(problem.field, swept, tube, lambda: None)
-    assert len(heard) > len(tube.surface.points) / 50 > 50
+    bounding(problem.field, volume, before, after, go_on)
+    assert len(heard) > np.count_nonzero(volume.near(after.points)) / 50 > 50
+
+
+def test_near_a_fold_is_what_lies_beside_the_ways_of_those_that_cross(preparation):
+    problem = pose(preparation, equator(Brush(0.15, -0.16)))
+    before, after, volume = swept(problem)
+    crossed = crossings(problem.field, before, after, go_on)
+    share = np.random.default_rng(1).uniform(size=(np.count_nonzero(crossed), 1))
+    ways = (before.points + share.max() * (after.points - before.points))[crossed]
+    assert volume.near(ways.astype(np.float32)).all()
+    height = np.abs(before.points[crossed, 2]).max()
+    far = before.points[np.abs(before.points[:, 2]) > height + 0.5 * 0.15]
+    assert len(far) > 100
+    assert not volume.near(far).any()
 
 
 def test_a_steep_side_that_was_displaced_sideways_is_kept():
@@ -121,8 +141,8 @@ def test_the_swept_volume_lies_between_both_surfaces(intensity):
     """A flat-topped dab on a ball: at its pole the volume reaches from 0.5 to 0.5 + intensity."""
     flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
     stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, intensity, flat))
-    tubes = pose(prepare(ball(0.5)), stroke).tubes()
+    *_, volume = swept(pose(prepare(ball(0.5)), stroke))
     heights = 0.5 + intensity * np.array([-0.5, 0.2, 0.5, 0.8, 1.5])
     points = np.stack([0 * heights, 0 * heights, heights], axis=1)
-    volume = SweptVolume(tubes, go_on).winding(points)
-    np.testing.assert_allclose(volume, np.sign(intensity) * np.array([0, 1, 1, 1, 0]), atol=0.02)
+    wound = np.sign(intensity) * np.array([0, 1, 1, 1, 0])
+    np.testing.assert_allclose(volume.winding(points), wound, atol=0.02)

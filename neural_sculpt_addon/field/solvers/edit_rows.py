@@ -11,16 +11,14 @@ around    f(x) = signed distance     in the middle of each active cell, and of c
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
 Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and
-where a plane contradicts them, a rough distance follows from the sides around. Model space.
+where a plane contradicts them, as beside an edge, it is the distance from the sample itself. Model
+space.
 """
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from ..detail import (
-    Grid,
-    around,
     cells_of,
     centres,
     children,
@@ -31,6 +29,7 @@ from ..detail import (
 )
 from ..evaluate import values, values_and_gradients
 from ..field import Field
+from ..fold import bounding
 from ..nearest import search_tree
 from ..problem import DisplacedTubes, Problem
 from ..projection import SMALLEST_GRADIENT, project
@@ -59,9 +58,6 @@ MORE = 3
 ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
-OCCUPIED = 1.5
-"""Cells: the distance that a cell has around which all are on one side."""
-
 BURIED = 0.5
 """|winding number| of the swept volume, from which on it has swallowed a sample."""
 
@@ -86,9 +82,14 @@ class EditedSurface:
         self._problem, self._swept = problem, displaced.swept
         self.target = join([displaced.joined("target"), gaps[1]])
         self.kept, self._before = self._preserved(active, coarse, level, random)
-        self._cloud = join([self.target, self.kept])
-        self._unedited = join([displaced.joined("surface"), gaps[0], self.kept])
-        self._tree = search_tree(self._cloud.points)
+        self._before_and_after = join(
+            [
+                (displaced.joined("surface"), displaced.joined("target")),
+                gaps,
+                (self.kept, self.kept),
+            ]
+        )
+        self._look()
 
     def rows(
         self,
@@ -121,41 +122,56 @@ class EditedSurface:
         """Rows for the cells `active` of a level, too: around, and on the surface in the cells
         `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
         """
-        before = values(self._problem.field, centres(places(active, level), level))
-        points, wanted = self._around(active, level, before)
+        before, after = self._between(missed, level, random)
+        self._before_and_after = join([self._before_and_after, (before, after)])
+        self._look()
+        f0 = values(self._problem.field, centres(places(active, level), level))
+        points, wanted = self._around(active, level, f0)
         rows.add(points, wanted, wanted - values(field, points), AROUND)
-        if self._swept is None:
-            rows.extend(_on_surface(field, self._between(missed, level, random), level, random))
+        rows.extend(_on_surface(field, after, level, random))
+
+    def _look(self) -> None:
+        """Have all samples found by where they are."""
+        self._tree = search_tree(self._before_and_after[1].points)
 
     def _between(
         self, cells: NDArray[np.int32], level: int, random: np.random.Generator
-    ) -> Samples:
-        """More samples of the edited surface between those in `cells` of the level above."""
-        h = spacing(level)
-        inside = np.isin(linear(cells_of(self._cloud.points, level - 1), level - 1), cells)
-        start = np.repeat(self._unedited.where(inside).points, MORE, axis=0)
+    ) -> tuple[Samples, Samples]:
+        """More samples between those of the edited surface in `cells` of the level above: where
+        they were, and where they are."""
+        h, problem, (before, after) = spacing(level), self._problem, self._before_and_after
+        inside = np.isin(linear(cells_of(after.points, level - 1), level - 1), cells)
+        start = np.repeat(before.where(inside).points, MORE, axis=0)
         start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
-        found = project(self._problem.field, start, tolerance=ON_SURFACE / 10)
+        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
         surface = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
-        return self._problem.displaced(surface)[0]
+        before, after, _ = problem.move(surface)
+        if self._swept is not None:
+            left = bounding(problem.field, self._swept, before, after, problem.check)
+            before, after = before.where(left), after.where(left)
+        return before, after
 
     def _around(
         self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Points in the active cells (N, 3), and what f shall be there (N,), given what it was."""
         points = centres(places(active, level), level)
+        before, after = self._before_and_after
 
-        def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-            nearest = np.asarray(self._tree.query(points[part])[1])
-            sample = self._cloud.where(nearest)
-            return ((points[part] - sample.points) * sample.normals).sum(axis=1), nearest
+        def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            away, nearest = self._tree.query(points[part])
+            sample = after.where(nearest)
+            plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
+            moved = (sample.points != before.points[nearest]).any(axis=1)
+            return np.where(moved, plane, f0[part]), away
 
-        distance, nearest = in_pieces(measure, len(points), self._problem.check)
-        wanted = np.where(nearest < len(self.target.points), distance, f0)
+        wanted, away = in_pieces(measure, len(points), self._problem.check)
         if self._swept is not None:
-            inside = (f0 < 0) + self._swept.winding(points) > BURIED
-            wrong = (wanted < 0) != inside
-            wanted[wrong] = _occupancy(active, inside, level)[wrong]
+            near = np.flatnonzero(self._swept.near(points))
+            inside = (f0[near] < 0) + self._swept.winding(points[near]) > BURIED
+            wrong = (wanted[near] < 0) != inside
+            sides = np.where(inside, -1, 1)
+            wanted[near[wrong]] = (sides * away[near])[wrong]
         return points, wanted.astype(np.float32)
 
     def _preserved(
@@ -191,7 +207,9 @@ class EditedSurface:
         kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
         samples = Samples(found.points[kept], found.normals[kept])
         if self._swept is not None:
-            samples = samples.where(np.abs(self._swept.winding(samples.points)) < BURIED)
+            near = np.flatnonzero(self._swept.near(samples.points))
+            swallowed = np.abs(self._swept.winding(samples.points[near])) > BURIED
+            samples = samples.where(np.delete(np.arange(len(samples.points)), near[swallowed]))
         return samples, before
 
 
@@ -211,14 +229,3 @@ def _on_surface(field: Field, surface: Samples, level: int, random: np.random.Ge
         slopes.astype(np.float32),
         np.full(len(f), STEEP * spacing(level), np.float32),
     )
-
-
-def _occupancy(
-    cells: NDArray[np.int32], inside: NDArray[np.bool_], level: int
-) -> NDArray[np.float32]:
-    """A rough distance (K,) in the middles of cells (K,) of a level: by how many of those around
-    each are `inside`, so that it is smooth where neither samples nor planes tell."""
-    sides = Grid.empty(level).plus(cells, np.where(inside, -1, 1).astype(np.float32))
-    seen = around([sides], torch.from_numpy(centres(places(cells, level), level)))
-    nodes = seen.nodes.numpy()  # (27, K), 0 of cells that are not among them
-    return OCCUPIED * spacing(level) * nodes.sum(axis=0) / np.abs(nodes).sum(axis=0)

@@ -53,7 +53,7 @@ COARSEST = 4
 DENSITY = 8.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
 
-ROWS, NODES = 60_000, 40_000
+ROWS, NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
 LAYERS = 5
@@ -84,6 +84,9 @@ cell that may be more: a cell with more gets nodes of one more level."""
 
 FAMILY = 20
 """Nodes that such a cell takes, about: its children and those beside them."""
+
+FINER = 2
+"""Levels at most that are finer than that of the stroke."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -144,9 +147,10 @@ class LocalEdit:
         progress(0.0, "Sculpting")
         displaced = _sample(problem, spacing(level), random)
         surface, target = displaced.joined("surface"), displaced.joined("target")
-        gaps = surface.where(slice(0, 0)), target.where(slice(0, 0))
         if displaced.swept is None:
             gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
+        else:
+            gaps = problem.gaps_at_folds(target, GAP * spacing(level))
         surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
         passed = _passed(surface, target, level)
         self._active = dilated(passed, level)
@@ -169,14 +173,20 @@ class LocalEdit:
 
     def solve(self) -> Coefficients:
         """The layer: a coarse level, a fine one, and a finer one where that misses."""
-        level = self.resolution.level
+        level, cells = self.resolution.level, self._active
         self._add(level - 1, self._coarse)
-        self._add(level, self._active)
-        if level < FINEST and len(missed := self._missed(level)):
-            cells = dilated(children(missed, level), level + 1)
+        self._add(level, cells)
+        room = NODES - len(cells)
+        for _ in range(FINER):
+            if level == FINEST or not len(missed := self._missed(level, cells, room)):
+                break
+            level += 1
+            cells = dilated(children(missed, level - 1), level)
+            room -= len(cells)
             field = self._field.plus(self._layer)
-            self._surface.add_finer(self._rows, missed, cells, level + 1, field, self._random)
-            self._add(level + 1, cells)
+            self._surface.add_finer(self._rows, missed, cells, level, field, self._random)
+            self._add(level, cells)
+        level = self.resolution.level
         for _ in range(REPAIRS):
             wrong = _wrong_side(self._rows, spacing(level))
             if not wrong.any():
@@ -214,20 +224,23 @@ class LocalEdit:
             found = Level(total.index, quantised(total.values))  # within the bound of coefficients
         self._layer[level] = found
 
-    def _missed(self, level: int) -> NDArray[np.int32]:
-        """The active cells (K,) of which more than a share of the surface samples are off, those
-        of which most are where the budget has no room for all."""
-        count = len(self._surface.target.points) + len(self._surface.kept.points)
-        cells = linear(cells_of(self._rows.points[:count], level), level)
-        place = np.searchsorted(self._active, cells)
-        inside = self._active.take(place, mode="clip") == cells
-        size = len(self._active)
-        off = np.abs(self._rows.residuals[:count]) > MISSED
-        off[: len(self._rows.slopes)] |= np.abs(self._rows.slopes) > TILTED
-        samples = np.bincount(place[inside], minlength=size)
-        share = np.bincount(place[inside], off[inside], size) / np.maximum(samples, 1)
-        most = np.argsort(-share, kind="stable")[: max(NODES - size, 0) // FAMILY]
-        return np.sort(self._active[most[share[most] > SHARE]])
+    def _missed(self, level: int, active: NDArray[np.int32], room: int) -> NDArray[np.int32]:
+        """The active cells (K,) of a level of which more than a share of the surface samples are
+        off, those of which most are where there is no `room` for the nodes of all."""
+        rows, size = self._rows, len(active)
+
+        def count(points: NDArray[np.float32]) -> NDArray[np.intp]:
+            """How many of points (N, 3) lie in each active cell."""
+            cells = linear(cells_of(points, level), level)
+            place = np.searchsorted(active, cells)
+            return np.bincount(place[active.take(place, mode="clip") == cells], minlength=size)
+
+        on_surface = rows.targets == 0
+        off = count(rows.points[on_surface & (np.abs(rows.residuals) > MISSED)])
+        tilted = count(rows.at[np.abs(rows.slopes) > TILTED])
+        share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
+        most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
+        return np.sort(active[most[share[most] > SHARE]])
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
