@@ -73,7 +73,7 @@ class Tube:
 
     def in_cells(self) -> NDArray[np.bool_]:
         """Which samples (N,) are corners of a whole cell of the grid."""
-        cells = binary_opening(self.grid >= 0, np.ones((2, 2)))
+        cells = np.asarray(binary_opening(self.grid >= 0, np.ones((2, 2))), bool)
         inside = np.zeros(len(self.surface.points), bool)
         inside[self.grid[cells]] = True
         return inside

@@ -37,7 +37,13 @@ class Displacement(NamedTuple):
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Displacement":
         """The chosen points' part."""
-        return Displacement(*(part[chosen] for part in self))
+        return Displacement(
+            self.amount[chosen],
+            self.direction[chosen],
+            self.nearness[chosen],
+            self.beyond[chosen],
+            self.normals[chosen],
+        )
 
 
 def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:

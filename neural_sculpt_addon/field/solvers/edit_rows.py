@@ -159,7 +159,7 @@ class EditedSurface:
         before, after = self._before_and_after
 
         def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-            away, nearest = self._tree.query(points[part])
+            away, nearest = map(np.asarray, self._tree.query(points[part]))
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
             moved = (sample.points != before.points[nearest]).any(axis=1)
