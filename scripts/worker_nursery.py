@@ -3,8 +3,9 @@
 
 `Nursery.start` takes the place of `worker.interpreter.start_logged`. What it starts is the worker's
 own `server.main`, as the process that subprocess would have started: with its number, its pipe, its
-log, and an exit code of its own. One lives at a time. A worker that finds a file `die` beside its
-folders kills itself in the midst of its next result: it holds the share of the bytes to be written.
+log, and an exit code of its own. One lives at a time. A worker that finds a file DIE beside its
+folders kills itself in the midst of its next result with arrays: the file says after which share of
+the bytes.
 """
 
 import gc
@@ -134,7 +135,7 @@ def _die(outbox: Any, message: Any) -> None:
     from neural_sculpt_addon.worker import protocol
 
     marker = outbox._folder.parent / DIE
-    if message.kind is protocol.MessageKind.RESULT and marker.exists():
+    if message.kind is protocol.MessageKind.RESULT and message.arrays and marker.exists():
         frame = b"".join(protocol._pieces(message))
         (outbox._folder / "part").write_bytes(frame[: int(float(marker.read_text()) * len(frame))])
         os.kill(os.getpid(), signal.SIGKILL)
