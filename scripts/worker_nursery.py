@@ -62,7 +62,7 @@ class Nursery:
         """kind: `torch`, or `bare` for workers without it, which refuse every job"""
         self._asked, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
-            self._process = subprocess.Popen([python, "-u", __file__, kind], stdin=theirs)
+            self._process = subprocess.Popen([python, "-u", __file__, kind], stdin=theirs.fileno())
 
     def start(self, _command: Sequence[str], log: BinaryIO) -> Forked:
         """Fork a worker; what it prints goes into `log`."""
@@ -118,9 +118,9 @@ def _work(bell: int, log: int, bare: bool) -> NoReturn:
         os.closerange(3, 20)
         put = mailbox.Outbox.put
 
-        def put_or_die(outbox: mailbox.Outbox, message: protocol.Message) -> None:
-            _die(outbox, message)
-            put(outbox, message)
+        def put_or_die(self: mailbox.Outbox, message: protocol.Message) -> None:
+            _die(self, message)
+            put(self, message)
 
         mailbox.Outbox.put = put_or_die
         if bare:
