@@ -5,7 +5,8 @@
 own `server.main`, as the process that subprocess would have started: with its number, its pipe, its
 log, and an exit code of its own. One lives at a time. A worker that finds a file DIE beside its
 folders kills itself in the midst of its next result with arrays: the file says after which share of
-the bytes.
+the bytes. One that finds a file FULL fills a disk before one of its messages: the file has the
+number of the message, and the disk.
 """
 
 import gc
@@ -17,11 +18,13 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
+import disk
 import environment  # noqa: F401 - makes the package importable
 
-DIE = "die"
+DIE, FULL = "die", "full"
 
 
 class Forked:
@@ -118,11 +121,12 @@ def _work(bell: int, log: int, bare: bool) -> NoReturn:
         os.closerange(3, 20)
         put = mailbox.Outbox.put
 
-        def put_or_die(self: mailbox.Outbox, message: protocol.Message) -> None:
+        def put_after_fault(self: mailbox.Outbox, message: protocol.Message) -> None:
             _die(self, message)
+            _fill(self)
             put(self, message)
 
-        mailbox.Outbox.put = put_or_die
+        mailbox.Outbox.put = put_after_fault
         if bare:
             server.take_over().serve(server._refusing("There is no torch."), {"device": ""})
         server.main("cpu")
@@ -139,6 +143,15 @@ def _die(outbox: Any, message: Any) -> None:
         frame = b"".join(protocol._pieces(message))
         (outbox._folder / "part").write_bytes(frame[: int(float(marker.read_text()) * len(frame))])
         os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _fill(outbox: Any) -> None:
+    """Fill a disk, if that is asked for and it is time."""
+    marker = outbox._folder.parent / FULL
+    if marker.exists():
+        number, folder = marker.read_text().split(" ", 1)
+        if int(number) == outbox._count:
+            disk.fill(Path(folder))
 
 
 if __name__ == "__main__":
