@@ -10,6 +10,7 @@ number of the message, and the disk.
 """
 
 import gc
+import linecache
 import os
 import select
 import signal
@@ -83,7 +84,7 @@ class Nursery:
 
 def main() -> None:
     """Fork workers one after another, until nobody is there to ask for one."""
-    from neural_sculpt_addon.worker import server, settings
+    from neural_sculpt_addon.worker import mailbox, protocol, server, settings
 
     settings.settle()
     bare = sys.argv[1] == "bare"
@@ -92,6 +93,8 @@ def main() -> None:
 
         torch.set_num_threads(1)
         server.warm_up()
+    for module in (mailbox, protocol, server):  # whose lines a worker's last words quote
+        linecache.getlines(module.__file__)
     gc.freeze()  # or a worker's first collection copies the pages of all that is loaded
     asked = socket.socket(fileno=0)
     while True:
