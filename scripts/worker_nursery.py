@@ -94,7 +94,7 @@ def main() -> None:
         torch.set_num_threads(1)
         server.warm_up()
     for module in (mailbox, protocol, server):  # whose lines a worker's last words quote
-        linecache.getlines(module.__file__)
+        linecache.getlines(str(module.__file__))
     gc.freeze()  # or a worker's first collection copies the pages of all that is loaded
     asked = socket.socket(fileno=0)
     while True:
