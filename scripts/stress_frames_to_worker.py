@@ -2,10 +2,11 @@
 """Mutated requests to a running worker: it answers once, or ends by itself and says why.
 
 The worker is the product's own, forked from a process that has loaded it. A frame that the protocol
-refuses ends its worker, so it goes to one without torch, which ends in milliseconds; a frame that
-it reads goes to one with torch and the real jobs. A signal, another exit code than 1, a silence of
-PATIENCE seconds, two final answers or one that is not of the protocol are failures. `defects`
-counts answers that ask for a report: what the job did not expect, and the worker went on.
+refuses ends its worker, whatever else it is: the protocol reads each such frame here, and only
+every tenth goes to a worker, which has no torch and so ends in milliseconds. All others go to one
+with torch and the real jobs. A signal, another exit code than 1, a silence of PATIENCE seconds, two
+final answers or one that is not of the protocol are failures. `defects` counts answers that ask for
+a report: what the job did not expect, and the worker went on.
 """
 
 import os
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from random import Random
+from subprocess import TimeoutExpired
 from typing import Any
 from unittest.mock import patch
 
@@ -27,23 +29,34 @@ COUNT = 100_000
 ROLE = "worker"
 PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
-WEIGHTS = {"measure": 1, "edit": 20}
+SENT = 10  # of so many frames that the protocol refuses one is sent
+WEIGHTS = {"measure": 1, "edit": 5}
 """How often what takes seconds, and a tenth of one, is asked for; what takes milliseconds: 100."""
+TICK = 0.002  # seconds between two looks at a worker that has not ended
 
 
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
-    """`count` requests: how the workers answered or ended."""
-    totals = {"results": 0, "errors": 0, "defects": 0, "passed_over": 0, "workers_ended": 0}
+    """`count` requests that are sent: how the workers answered or ended, and what was not sent."""
+    words = "results", "errors", "defects", "passed_over", "workers_ended", "refused_unsent"
+    totals = dict.fromkeys(words, 0)
     failures: list[str] = []
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
         log = Path(name) / "log"
         workers = {bare: Workers(sys.executable, bare, log) for bare in (True, False)}
         sound = _requests(Path(name))
-        for number in range(count):
+        number, sent, refused = -1, 0, 0
+        while sent < count:
+            number += 1
             random = Random(f"{seed} {number}")
             frame = mutated_frame(sound(number + 1, random), random)
-            place = workers[not _is_read(frame)]
+            is_read = _is_read(frame)
+            refused += not is_read
+            if not is_read and refused % SENT:
+                totals["refused_unsent"] += 1
+                continue
+            sent += 1
+            place = workers[not is_read]
             outcome, detail = _outcome(place.worker(), frame, number)
             if outcome == "defects":
                 report(f"request {number}: {detail}")
@@ -53,8 +66,8 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
                 totals[outcome] += 1
             if outcome in ("broken", "workers_ended"):
                 place.end()
-            if number % 5_000 == 4_999:
-                report(f"{number + 1} requests, {totals}, {len(failures)} failures")
+            if sent % 5_000 == 0:
+                report(f"{sent} requests, {totals}, {len(failures)} failures")
         for place in workers.values():
             place.end()
             place.nursery.close()
@@ -145,7 +158,8 @@ def _finals(worker: Any, probe: int) -> list[Any] | None:
     while time.monotonic() < end:
         message = worker.take()
         if message is None:
-            time.sleep(0.0005)
+            with suppress(TimeoutExpired):
+                worker._process.wait(TICK)
             continue
         if isinstance(message, Exit):
             _check_end(worker, message)
