@@ -30,8 +30,8 @@ ROLE = "worker"
 PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
 SENT = 10  # of so many frames that the protocol refuses one is sent
-WEIGHTS = {"measure": 1, "edit": 5}
-"""How often what takes seconds, and a tenth of one, is asked for; what takes milliseconds: 100."""
+WEIGHTS = {"measure": 1, "edit": 5, "replay": 20}
+"""How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
 TICK = 0.002  # seconds between two looks at a worker that has not ended
 
 
