@@ -38,7 +38,7 @@ TICK = 0.002  # seconds between two looks at a worker that has not ended
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     """`count` requests that are sent: how the workers answered or ended, and what was not sent."""
     words = "results", "errors", "defects", "passed_over", "workers_ended", "refused_unsent"
-    totals = dict.fromkeys(words, 0)
+    totals: dict[str, int] = dict.fromkeys(words, 0)
     failures: list[str] = []
     with tempfile.TemporaryDirectory() as name:
         os.chdir(name)
