@@ -65,7 +65,11 @@ def virtual_screen(size: tuple[int, int] = SIZE) -> Iterator[Mapping[str, str]]:
 
 
 def window_command(
-    program: Program, script: Path, arguments: Sequence[str] = (), simulate: bool = True
+    program: Program,
+    script: Path,
+    arguments: Sequence[str] = (),
+    simulate: bool = True,
+    size: tuple[int, int] = SIZE,
 ) -> list[str]:
     """The command that runs a script in a Blender whose window fills the screen.
 
@@ -74,7 +78,7 @@ def window_command(
     return [
         *program.command,
         *("--factory-startup", "--gpu-backend", "opengl", "--no-window-focus"),
-        *("--window-geometry", "0", "0", *map(str, SIZE)),
+        *("--window-geometry", "0", "0", *map(str, size)),
         *(("--enable-event-simulate",) if simulate else ()),
         *("--python-exit-code", "1", "--python", str(script), "--", *arguments),
     ]

@@ -1,152 +1,142 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mutated requests to a running worker: it answers once, or ends by itself and says why.
 
-The worker is the product's server with its real jobs, in a process forked from one that has torch,
-so that another one takes milliseconds. A signal, another exit code than 1, a silence of PATIENCE
-seconds, two final answers or one that is not of the protocol are failures. `defects` counts
-answers that ask for a report: what the job did not expect, and the worker went on.
+The worker is the product's own, forked from a process that has loaded it. A frame that the protocol
+refuses ends its worker, whatever else it is: the protocol reads each such frame here, and only
+every tenth goes to a worker, which has no torch and so ends in milliseconds. All others go to one
+with torch and the real jobs. A signal, another exit code than 1, a silence of PATIENCE seconds, two
+final answers or one that is not of the protocol are failures. `defects` counts answers that ask for
+a report: what the job did not expect, and the worker went on.
 """
 
-import json
 import os
-import shutil
-import signal
+import resource
+import sys
 import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from random import Random
+from subprocess import TimeoutExpired
 from typing import Any
+from unittest.mock import patch
 
 from mutations import mutated_frame
+from worker_nursery import Nursery
 
 COUNT = 100_000
 ROLE = "worker"
 PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
-
-
-@dataclass
-class Forked:
-    """A running worker."""
-
-    pid: int
-    bell: int
-    folder: Path
-    inbox: Any
-    sent: int = 0
-    code: int | None = None
-
-    def send(self, frame: bytes) -> None:
-        """Put a request, as `mailbox.Outbox` does, and ring; a dead worker is no error here."""
-        folder = self.folder / "requests"
-        (folder / "part").write_bytes(frame)
-        (folder / "part").rename(folder / str(self.sent))
-        self.sent += 1
-        with suppress(OSError):
-            os.write(self.bell, b".")
-
-    def ended(self) -> int | None:
-        """The exit code, negative for a signal, or None while it runs."""
-        if self.code is None:
-            pid, status = os.waitpid(self.pid, os.WNOHANG)
-            self.code = os.waitstatus_to_exitcode(status) if pid else None
-        return self.code
+SENT = 10  # of so many frames that the protocol refuses one is sent
+WEIGHTS = {"measure": 1, "edit": 5, "replay": 20}
+"""How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
+TICK = 0.002  # seconds between two looks at a worker that has not ended
 
 
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
-    """`count` requests: how the workers answered or ended."""
-    signal.signal(signal.SIGPIPE, signal.SIG_IGN)
-    os.environ["OMP_NUM_THREADS"] = "1"
-    import torch
-
-    from neural_sculpt_addon.worker.jobs import warm_up
-
-    torch.set_num_threads(1)
-    warm_up()
-    totals = {"results": 0, "errors": 0, "defects": 0, "passed_over": 0, "workers_ended": 0}
+    """`count` requests that are sent: how the workers answered or ended, and what was not sent."""
+    words = "results", "errors", "defects", "passed_over", "workers_ended", "refused_unsent"
+    totals: dict[str, int] = dict.fromkeys(words, 0)
     failures: list[str] = []
-    defects: dict[str, int] = {}
     with tempfile.TemporaryDirectory() as name:
-        folder, worker = Path(name), None
-        os.chdir(folder)
-        sound = _requests(folder)
-        for number in range(count):
+        os.chdir(name)
+        log = Path(name) / "log"
+        workers = {bare: Workers(sys.executable, bare, log) for bare in (True, False)}
+        sound = _requests(Path(name))
+        number, sent, refused = -1, 0, 0
+        while sent < count:
+            number += 1
             random = Random(f"{seed} {number}")
-            worker = worker or _start(folder / f"worker{number}")
-            worker.send(mutated_frame(sound(number + 1, random), random))
-            outcome, detail = _outcome(worker, number)
+            frame = mutated_frame(sound(number + 1, random), random)
+            is_read = _is_read(frame)
+            refused += not is_read
+            if not is_read and refused % SENT:
+                totals["refused_unsent"] += 1
+                continue
+            sent += 1
+            place = workers[not is_read]
+            outcome, detail = _outcome(place.worker(), frame, number)
             if outcome == "defects":
-                defects[detail] = defects.get(detail, 0) + 1
+                report(f"request {number}: {detail}")
             if outcome == "broken":
                 failures.append(f"{number} (seed {seed}): {detail}")
-                with suppress(ProcessLookupError):
-                    os.kill(worker.pid, signal.SIGKILL)
             else:
                 totals[outcome] += 1
             if outcome in ("broken", "workers_ended"):
-                worker = None
-            if number % 5_000 == 4_999:
-                report(f"{number + 1} requests, {totals}, {len(failures)} failures")
-        if worker:
-            os.close(worker.bell)
-            os.waitpid(worker.pid, 0)
+                place.end()
+            if sent % 5_000 == 0:
+                report(f"{sent} requests, {totals}, {len(failures)} failures")
+        for place in workers.values():
+            place.end()
+            place.nursery.close()
         os.chdir("/")
-    for detail, times in sorted(defects.items(), key=lambda item: -item[1])[:20]:
-        report(f"{times} times: {detail:.150}")
     return {**totals, "failures": failures}
 
 
-def _start(folder: Path) -> Forked:
-    """Fork a worker."""
-    from neural_sculpt_addon.worker.mailbox import Inbox
+class Workers:
+    """One worker after another, each with its torch or without."""
 
-    for name in ("requests", "answers"):
-        (folder / name).mkdir(parents=True)
-    read, write = os.pipe()
-    pid = os.fork()
-    if pid == 0:
-        _work(read, write, folder)
-    os.close(read)
-    os.write(write, json.dumps(str(folder)).encode() + b"\n")
-    return Forked(pid, write, folder, Inbox(folder / "answers"))
+    def __init__(self, python: str, bare: bool, log: Path) -> None:
+        """None is started yet."""
+        self.nursery = Nursery(python, "bare" if bare else "torch")
+        self._log, self._worker = log.with_suffix(f".{bare}"), None
+
+    def worker(self) -> Any:
+        """The one that runs, a `WorkerProcess`."""
+        from neural_sculpt_addon.worker import process
+
+        if self._worker is None:
+            with patch.object(process, "start_logged", self.nursery.start):
+                self._worker = process.WorkerProcess([], self._log)
+            with suppress(ProcessLookupError):
+                limit = (MOST_MEMORY, MOST_MEMORY)
+                resource.prlimit(self._worker.pid, resource.RLIMIT_AS, limit)
+        return self._worker
+
+    def end(self) -> None:
+        """End the one that runs."""
+        if self._worker is not None:
+            self._worker.kill()
+            self._worker = None
 
 
-def _work(read: int, write: int, folder: Path) -> None:
-    """Be a worker; never returns."""
-    import resource
+def _is_read(frame: bytes) -> bool:
+    """Whether the protocol reads it; where it errs, the worker that gets it shows that."""
+    import io
 
-    import torch
+    from neural_sculpt_addon.worker import protocol
 
-    from neural_sculpt_addon.worker.jobs import Jobs
-    from neural_sculpt_addon.worker.server import take_over
-
+    stream: Any = io.BytesIO(frame)
     try:
-        os.close(write)
-        os.dup2(read, 0)
-        log = os.open(folder.with_suffix(".log"), os.O_WRONLY | os.O_CREAT)
-        os.dup2(log, 1)
-        os.dup2(log, 2)
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-        take_over().serve(Jobs(torch.device("cpu")).handlers(), {"device": "cpu"})
-    finally:
-        os._exit(70)
+        return protocol.read(stream) is not None
+    except protocol.ProtocolError:
+        return False
 
 
-def _outcome(worker: Forked, number: int) -> tuple[str, str]:
-    """What the worker did, with a word on what is not usual.
+def _send(worker: Any, frame: bytes) -> None:
+    """Put a request as `mailbox.Outbox` does, and ring; a dead worker is no error here."""
+    requests = worker._requests
+    (requests._folder / "part").write_bytes(frame)
+    (requests._folder / "part").rename(requests._folder / str(requests._count))
+    requests._count += 1
+    worker._ring(b".")
+
+
+def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
+    """What the worker did with a frame, with a word on what is not usual.
 
     A sound request follows the mutated one, which a worker that goes on must answer.
     """
-    from neural_sculpt_addon.worker.protocol import MessageKind, ProtocolError
+    from neural_sculpt_addon.worker.protocol import MessageKind
 
     probe = 10**9 + number
-    worker.send(_bytes("mesh", probe, {"revision": "none", "state": 0, "resolution": 8}))
+    _send(worker, frame)
+    _send(worker, _bytes("mesh", probe, {"revision": "none", "state": 0, "resolution": 8}))
     try:
         finals = _finals(worker, probe)
-    except (AssertionError, ProtocolError, TimeoutError) as error:
+    except (AssertionError, TimeoutError) as error:
         return "broken", str(error)
     if finals is None:
         return "workers_ended", ""
@@ -158,21 +148,22 @@ def _outcome(worker: Forked, number: int) -> tuple[str, str]:
     return "defects" if final.fields["detail"] else "errors", final.fields["message"]
 
 
-def _finals(worker: Forked, probe: int) -> list[Any] | None:
+def _finals(worker: Any, probe: int) -> list[Any] | None:
     """The answer, if there was one, until that to `probe`; None when the worker has ended."""
     from neural_sculpt_addon.worker import answers
+    from neural_sculpt_addon.worker.process import Exit
     from neural_sculpt_addon.worker.protocol import FINAL
 
     finals, end = [], time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        code = worker.ended()  # asked first: what it said last is there then
-        message = worker.inbox.take()
-        if message is None and code is not None:
-            _check_end(worker, code)
-            return None
+        message = worker.take()
         if message is None:
-            time.sleep(0.0005)
+            with suppress(TimeoutExpired):
+                worker._process.wait(TICK)
             continue
+        if isinstance(message, Exit):
+            _check_end(worker, message)
+            return None
         if why := answers.why_malformed(message):
             raise AssertionError(why)
         if message.kind in FINAL and message.job == probe:
@@ -184,15 +175,11 @@ def _finals(worker: Forked, probe: int) -> list[Any] | None:
     raise TimeoutError(f"it was silent for {PATIENCE} s")
 
 
-def _check_end(worker: Forked, code: int) -> None:
+def _check_end(worker: Any, ended: Any) -> None:
     """A worker ends by itself and says why."""
-    os.close(worker.bell)
-    log = worker.folder.with_suffix(".log")
-    said = log.read_text(errors="replace").strip()
-    log.unlink()
-    shutil.rmtree(worker.folder)
-    if code != 1 or "cannot read its requests" not in said:
-        raise AssertionError(f"exit code {code}: {said[-300:]}")
+    said = worker._log.read_text(errors="replace")
+    if worker._process.returncode != 1 or "cannot read its requests" not in said:
+        raise AssertionError(f"{ended.reason}: {ended.log_tail[-300:]}")
 
 
 def _requests(folder: Path) -> Callable[[int, Random], bytes]:
@@ -234,10 +221,10 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "cancel": ({}, {}),
         "enough": ({}, {}),
     }
-    names = list(kinds)
+    names, weights = list(kinds), [WEIGHTS.get(name, 100) for name in kinds]
 
     def request(job: int, random: Random) -> bytes:
-        kind = random.choice(names)
+        (kind,) = random.choices(names, weights)
         fields, arrays = kinds[kind]
         return _bytes(kind, job, fields, arrays)
 

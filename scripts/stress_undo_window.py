@@ -15,6 +15,7 @@ import stress_undo
 
 COUNT = 200
 ROLE = "worker"
+SIZE = 640, 480  # pixels, few of them, for a processor draws them
 
 
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
@@ -25,8 +26,8 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     script = Path(stress_undo.SCRIPT)
 
     def command(given: Any) -> list[str]:
-        return screen.window_command(program, script, ["window", *given])
+        return screen.window_command(program, script, ["window", *given], size=SIZE)
 
-    with screen.virtual_screen() as on_screen:
+    with screen.virtual_screen(SIZE) as on_screen:
         variables = {**program.variables, **on_screen}
         return stress_undo.play(command, variables, count, seed, report)

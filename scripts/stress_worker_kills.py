@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Kills of the worker (SIGKILL) with strokes in computation: each stroke is in the history after.
 
-The real worker in Blender as a module. One to three strokes wait; the worker is killed before the
-first is sent, as it is sent, after a random time, or while it writes its answer. A stroke that is
-not listed once is lost; one that is muted was not computed again, though its worker died once.
+Blender as a module; the worker is the product's own, forked from a process that has loaded it. One
+to three strokes wait; the worker is killed before the first is sent, as it is sent, after a random
+time, or when it has written a random share of its answer. A stroke that is not listed once is lost;
+one that is muted was not computed again, though its worker died once.
 """
 
 import os
@@ -14,14 +15,15 @@ from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from typing import Any
+from unittest.mock import patch
 
 import stressed_blender
+from worker_nursery import DIE, Nursery
 
 COUNT = 200
 ROLE = "blender"
 MOMENTS = ("before", "at once", "later", "answering")
 LONGEST = 1.5  # seconds until a kill in mid-computation
-RESULT = 10_000  # bytes; a progress has less
 PATIENCE = 300.0  # seconds, after which a job hangs
 FRESH = 8  # kills with one field
 INTENSITY = 0.005  # so low that many strokes on each other stay where they are drawn
@@ -35,6 +37,9 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         harness = stressed_blender.install(Path(name))
         session = harness.module("blender.worker_session").session
+        nursery = Nursery(os.environ["NEURAL_SCULPT_PYTHON"])
+        forks = patch.object(harness.module("worker.process"), "start_logged", nursery.start)
+        forks.start()
         drawn: list[str] = []
         for number in range(count):
             random = Random(f"{seed} {number}")
@@ -62,6 +67,8 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
             if number % 10 == 9:
                 report(f"{totals}, {len(failures)} failures")
         session.stop()
+        forks.stop()
+        nursery.close()
     return {**totals, "failures": failures}
 
 
@@ -87,6 +94,8 @@ def _kill(harness: Any, session: Any, moment: str, names: list[str], random: Ran
     pid = session.client.pid
     if moment == "before":
         os.kill(pid, signal.SIGKILL)
+    if moment == "answering":
+        (session.client._process._folder / DIE).write_text(str(random.random()))
     for name in names:
         arc = harness.arc(harness.field("Sphere"), tilt=random.uniform(-3, 3))
         harness.stroke(arc, name=name, intensity=INTENSITY)
@@ -101,29 +110,12 @@ def _kill(harness: Any, session: Any, moment: str, names: list[str], random: Ran
             return False
         os.kill(pid, signal.SIGKILL)
     elif moment == "answering":
-        return _kill_in_answer(session, pid)
+        end = time.monotonic() + PATIENCE
+        while session.client.pid == pid:
+            if time.monotonic() > end:
+                raise TimeoutError("the worker did not answer")
+            session.poll_once()
     return True
-
-
-def _kill_in_answer(session: Any, pid: int) -> bool:
-    """Kill the worker when it writes an answer that is larger than any progress: the result."""
-    answers = session.client._process._folder / "answers"
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        sizes = {path.name: _size(path) for path in answers.iterdir()}
-        if sizes.get("part", 0) > RESULT:
-            os.kill(pid, signal.SIGKILL)
-            return True
-        if max(sizes.values(), default=0) > RESULT:
-            return False
-    raise TimeoutError("the worker did not answer")
-
-
-def _size(path: Path) -> int:
-    try:
-        return path.stat().st_size
-    except FileNotFoundError:
-        return 0
 
 
 def _finish(session: Any) -> None:

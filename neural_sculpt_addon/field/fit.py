@@ -107,6 +107,10 @@ def fit_mesh(
     The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
     """
     start = time.monotonic()
+    if preset not in list(Preset):
+        raise SculptError(f"There is no quality {preset!r:.60}; choose one of {', '.join(Preset)}.")
+    if not 0 <= seed < 2**63:
+        raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
     method, preset = Method(method), Preset(preset)
     if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")

@@ -133,13 +133,14 @@ class Jobs:
                     proxy = extract(fit.field, PREVIEW_CELLS)
                     job.preview(Payload(_place(fit), proxy_arrays(proxy)))
 
+            sheets = job.fields.get("thickness") is not None
             result = fit_mesh(
                 read_array(job, "vertices"),
                 read_array(job, "triangles"),
                 preset=read(job, "preset", str),
                 detail=job.fields.get("detail", True),
                 width=job.fields.get("width") or 128,
-                thickness=job.fields.get("thickness"),
+                thickness=float(read_numbers(job, "thickness", 1)[0]) if sheets else None,
                 seed=read(job, "seed", int),
                 progress=sub_progress(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,

@@ -375,6 +375,7 @@ CHANGES = {
     "an omega of zero": lambda c, _: c.update(hidden_omega_0=0.0),
     "an omega of NaN": lambda c, _: c.update(hidden_omega_0=float("nan")),
     "an omega in words": lambda c, _: c.update(hidden_omega_0="thirty"),
+    "an omega of 1e30": lambda c, _: c.update(first_omega_0=1e30),
     "a huge omega": lambda c, _: c.update(hidden_omega_0=10**400),
     "no state": lambda c, _: c.pop("state_dict"),
 }

@@ -477,6 +477,12 @@ def test_without_detail_there_is_a_network_alone():
     assert fit.report["error_mean"] < 3e-3
 
 
+@pytest.mark.parametrize("given", [{"preset": "best"}, {"seed": -1}, {"seed": 10**40}])
+def test_no_such_quality_or_seed(given):
+    with pytest.raises(SculptError, match=r"quality|seed"):
+        fit_mesh(SPHERE.vertices, SPHERE.faces, **given)
+
+
 def test_no_other_width():
     with pytest.raises(SculptError, match="units wide"):
         fit_mesh(SPHERE.vertices, SPHERE.faces, width=100)

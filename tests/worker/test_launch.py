@@ -196,6 +196,16 @@ def test_what_cannot_be_done_is_an_error_with_a_sentence(client, sphere, what):
     assert message.fields["detail"] == ""  # foreseen, not a defect
 
 
+@pytest.mark.parametrize("changes", [{"preset": "best"}, {"seed": -1}, {"thickness": "thin"}])
+def test_a_fit_that_is_none_is_an_error_with_a_sentence(client, changes):
+    mesh = {"vertices": np.eye(4, 3, dtype="<f4"), "triangles": np.eye(4, 3, dtype="<i4")}
+    fields = {"preset": "draft", "seed": 1, "resolution": CELLS, **changes}
+    message = ended(client, JobKind.FIT, fields, **mesh)
+    assert message.kind is MessageKind.ERROR
+    assert message.fields["message"].endswith(".")
+    assert message.fields["detail"] == ""
+
+
 @pytest.mark.parametrize("field", [np.zeros(0, "u1"), np.arange(200, dtype="u1")])
 def test_a_field_that_is_none_is_an_error_with_a_sentence(client, field):
     message = ended(client, JobKind.MESH, state_of(field, "x"), **sent(field))
