@@ -25,7 +25,7 @@ from bpy.types import Context, NodeTree, Object, PropertyGroup
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 from ..stroke.stroke import Direction, Ends
-from . import curve_store, presets
+from . import curve_store
 from .shape_choices import CURVE, choice_property, chosen_preset
 
 GROUP = "neural_sculpt"
@@ -150,7 +150,7 @@ def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
     for shape in (Profile, Modulation):
         choice = getattr(brush, shape.WORD)
         if (preset := chosen_preset(shape, choice)) is not None:
-            presets.load(ensure_curves(brush), preset)
+            curve_store.set_curve(ensure_curves(brush), preset.kind, preset.points, preset.handles)
             setattr(brush, shape.WORD, CURVE)
         elif choice == CURVE:
             ensure_curves(brush)

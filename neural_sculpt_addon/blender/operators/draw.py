@@ -7,8 +7,6 @@ operator would.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
-from functools import partial
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
@@ -201,8 +199,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self.cancel(context)
         if self._listed is None:
             return launch(self, edit_job(ob, (stroke,)))
-        change = partial(stroke_list.changed, uid=self.uid, stroke=stroke)
-        return launch_change(self, context, change)
+        return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
         """What would be sculpted."""
