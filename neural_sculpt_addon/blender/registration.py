@@ -12,6 +12,7 @@ from . import (
     overlay,
     scene_brushes,
     seen_surface,
+    session_display,
     shape_choices,
     status_bar,
     strength,
@@ -146,6 +147,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
+    session_display.register()
     history.register()
     scene_brushes.register()
     seen_surface.register()
@@ -170,6 +172,7 @@ def unregister() -> None:
     seen_surface.unregister()
     scene_brushes.unregister()
     history.unregister()
+    session_display.unregister()
     delattr(Scene, GROUP)
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):

@@ -113,9 +113,7 @@ def _apply() -> None:
     change = partial(stroke_list.weakened, uid=uid, strength=_State.strength)
     try:
         if (job := change_history(ob, LABEL, change)) is not None:
-            session.submit(job)
-            if session.waits:
-                session.wait(job)
+            session.run(job)
     except SculptError as error:
         notice.tell(str(error))
 

@@ -34,9 +34,7 @@ INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
 def launch(operator: Operator, job: Job) -> Outcome:
     """Start a job. In a window the operator is done at once; in the background it waits."""
     try:
-        session.submit(job)
-        if session.waits:
-            session.wait(job)
+        session.run(job)
     except SculptError as error:
         return fail(operator, error)
     return FINISHED
