@@ -7,7 +7,7 @@ space, which is the object's local space: world = object.matrix_world @ model.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import bpy
 from bpy.props import (
@@ -163,7 +163,7 @@ def _scene_units(length: str) -> dict[str, Any]:
 
     def scale() -> float:
         ob = bpy.context.active_object
-        return world_scale(ob) if ob is not None and is_field(ob) else 1.0
+        return world_scale(ob) if is_field(ob) else 1.0
 
     def get(owner: Any) -> float:
         return getattr(owner, length) * scale()
@@ -341,7 +341,7 @@ def brush_of(context: Context) -> NEURAL_SCULPT_PG_brush:
     return getattr(context.scene, GROUP)
 
 
-def is_field(ob: Object | None) -> bool:
+def is_field(ob: Object | None) -> TypeGuard[Object]:
     """Whether the object is a neural field."""
     return ob is not None and ob.type == "MESH" and bool(field_of(ob).revision)
 

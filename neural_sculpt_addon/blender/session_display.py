@@ -10,7 +10,7 @@ import bpy
 
 from ..stroke.stroke import Stroke
 from ..worker.client import Message, WorkerState
-from . import hints, preview, redraw
+from . import preview, redraw, status_bar
 from .job import Job
 from .operators import notice
 from .session_watcher import Watcher
@@ -73,7 +73,7 @@ class Display(Watcher):
             redraw.tag_panels()
         told, self._told = self._told, session.slow_job() is not None
         if told is not self._told or (self._told and (heard or now is not before)):
-            hints.refresh()
+            status_bar.refresh()
         busy = session.jobs or session.behind or now is WorkerState.STARTING
         return TICK if busy else None
 

@@ -47,8 +47,9 @@ class _State:
 def _chosen() -> tuple[Object, str] | None:
     """The active field and the uid of the stroke chosen in its list."""
     ob = bpy.context.active_object
-    uid = stroke_list.active_uid(ob) if ob is not None and is_field(ob) else ""
-    return (ob, uid) if ob is not None and uid else None
+    if is_field(ob) and (uid := stroke_list.active_uid(ob)):
+        return ob, uid
+    return None
 
 
 def _get(_: WindowManager) -> float:

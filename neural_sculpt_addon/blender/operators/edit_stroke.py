@@ -19,7 +19,7 @@ from ...stroke.profile import Profile
 from ...stroke.stroke import AXES, Direction, Ends, Stroke
 from .. import curve_store, stroke_list
 from ..brush import modulation, profile
-from ..curve_widget import draw_curve
+from ..brush_widgets import draw_curve
 from ..properties import (
     brush_of,
     direction_property,
