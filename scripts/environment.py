@@ -30,6 +30,7 @@ from virtualenv import say
 
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker import environment as worker_environment
+from neural_sculpt_addon.worker.interpreter import candidate_pythons
 
 VENV = ROOT / ".venv"
 WORKER = VENV / "worker"
@@ -146,7 +147,7 @@ def _base() -> tuple[Path, str]:
 
 def _find_python(version: str) -> Path | None:
     """A Python of this version on this computer."""
-    for candidate in worker_environment.candidate_pythons():
+    for candidate in candidate_pythons():
         if ".".join(map(str, candidate.version[:2])) == version:
             return candidate.python
     return None

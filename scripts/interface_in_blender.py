@@ -80,8 +80,8 @@ def instrument() -> None:
         return modal(self, context, event)
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
-    session = module("blender.worker_session")
-    timed(session.session, "_timer", lambda _: "timer tick")
+    session = module("blender.worker_session").session
+    timed(session.watcher, "_timer", lambda _: "timer tick")
     timed(module("blender.preview"), "show", lambda _: "preview")
     timed(module("blender.stroke_jobs"), "add_entry", lambda _: "result into the scene")
 

@@ -61,7 +61,9 @@ def sequences(where: str, folder: Path, seed: str, first: int, count: int) -> An
     harness.SculptCase.setUp(case)
     case.steer()
     logging.disable(logging.WARNING)  # what is said to the artist
-    with patch.object(case.session, "_watch", lambda: None):  # results come when it is their turn
+    with patch.object(
+        case.session.watcher, "work_came", lambda: None
+    ):  # results come when it is their turn
         for number in range(first, first + count):
             sequence = undo_sequences.Sequence(case, f"{seed} {number}", hands)
             print(f"sequence {number} begins", flush=True)

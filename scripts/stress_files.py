@@ -74,8 +74,7 @@ def _outcome(read: Read, data: bytes) -> tuple[str, str]:
 
 def _kinds(folder: Path) -> dict[str, tuple[bytes, Read]]:
     """A sound file of each kind, and its reader."""
-    from neural_sculpt_addon.blender.built_in_presets import PROFILES
-    from neural_sculpt_addon.blender.preset_file import dump_preset, parse_preset
+    from neural_sculpt_addon.blender.preset_file import BUILT_IN, dump_preset, parse_preset
     from neural_sculpt_addon.field import checkpoint, mesh_file, points_file
     from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
     from neural_sculpt_addon.stroke.file import parse_strokes
@@ -93,7 +92,7 @@ def _kinds(folder: Path) -> dict[str, tuple[bytes, Read]]:
     return {
         "strokes": (strokes, lambda data: parse_strokes(data.decode(errors="replace"))),
         "preset": (
-            dump_preset(PROFILES[0]).encode(),
+            dump_preset(BUILT_IN[0]).encode(),
             lambda data: parse_preset(data.decode(errors="replace")),
         ),
         "layer": (layer, layer_from_bytes),

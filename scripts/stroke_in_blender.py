@@ -82,7 +82,7 @@ def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]
     it took, and how long this thread worked on it."""
     import bpy
 
-    tick = importlib.import_module(f"{EXTENSION}.blender.worker_session").TICK
+    tick = importlib.import_module(f"{EXTENSION}.blender.session_display").TICK
     end = time.monotonic() + SECONDS
     while time.monotonic() < end:
         time.sleep(tick)

@@ -13,6 +13,7 @@ import numpy as np
 from bpy.types import CurveMapping, NodeTree
 
 from ..stroke.profile import Profile
+from . import preset_file
 from .preset_file import SMOOTH, Preset
 
 TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
@@ -23,8 +24,7 @@ PRESSURE_INTENSITY = "pressure_intensity"
 SAMPLES = 257  # Blender's own table has 256 cells: a finer one gains nothing
 
 BOUNDS = {
-    PROFILE: (-1.0, 1.0),
-    MODULATION: (0.0, 1.0),
+    **preset_file.BOUNDS,
     PRESSURE_RADIUS: (0.0, 1.0),
     PRESSURE_INTENSITY: (0.0, 1.0),
 }

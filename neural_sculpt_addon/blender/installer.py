@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..worker import environment
+from ..worker import environment, interpreter
 from ..worker.ending import exit_in_words
 from ..worker.interpreter import start_logged
 
@@ -43,7 +43,7 @@ class Installer:
         """Begin to make an environment in `folder`; `log` gets what the process says."""
         self.fraction, self.message, self.error = 0.0, "Starting", ""
         self._folder, self._log = folder, log
-        self._pythons = environment.present_pythons()
+        self._pythons = interpreter.present_pythons()
         self._process, self._cancelled = None, False
         self._try_next_python()
 

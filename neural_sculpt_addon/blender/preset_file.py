@@ -5,12 +5,13 @@
      "points": [[-1, 0], [0, 1], [1, 0]], "handles": ["AUTO_CLAMPED", "VECTOR", "AUTO_CLAMPED"]}
 
 Profile: [-1, 1] x [-1, 1]. Modulation: [0, 1] x [0, 1]. A file may come from anybody and is read
-strictly. No bpy here.
+strictly. The presets that come with the extension are a list of such files. No bpy here.
 """
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from ..stroke import reading
 from ..stroke.errors import SculptError
@@ -24,7 +25,7 @@ MOST_POINTS = 64
 LONGEST_NAME = 48
 LARGEST_FILE = 1 << 16  # bytes
 
-BOUNDS = {Profile.WORD: (-1.0, 1.0), Modulation.WORD: (0.0, 1.0)}
+BOUNDS = {shape.WORD: shape.DOMAIN for shape in (Profile, Modulation)}
 """Of both axes of a curve widget."""
 
 Point = tuple[float, float]
@@ -82,6 +83,11 @@ def parse_preset(text: str) -> Preset:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise SculptError(f"This is no JSON preset file ({error}).") from error
+    return _read(document)
+
+
+def _read(document: object) -> Preset:
+    """A preset as `dump_preset` has written it. SculptError when it is none."""
     words = {"version", "kind", "name", "points", "handles"}
     if not isinstance(document, Mapping) or set(document) != words:
         raise SculptError(f"A preset file has {', '.join(sorted(words))} and nothing else.")
@@ -99,3 +105,9 @@ def parse_preset(text: str) -> Preset:
         )
     except reading.UNREADABLE as error:
         raise SculptError(f"This preset cannot be read ({error}).") from error
+
+
+BUILT_IN = tuple(
+    map(_read, json.loads(Path(__file__).with_name("built_in_presets.json").read_bytes()))
+)
+"""The presets that come with the extension, beside the paper's formulas."""

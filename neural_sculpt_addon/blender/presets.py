@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The presets of the curve widgets: those that come with the extension, and the artist's own.
+"""The artist's own presets of the curve widgets: files in the preset folder.
 
-An artist's preset is a file in the preset folder; its stem identifies it, so files may be copied
-there by hand. A preset is loaded into the widget, and what the widget shows is what the brush has.
+The stem of a file identifies its preset, so files may be copied there by hand.
 """
 
 import logging
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import bpy
-from bpy.types import NodeTree
 
 from ..stroke.errors import SculptError
-from . import curve_store
-from .built_in_presets import MODULATIONS, PROFILES
 from .folders import preset_folder
 from .preset_file import LARGEST_FILE, Preset, dump_preset, parse_preset
 
@@ -23,39 +20,15 @@ log = logging.getLogger(__name__)
 SUFFIX = ".json"
 MOST_FILES = 256
 
-_own: dict[str, Preset] | None = None
-_edition = 0
-
-
-def built_in(kind: str) -> dict[str, Preset]:
-    """The presets that come with the extension, by identifier."""
-    presets = PROFILES if kind == curve_store.PROFILE else MODULATIONS
-    return {preset.name.upper(): preset for preset in presets}
-
 
 def own(kind: str) -> dict[str, Preset]:
     """The artist's presets by the stem of their file; read once, and again after `refresh`."""
-    global _own  # noqa: PLW0603 - one folder, one list of what is in it
-    if _own is None:
-        _own = dict(_read_folder())
-    return {stem: preset for stem, preset in _own.items() if preset.kind == kind}
-
-
-def edition() -> int:
-    """A number that changes with the presets."""
-    return _edition
+    return {stem: preset for stem, preset in _own() if preset.kind == kind}
 
 
 def refresh() -> None:
     """Files have changed."""
-    global _own, _edition  # noqa: PLW0603
-    _own = None
-    _edition += 1
-
-
-def load(tree: NodeTree, preset: Preset) -> None:
-    """Show a preset in its widget."""
-    curve_store.set_curve(tree, preset.kind, preset.points, preset.handles)
+    _own.cache_clear()
 
 
 def save(preset: Preset) -> str:
@@ -86,6 +59,11 @@ def read(path: Path) -> Preset:
             return parse_preset(file.read(LARGEST_FILE + 1).decode("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise SculptError(f"{path.name} cannot be read ({error}). Choose another file.") from error
+
+
+@cache
+def _own() -> tuple[tuple[str, Preset], ...]:
+    return tuple(_read_folder())
 
 
 def _read_folder() -> Iterator[tuple[str, Preset]]:

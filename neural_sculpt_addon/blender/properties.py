@@ -7,7 +7,7 @@ space, which is the object's local space: world = object.matrix_world @ model.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import bpy
 from bpy.props import (
@@ -25,7 +25,7 @@ from bpy.types import Context, NodeTree, Object, PropertyGroup
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 from ..stroke.stroke import Direction, Ends
-from . import curve_store, presets
+from . import curve_store
 from .shape_choices import CURVE, choice_property, chosen_preset
 
 GROUP = "neural_sculpt"
@@ -150,7 +150,7 @@ def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
     for shape in (Profile, Modulation):
         choice = getattr(brush, shape.WORD)
         if (preset := chosen_preset(shape, choice)) is not None:
-            presets.load(ensure_curves(brush), preset)
+            curve_store.set_curve(ensure_curves(brush), preset.kind, preset.points, preset.handles)
             setattr(brush, shape.WORD, CURVE)
         elif choice == CURVE:
             ensure_curves(brush)
@@ -163,7 +163,7 @@ def _scene_units(length: str) -> dict[str, Any]:
 
     def scale() -> float:
         ob = bpy.context.active_object
-        return world_scale(ob) if ob is not None and is_field(ob) else 1.0
+        return world_scale(ob) if is_field(ob) else 1.0
 
     def get(owner: Any) -> float:
         return getattr(owner, length) * scale()
@@ -341,7 +341,7 @@ def brush_of(context: Context) -> NEURAL_SCULPT_PG_brush:
     return getattr(context.scene, GROUP)
 
 
-def is_field(ob: Object | None) -> bool:
+def is_field(ob: Object | None) -> TypeGuard[Object]:
     """Whether the object is a neural field."""
     return ob is not None and ob.type == "MESH" and bool(field_of(ob).revision)
 

@@ -12,6 +12,7 @@ from . import (
     overlay,
     scene_brushes,
     seen_surface,
+    session_display,
     shape_choices,
     status_bar,
     strength,
@@ -138,6 +139,21 @@ CLASSES = (
 )
 
 
+PARTS = (
+    session_display,
+    history,
+    scene_brushes,
+    seen_surface,
+    menus,
+    status_bar,
+    strength,
+    overlay,
+    fit_overlay,
+    tools,
+)
+"""What is registered after the classes and the properties."""
+
+
 def register() -> None:
     """Tell Blender."""
     translations.register()
@@ -146,30 +162,16 @@ def register() -> None:
         bpy.utils.register_class(cls)
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
-    history.register()
-    scene_brushes.register()
-    seen_surface.register()
-    menus.register()
-    status_bar.register()
-    strength.register()
-    overlay.register()
-    fit_overlay.register()
-    tools.register()
+    for part in PARTS:
+        part.register()
 
 
 def unregister() -> None:
     """Stop the worker and take everything back."""
     session.stop()
     install_worker.stop()
-    tools.unregister()
-    fit_overlay.unregister()
-    overlay.unregister()
-    strength.unregister()
-    status_bar.unregister()
-    menus.unregister()
-    seen_surface.unregister()
-    scene_brushes.unregister()
-    history.unregister()
+    for part in reversed(PARTS):
+        part.unregister()
     delattr(Scene, GROUP)
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):

@@ -17,7 +17,7 @@ from bpy.props import EnumProperty
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 from . import presets, thumbnails
-from .preset_file import Preset
+from .preset_file import BUILT_IN, Preset
 
 CURVE = "CURVE"
 """The choice of the curve widget instead of a named profile or modulation."""
@@ -51,7 +51,7 @@ def choice_property(
         name=shape.WORD.title(),
         description=description,
         items=lambda _owner, _context: _items(
-            shape, presets.edition(), bpy.app.translations.locale
+            shape, tuple(_presets(shape).items()), bpy.app.translations.locale
         ),
         default=[*shape.FORMULAS].index(default),
         update=update,
@@ -75,12 +75,13 @@ def unregister() -> None:
 
 
 def _presets(shape: Shape) -> dict[str, Preset]:
+    built_in = {preset.name.upper(): preset for preset in BUILT_IN if preset.kind == shape.WORD}
     own = {OWN + stem: preset for stem, preset in presets.own(shape.WORD).items()}
-    return presets.built_in(shape.WORD) | own
+    return built_in | own
 
 
 @cache
-def _items(shape: Shape, _edition: int, _locale: str) -> list[Item]:
+def _items(shape: Shape, loaded: tuple[tuple[str, Preset], ...], _locale: str) -> list[Item]:
     """Blender does not copy the texts of an item, so they live as long as we do."""
     domain = np.linspace(*shape.DOMAIN, 129)
     items: list[Item] = []
@@ -91,7 +92,7 @@ def _items(shape: Shape, _edition: int, _locale: str) -> list[Item]:
         values = shape(choice.lower())(domain)
         icon = thumbnails.icon(f"{shape.WORD} {choice}", shape.WORD, values)
         items.append((choice, iface_(name), tip_(tip), icon, number))
-    for number, (choice, preset) in enumerate(_presets(shape).items(), PRESET_NUMBER):
+    for number, (choice, preset) in enumerate(loaded, PRESET_NUMBER):
         tip = tip_("Load this preset into the curve widget")
         icon = thumbnails.icon(f"{choice} {hash(preset)}", shape.WORD, thumbnails.sample(preset))
         items.append((choice, iface_(preset.name), tip, icon, number))

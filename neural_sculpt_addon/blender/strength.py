@@ -47,8 +47,9 @@ class _State:
 def _chosen() -> tuple[Object, str] | None:
     """The active field and the uid of the stroke chosen in its list."""
     ob = bpy.context.active_object
-    uid = stroke_list.active_uid(ob) if ob is not None and is_field(ob) else ""
-    return (ob, uid) if ob is not None and uid else None
+    if is_field(ob) and (uid := stroke_list.active_uid(ob)):
+        return ob, uid
+    return None
 
 
 def _get(_: WindowManager) -> float:
@@ -113,9 +114,7 @@ def _apply() -> None:
     change = partial(stroke_list.weakened, uid=uid, strength=_State.strength)
     try:
         if (job := change_history(ob, LABEL, change)) is not None:
-            session.submit(job)
-            if session.waits:
-                session.wait(job)
+            session.run(job)
     except SculptError as error:
         notice.tell(str(error))
 

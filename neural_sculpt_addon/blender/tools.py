@@ -8,8 +8,9 @@ Preferences, Keymap, 3D View, "3D View Tool: Object, Neural Stroke".
 # pyright: reportOptionalMemberAccess=false, reportIncompatibleVariableOverride=false
 
 import bpy
-from bpy.types import Context, Mesh, UILayout, WorkSpaceTool
+from bpy.types import Context, UILayout, WorkSpaceTool
 
+from .brush_widgets import draw_lengths, draw_mirror
 from .overlay import TOOL
 from .properties import brush_of, is_field
 
@@ -63,21 +64,13 @@ class _NeuralStroke(WorkSpaceTool):
     def draw_settings(context: Context, layout: UILayout, tool: object) -> None:
         """Draw the brush in the header, and in the sidebar's Tool tab."""
         brush = brush_of(context)
-        row = layout.row(align=True)
-        row.prop(brush, "scene_radius")
-        row.prop(brush, "pressure_radius", text="", icon="STYLUS_PRESSURE")
-        row = layout.row(align=True)
-        row.prop(brush, "scene_intensity")
-        row.prop(brush, "pressure_intensity", text="", icon="STYLUS_PRESSURE")
+        draw_lengths(layout, brush)
         layout.prop(brush, "profile", text="")
         layout.prop(brush, "modulation", text="")
         layout.prop(brush, "input", text="")
         ob = context.active_object
         if is_field(ob) and context.mode == "OBJECT":  # Sculpt Mode's header has them already
-            assert isinstance(ob.data, Mesh)
-            row = layout.row(heading="Mirror", align=True)
-            for axis in "XYZ":
-                row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
+            draw_mirror(layout, ob)
 
 
 class ObjectTool(_NeuralStroke):

@@ -12,64 +12,64 @@ dies, too, the job fails and the next one has its turn. A stroke that fails for 
 stays in the history, muted. One that hangs is ended as if it had died: when the artist restarts it
 or cancels its job, and at once in the background, where nobody can.
 
-Bytes of fields go to a worker process once; a worker that lacks some says so and gets all again.
 One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
 nobody is told when it fails.
 
-In a window a timer calls `poll_once`; timers never run in the background, where operators wait.
+A `Watcher` hears what happens and shows it; the session knows nothing of windows.
 """
 
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import bpy
-import numpy as np
 from bpy.app.translations import pgettext_n as n_
 
 from ..stroke.errors import SculptError
 from ..stroke.stroke import Stroke
 from ..worker import answers, environment
-from ..worker.client import (
-    Client,
-    Message,
-    MessageKind,
-    WorkerGoneError,
-    WorkerState,
-)
+from ..worker.client import Client, Message, MessageKind, WorkerGoneError
 from ..worker.protocol import ProtocolError
-from . import hints, preferences, preview, proxy_mesh, redraw
+from . import preferences, proxy_mesh
 from .commit import in_edit_mode
-from .folders import log_file
-from .job import Job, JobStatus, Request, find
-from .operators import notice
+from .job import Job, JobStatus, find
 from .properties import field_of
+from .session_watcher import Watcher
+from .worker_process import Worker
 
 log = logging.getLogger(__name__)
 
-TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster
 SLOW = 0.5  # seconds after which the status bar tells how far a job is
 
 
 class Session:
-    """Owns the client, starts the worker when it is first needed, and feeds it jobs."""
+    """Starts the worker when it is first needed, and feeds it jobs."""
 
     def __init__(self) -> None:
         """No worker is started yet."""
         self.jobs: deque[Job] = deque()
         self.behind: Job | None = None
         """The job that waits for all others to end."""
-        self.client: Client | None = None
+        self.worker = Worker()
+        self.watcher = Watcher()
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
-        self._timer = self._tick  # one object, as Blender knows a timer by it
-        self._told = False  # of a slow job, in the status bar
-        self._held: set[str] = set()  # ids of bytes that the worker has
         self._news: deque[Message] = deque()  # of the worker, not yet heard
+
+    @property
+    def client(self) -> Client | None:
+        """The worker's client; None before the first job."""
+        return self.worker.client
+
+    def run(self, job: Job) -> None:
+        """Queue a job, and where operators wait, wait for its end. SculptError when it fails."""
+        self.submit(job)
+        if self.waits:
+            self.wait(job)
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
@@ -78,21 +78,21 @@ class Session:
         self.drop_behind()
         self.jobs.append(job)
         self._advance()
-        self._preview()  # while the worker begins
-        self._watch()
+        self._tell_waiting()  # while the worker begins
+        self.watcher.work_came()
 
     def submit_behind(self, job: Job) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be."""
         self.drop_behind()
         self.behind = job
-        self._watch()
+        self.watcher.work_came()
 
     def drop_behind(self) -> None:
         """Forget the job that waits behind the others, which the worker may be at."""
         if self.behind is not None:
             self._silence(self.behind)
             self.behind = None
-            redraw.tag_panels()
+            self.watcher.changed()
 
     def wait(self, job: Job) -> None:
         """Poll until the job has ended; SculptError when it did not succeed."""
@@ -112,14 +112,14 @@ class Session:
         running = job.status is JobStatus.RUNNING
         self._silence(job)
         self._end(job, JobStatus.CANCELLED, why)
-        if running and self.hangs and self.client is not None:
-            self.client.give_up()
-            self._watch()
+        if running and self.hangs:
+            self.worker.give_up()
+            self.watcher.work_came()
 
     def settle(self, job: Job) -> None:
         """Let a running job end with what it has."""
-        if job.status is JobStatus.RUNNING and self.client is not None:
-            self.client.settle(job.number)
+        if job.status is JobStatus.RUNNING:
+            self.worker.settle(job.number)
 
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
@@ -132,7 +132,7 @@ class Session:
     @property
     def hangs(self) -> bool:
         """Whether the worker gives no sign of life."""
-        return self.client is not None and self.client.state is WorkerState.HANGING
+        return self.worker.hangs
 
     def slow_job(self) -> Job | None:
         """The running job, when the artist has waited for it so long that it must show."""
@@ -169,15 +169,13 @@ class Session:
 
     def _poll(self) -> bool:
         heard = False
-        preview.refresh()
-        fresh = [] if self.client is None else self.client.poll_once()
-        if self.waits and self.hangs and self.client is not None:
-            self.client.give_up()
+        self.watcher.polled()
+        fresh = self.worker.poll()
+        if self.waits and self.hangs:
+            self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
-        while self._news and not read and not self._foresee(self._news[0]):
-            if self._must_wait(self._news[0]):
-                break
+        while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
             heard = True
@@ -190,9 +188,7 @@ class Session:
 
     def _recover(self) -> None:
         """After a defect: end the job that it was met in, and the worker that may be at fault."""
-        if self.client is not None:
-            self.client.stop()
-            self.client = None
+        self.worker.stop()
         self._news.clear()
         self.behind = None
         if self.jobs:
@@ -209,24 +205,21 @@ class Session:
 
         Queued jobs are cancelled; those of a worker that hangs are sent to the new one.
         """
-        if self.hangs and self.client is not None:
-            self.client.give_up()
+        if self.hangs:
+            self.worker.give_up()
         else:
             self.stop()
         self._ensure_worker()
-        self._watch()
+        self.watcher.work_came()
 
     def stop(self) -> None:
         """Cancel everything and end the worker process."""
         self.behind = None
         for job in [*self.jobs]:
             self._end(job, JobStatus.CANCELLED, "The worker was stopped.")
-        if self.client is not None:
-            self.client.stop()
-            self.client = None
+        self.worker.stop()
         self._news.clear()
-        if bpy.app.timers.is_registered(self._timer):
-            bpy.app.timers.unregister(self._timer)
+        self.watcher.stopped()
 
     def _ensure_worker(self) -> None:
         command = environment.worker_command(preferences.worker_python(), preferences.device())
@@ -234,14 +227,11 @@ class Session:
             busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
             if self.client.alive and (busy or self.client.command == tuple(command)):
                 return
-            self.client.stop()  # gives every open job its end
-            for message in [*self._news, *self.client.poll_once()]:
+            self.worker.end()  # gives every open job its end
+            for message in [*self._news, *self.worker.poll()]:
                 self._hear(message)
             self._news.clear()
-        client = Client(command, log_file())
-        client.start()
-        self.client = client
-        self._held.clear()
+        self.worker.start(command)
 
     def _firsts(self) -> dict[int, Job]:
         """The first pending job on each object."""
@@ -262,51 +252,43 @@ class Session:
             self._tell_bases()  # when that could not begin, the next one is the first
         behind = self.behind
         if not self.jobs and behind is not None and behind.status is JobStatus.QUEUED:
-            if self.client is not None and self.client.alive:
-                self._send(behind, behind.request())
+            if self.worker.alive:
+                self._begin(behind)
             else:  # it is gone with all that it knew
                 self.behind = None
 
     def _start(self, job: Job) -> None:
         self._ensure_worker()
-        assert self.client is not None
-        request = job.request()
-        job.kind = request.kind or job.kind
         try:
-            self._send(job, request)
+            self._begin(job)
         except WorkerGoneError as error:  # just now
             self._lose(job, str(error))
 
-    def _send(self, job: Job, request: Request) -> None:
-        """Let the worker have a job, and those bytes that it does not have."""
-        assert self.client is not None
-        arrays = dict(request.arrays)
-        for name, read in request.held.items():
-            if name not in self._held:
-                arrays[name] = np.frombuffer(read(), np.uint8)
-        job.number = self.client.submit(job.kind, request.fields, arrays)
+    def _begin(self, job: Job) -> None:
+        """Make the job's request and let the worker have it."""
+        request = job.request()
+        job.kind = request.kind or job.kind
+        job.number = self.worker.send(job.kind, request)
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
-        self._held.update(request.held)
-
-    def _foresee(self, message: Message) -> bool:
-        """Displace a stroke that still waits on the proxy which a result brings: whether there was
-        one to do, and the result can be shown no sooner than by the next poll."""
-        if self.waits or not self.jobs or message.job != self.jobs[0].number:
-            return False
-        job, arrays = self.jobs[0], message.arrays
-        others = (other for other in self.pending(job.target) if other is not job)
-        waiting = [stroke for other in others for stroke in other.strokes]
-        if not waiting or job.target is None or "vertices" not in arrays:
-            return False
-        return preview.foresee(job.target, arrays["vertices"], arrays["triangles"], waiting)
 
     def _must_wait(self, message: Message) -> bool:
-        """Whether a result cannot be shown before the artist has left a mode."""
+        """Whether a result cannot be shown yet: the strokes that come after it are to be prepared,
+        or the artist has to leave a mode."""
         if self.waits or not self.jobs or message.job != self.jobs[0].number:
             return False
-        job = self.jobs[0]
-        if message.kind is not MessageKind.RESULT:
+        return self._prepare(self.jobs[0], message) or (
+            message.kind is MessageKind.RESULT and self._in_other_mode(self.jobs[0])
+        )
+
+    def _prepare(self, job: Job, message: Message) -> bool:
+        others = (other for other in self.pending(job.target) if other is not job)
+        waiting = [stroke for other in others for stroke in other.strokes]
+        if not waiting or job.target is None or "vertices" not in message.arrays:
             return False
+        return self.watcher.prepare(job.target, message, waiting)
+
+    def _in_other_mode(self, job: Job) -> bool:
+        """Whether the artist is in a mode whose undo steps do not hold a result."""
         ob = None if job.target is None else find(job.target)
         if in_edit_mode():
             job.message = n_("Waits until Edit Mode is left")
@@ -339,7 +321,7 @@ class Session:
         elif message.kind is MessageKind.ERROR:
             self._hear_error(job, message.fields)
         else:
-            self._held.update(_ids(message))
+            self.worker.keep(message)
             if self._try(job, partial(job.apply, message)):
                 self._end(job, JobStatus.DONE, "")
             else:
@@ -349,7 +331,7 @@ class Session:
         text = fields["message"]
         if fields.get("missing") and not job.resent:
             log.info("%s is sent again, for the worker lacks bytes", job.label)
-            self._held.clear()
+            self.worker.forget()
             job.resent = True
             self._queue_again(job)
         elif fields.get("died"):
@@ -385,19 +367,18 @@ class Session:
 
     def _lose(self, job: Job, why: str) -> None:
         """The worker died with the job: let a new one try, once."""
-        if self.client is not None:
-            self.client.stop()  # one that answers nonsense may live
+        self.worker.end()  # one that answers nonsense may live
         job.deaths += 1
         if job.deaths > 1:
             self._fail(job, why)
             return
         self._queue_again(job)
         log.warning("%s is sent again: %s", job.label, why)
-        notice.tell(f"{job.title} is sent to a new worker. {why}")
+        self.watcher.warned(f"{job.title} is sent to a new worker. {why}")
 
     def _queue_again(self, job: Job) -> None:
         job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
-        redraw.tag_panels()
+        self.watcher.changed()
 
     def _fail(self, job: Job, why: str) -> None:
         """End a job; its strokes, which are not at fault, stay in the history."""
@@ -409,18 +390,18 @@ class Session:
                 log.warning("%s cannot be kept: %s", job.label, error)
         self._end(job, JobStatus.FAILED, why)
 
-    def _preview(self) -> None:
-        """Show the strokes that have no result yet on their proxies."""
+    def _tell_waiting(self) -> None:
+        """Tell which strokes have no result yet; none where operators wait."""
         waiting: dict[int, list[Stroke]] = {}
         for job in self.jobs if not self.waits else ():
             if job.target is not None and job.pending and job.strokes:
                 waiting.setdefault(job.target, []).extend(job.strokes)
-        preview.want(waiting)
+        self.watcher.strokes_wait(waiting)
 
     def _silence(self, job: Job) -> None:
         """Let the worker stop a job; what it still sends of it is ignored."""
-        if job.number >= 0 and self.client is not None:
-            self.client.cancel(job.number)
+        if job.number >= 0:
+            self.worker.cancel(job.number)
 
     def _check_target(self, job: Job) -> None:
         if job.target is None:
@@ -434,37 +415,12 @@ class Session:
     def _end(self, job: Job, status: JobStatus, message: str) -> None:
         self.jobs.remove(job)
         job.status, job.message = status, message
-        redraw.tag_panels()
-        if job.preview is not None:
-            redraw.tag_views()  # it is gone
-        self._preview()
+        self.watcher.ended(job)
+        self._tell_waiting()
         if status is JobStatus.FAILED:
             self.last_error = message
             log.warning("%s: %s", job.label, message)
-            notice.tell(message)
-
-    def _watch(self) -> None:
-        if not bpy.app.background and not bpy.app.timers.is_registered(self._timer):
-            bpy.app.timers.register(self._timer, persistent=True)
-
-    def _tick(self) -> float | None:
-        before = self.client and self.client.state
-        heard = self.poll_once()
-        now = self.client and self.client.state
-        if heard or now is not before:
-            redraw.tag_panels()
-        told, self._told = self._told, self.slow_job() is not None
-        if told is not self._told or (self._told and (heard or now is not before)):
-            hints.refresh()
-        busy = self.jobs or self.behind or now is WorkerState.STARTING
-        return TICK if busy else None
-
-
-def _ids(result: Message) -> Iterator[str]:
-    """Names of the bytes that a worker made, and so has."""
-    fields = result.fields
-    yield from (fields[name] for name in ("id", "base", "layer") if name in fields)
-    yield from (layer["id"] for layer in fields.get("layers", ()))
+            self.watcher.warned(message)
 
 
 session = Session()

@@ -21,6 +21,8 @@ _LAYERS = frozenset({JobKind.ABSORB, JobKind.BOOLEAN})
 _STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
+_NOTHING = np.empty(0, bool)  # of a kind that no result has
+
 
 def why_malformed(message: Message) -> str:
     """What is wrong with a message of any job, but its result; empty when nothing is."""
@@ -126,9 +128,8 @@ def _array(
     arrays: Mapping[str, NDArray[Any]], name: str, kind: str, axes: int, last: int | None = None
 ) -> NDArray[Any]:
     """An array of a kind of numbers (see numpy.dtype.kind) and a number of axes."""
-    array = arrays.get(name)
-    if array is None or array.dtype.kind != kind or array.ndim != axes:
-        raise ProtocolError(f"its result has no {name!r}, or it is not as it should be.")
+    array = arrays.get(name, _NOTHING)
+    _require(array.dtype.kind == kind and array.ndim == axes, name)
     _require(last is None or array.shape[-1] == last, name)
     return array
 

@@ -25,29 +25,9 @@ from .interpreter import (
     Environment,
     candidate_pythons,
     check_python,
-    find_python,
     identify,
     lack,
-    present_pythons,
 )
-
-__all__ = [
-    "ENVIRONMENT_VARIABLE",
-    "NO_PYTHON",
-    "Device",
-    "Environment",
-    "candidate_pythons",
-    "cannot_install",
-    "check_python",
-    "configured_python",
-    "create",
-    "environment_python",
-    "find_python",
-    "installation_command",
-    "installed",
-    "present_pythons",
-    "worker_command",
-]
 
 ENVIRONMENT_VARIABLE = "NEURAL_SCULPT_PYTHON"
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")

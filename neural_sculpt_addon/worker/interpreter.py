@@ -102,25 +102,6 @@ def identify(python: Path | str) -> Environment:
     return _probe(Path(python), ())
 
 
-def find_python(candidates: Iterable[Path | str]) -> Environment:
-    """The first candidate on which the worker can run as it is; SculptError says why none is."""
-    reasons = []
-    for candidate in candidates:
-        try:
-            environment = check_python(candidate)
-        except SculptError as error:
-            reasons.append(str(error))
-            continue
-        if environment.ready:
-            return environment
-        reasons.append(f"{candidate} {lack(environment)}.")
-    raise SculptError(
-        "No Python here can run the worker as it is: "
-        + (" ".join(reasons) or "none was named.")
-        + " Install the worker, or name a Python that has PyTorch."
-    )
-
-
 def lack(environment: Environment) -> str:
     """What keeps an environment from being ready, as the end of a sentence."""
     if environment.version[:2] < OLDEST:

@@ -19,7 +19,7 @@ from .payload import Payload, as_array, read
 from .store import Store, read_strength
 
 if TYPE_CHECKING:
-    from ..field.layers import State
+    from ..field.layers import Entry, Layer, State
 
     Replayed = tuple[State, dict[str, Any], dict[str, np.ndarray]]
 
@@ -54,20 +54,12 @@ def result_key(base: str, stroke: Stroke, solver: str) -> str:
 def _layers(
     store: Store, job: Payload, entries: Sequence[dict[str, Any]], progress: Progress
 ) -> "Replayed":
-    from ..field.layers import Entry, Solved, Term, replay
+    from ..field.layers import Term, replay
 
     names = [entry["layer"] for entry in entries if entry.get("layer") is not None]
     base, layers = store.load(job, job.fields.get("base"), names)
     by_name = {layer.id: layer for layer in layers}
-    history = [
-        Entry(
-            None if entry.get("stroke") is None else Stroke.from_json(entry["stroke"]),
-            None if layer is None else Solved(layer, str(entry.get("context"))),
-            read_strength(entry.get("strength")),
-        )
-        for entry in entries
-        for layer in [by_name.get(entry.get("layer", ""))]
-    ]
+    history = [_read_entry(entry, by_name.get(entry.get("layer", ""))) for entry in entries]
     terms = [Term(entry.solved.layer, entry.strength) for entry in history if entry.solved]
     known = store.made(base, terms, sub_progress(progress, 0.0, 0.1))
     state, found = replay(known, history, store.memo, sub_progress(progress, 0.1, 1.0))
@@ -78,6 +70,18 @@ def _layers(
     }
     layers = [{"id": solved.layer.id, "context": solved.context} for solved in found]
     return state, {"layers": layers}, arrays
+
+
+def _read_entry(entry: dict[str, Any], layer: "Layer | None") -> "Entry":
+    """A line of the history with its layer, where it has one."""
+    from ..field.layers import Entry, Solved
+
+    stroke = entry.get("stroke")
+    return Entry(
+        None if stroke is None else Stroke.from_json(stroke),
+        None if layer is None else Solved(layer, str(entry.get("context"))),
+        read_strength(entry.get("strength")),
+    )
 
 
 def _network(

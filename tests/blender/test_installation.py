@@ -121,7 +121,7 @@ class Installation(SculptCase):
                 self.assertIn("already holds other files", self.failure())
 
     def test_no_python(self) -> None:
-        with patch.object(module("worker.environment"), "present_pythons", lambda: iter(())):
+        with patch.object(module("worker.interpreter"), "present_pythons", lambda: iter(())):
             self.assertIn("There is no Python 3.11 or newer", self.failure())
 
     def test_no_place_for_its_news(self) -> None:

@@ -4,6 +4,7 @@
 import ast
 import importlib.util
 import inspect
+import tempfile
 import unittest
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,8 +25,7 @@ def sources(room: str) -> Iterator[ast.AST]:
     spec = importlib.util.find_spec(f"{EXTENSION}{room}")
     assert spec is not None and spec.origin is not None
     for path in Path(spec.origin).parent.rglob("*.py"):
-        if not path.stem.startswith("german"):
-            yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
 
 
 def text_of(node: ast.AST | None) -> str:
@@ -86,8 +86,43 @@ def texts() -> set[str]:
     return {text for text in (*said(), *shown()) if len(text.strip()) > 1 and not text.isdigit()}
 
 
+PO = """# a header
+msgid ""
+msgstr "Language: xx\\n"
+
+# a comment of the translator
+msgid "Box"
+msgstr "Quader"
+
+msgctxt "Message"
+msgid ""
+"A \\"quoted\\" text "
+"over two lines."
+msgstr ""
+"Ein Text\\n"
+"in zwei Zeilen, ä."
+"""
+
+
 class Translations(unittest.TestCase):
     maxDiff = None
+
+    def test_a_po_file_is_read(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "xx.po"
+            path.write_text(PO, encoding="utf-8")
+            read = module("blender.translations").read_po(path)
+        sentence = 'A "quoted" text over two lines.'
+        self.assertEqual(
+            read,
+            {("", "Box"): "Quader", ("Message", sentence): "Ein Text\nin zwei Zeilen, ä."},
+        )
+
+    def test_no_text_is_translated_twice(self) -> None:
+        translations = module("blender.translations")
+        file = Path(translations.__file__).parent / "locale" / "de.po"
+        texts = [line for line in file.read_text("utf-8").splitlines() if line.startswith("msgid ")]
+        self.assertEqual(len(texts) - 1, len(translations.GERMAN), "all but the header")
 
     def test_every_property_has_a_tooltip(self) -> None:
         silent = [name for name, given in properties() if not given.get("description")]

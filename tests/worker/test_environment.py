@@ -15,16 +15,14 @@ from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker import environment, installer
 from neural_sculpt_addon.worker.environment import (
     REQUIREMENTS,
-    candidate_pythons,
-    check_python,
     configured_python,
     create,
     environment_python,
-    find_python,
     installed,
     worker_command,
 )
 from neural_sculpt_addon.worker.installer import UnsuitableError, explain
+from neural_sculpt_addon.worker.interpreter import candidate_pythons, check_python
 from tests.worker.support import ROOT
 
 MODULES = ("torch", "numpy", "scipy", "skimage", "trimesh", "safetensors", "igl")
@@ -126,12 +124,6 @@ def test_what_is_no_python_is_refused_in_a_sentence(tmp_path, name):
     (tmp_path / "tool").chmod(0o755)
     with pytest.raises(SculptError, match="choose another Python"):
         check_python(tmp_path / name)
-
-
-def test_the_first_that_is_ready_is_found(tmp_path, bare):
-    assert find_python([tmp_path / "absent", bare, sys.executable]).python == Path(sys.executable)
-    with pytest.raises(SculptError, match=r"cannot be run.*lacks torch, numpy"):
-        find_python([tmp_path / "absent", bare])
 
 
 def test_candidates_run_and_the_first_has_the_version_of_this_one():

@@ -18,8 +18,8 @@ from neural_sculpt_addon.worker.environment import (
     environment_python,
     installation_command,
     installed,
-    present_pythons,
 )
+from neural_sculpt_addon.worker.interpreter import present_pythons
 from tests.worker.support import PATIENCE, processes_of, until
 
 MARKER = "neural_sculpt_environment.txt"

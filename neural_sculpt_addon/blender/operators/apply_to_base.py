@@ -5,7 +5,6 @@
 
 from bpy.types import Context, Operator
 
-from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import states
 from ..commit import set_base
@@ -13,7 +12,7 @@ from ..job import Job, Request, found
 from ..properties import field_of
 from ..worker_session import session
 from .history import listed_poll
-from .launch import FINISHED, REGISTER, Outcome, active_field, fail, launch, refuse
+from .launch import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
 
 
 class NEURAL_SCULPT_OT_apply_to_base(Operator):
@@ -32,15 +31,13 @@ class NEURAL_SCULPT_OT_apply_to_base(Operator):
             return refuse(cls, "The worker still changes this field")
         return True
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Replace the base; the worker adds up base and layers."""
         ob = active_field(context)
         target, label, group = ob.session_uid, self.bl_label, field_of(ob)
         if states.is_whole(group):
-            try:
-                set_base(ob, label, group.weights, group.weights_id)
-            except SculptError as error:
-                return fail(self, error)
+            set_base(ob, label, group.weights, group.weights_id)
             return FINISHED
 
         def request() -> Request:

@@ -7,8 +7,6 @@ operator would.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
-from functools import partial
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
@@ -16,7 +14,7 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
-from .. import hints, native_edits, overlay, proxy_mesh, stroke_list
+from .. import native_edits, overlay, proxy_mesh, status_bar, stroke_list
 from ..brush import drawn_stroke, redrawn_stroke, strengths
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
@@ -112,7 +110,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def cancel(self, context: Context) -> None:
         """Leave no trace in the window."""
         overlay.hide_stroke()
-        hints.show(None)
+        status_bar.show_hint(None)
         if context.area is not None:  # it is gone with the window
             context.area.tag_redraw()
 
@@ -201,8 +199,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self.cancel(context)
         if self._listed is None:
             return launch(self, edit_job(ob, (stroke,)))
-        change = partial(stroke_list.changed, uid=self.uid, stroke=stroke)
-        return launch_change(self, context, change)
+        return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
         """What would be sculpted."""
@@ -213,7 +210,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _show(self, context: Context) -> None:
         """Say what can be done, and show what would be sculpted."""
         drawing, ob = self._drawing, find(self._target)
-        hints.show(iface_(HINTS[drawing and drawing.phase]))
+        status_bar.show_hint(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
             stroke = self._stroke(drawing, context, ob)
             editing, again = drawing.phase is Phase.EDITING, self._listed is not None

@@ -7,7 +7,6 @@ Radius and intensity are given in model space; the dialog shows them in scene un
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from ...stroke.profile import Profile
 from ...stroke.stroke import AXES, Direction, Ends, Stroke
 from .. import curve_store, stroke_list
 from ..brush import modulation, profile
-from ..curve_widget import draw_curve
+from ..brush_widgets import draw_curve
 from ..properties import (
     brush_of,
     direction_property,
@@ -32,7 +31,7 @@ from ..properties import (
 )
 from ..shape_choices import CURVE, Shape, fixed_items
 from .history import chosen_uid, launch_change, listed_poll, uid_property
-from .launch import REGISTER, Outcome, active_field, fail
+from .launch import REGISTER, Outcome, active_field, fail, reports_errors
 
 KEEP = "KEEP"
 
@@ -108,14 +107,12 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout.prop(self, "closed")
         layout.prop(self, "pressure")
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Replay the strokes with what was given; the rest of the stroke stays as it is."""
         uid = chosen_uid(self, context)
-        try:
-            stroke = self._changed(self._stroke(context), context)
-        except SculptError as error:
-            return fail(self, error)
-        return launch_change(self, context, partial(stroke_list.changed, uid=uid, stroke=stroke))
+        stroke = self._changed(self._stroke(context), context)
+        return launch_change(self, context, stroke_list.changed, uid=uid, stroke=stroke)
 
     def _stroke(self, context: Context) -> Stroke:
         return stroke_list.stroke_of(active_field(context), chosen_uid(self, context))

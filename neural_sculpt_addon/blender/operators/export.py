@@ -20,7 +20,7 @@ from .. import estimate, level_set, proxy_mesh, states
 from ..commit import PROXY, in_window
 from ..job import Job, Request, find
 from ..properties import field_of, resolution_property, world_scale
-from .launch import REGISTER, Outcome, active_field, fail, field_poll, launch
+from .launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 
 NETWORK = ".safetensors"
 KINDS = {
@@ -71,20 +71,18 @@ class NEURAL_SCULPT_OT_export(Operator):
         self.layout.prop(self, "resolution")
         estimate.draw(self.layout, active_field(context), self.resolution)
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Have the worker make what the suffix says, and write it."""
         path = Path(bpy.path.abspath(self.filepath))
         kind = KINDS.get(path.suffix.lower())
-        try:
-            if kind is None:
-                known = ", ".join(KINDS)
-                raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
-            if not path.parent.is_dir():
-                raise SculptError(f"There is no folder {path.parent}. Choose another place.")
-            if kind is JobKind.SAMPLE:
-                level_set.check()
-        except SculptError as error:
-            return fail(self, error)
+        if kind is None:
+            known = ", ".join(KINDS)
+            raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
+        if not path.parent.is_dir():
+            raise SculptError(f"There is no folder {path.parent}. Choose another place.")
+        if kind is JobKind.SAMPLE:
+            level_set.check()
         target = active_field(context).session_uid
         fields = {"path": str(path), "resolution": self.resolution}
 

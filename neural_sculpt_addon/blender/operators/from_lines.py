@@ -18,7 +18,7 @@ from ..brush import brush_stroke, pressure_factors
 from ..properties import brush_of, world_scale
 from ..sources import Line, annotation_lines, selected_lines
 from ..stroke_jobs import edit_job
-from .launch import REGISTER, Outcome, active_field, editable_poll, fail, launch
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
 
 SELECTED, ANNOTATIONS = "SELECTED", "ANNOTATIONS"
 
@@ -56,31 +56,29 @@ Their thickness acts as the pen's pressure"""
         """A field whose proxy can be replaced."""
         return editable_poll(cls, context)
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Project the lines on the field and have the worker sculpt them, as one step."""
         ob = active_field(context)
         annotated = self.source == ANNOTATIONS
         lines = annotation_lines(context) if annotated else selected_lines(context)
         if not lines and annotated:
-            return fail(
-                self, "There are no annotations on this frame. Draw some on the field first."
+            raise SculptError(
+                "There are no annotations on this frame. Draw some on the field first."
             )
         if not lines:
-            return fail(
-                self, "No grease pencil, curve or hair is selected. Select some beside the field."
+            raise SculptError(
+                "No grease pencil, curve or hair is selected. Select some beside the field."
             )
         spacing = brush_of(context).spacing * brush_of(context).radius * world_scale(ob)
-        try:
-            native_edits.refuse(ob)
-            strokes = tuple(
-                _stroke(context, ob, part)
-                for line in lines
-                for part in _projected(context, ob, _thinned(line, spacing), self.distance)
-            )
-        except SculptError as error:
-            return fail(self, error)
+        native_edits.refuse(ob)
+        strokes = tuple(
+            _stroke(context, ob, part)
+            for line in lines
+            for part in _projected(context, ob, _thinned(line, spacing), self.distance)
+        )
         if not strokes:
-            return fail(self, "The lines are too far from the field. Raise the distance.")
+            raise SculptError("The lines are too far from the field. Raise the distance.")
         return launch(self, edit_job(ob, strokes))
 
     def draw(self, context: Context) -> None:

@@ -20,7 +20,7 @@ from ..commit import NewField, create_field
 from ..job import Job, Request, find
 from ..properties import LOCAL, solver_property
 from ..worker_session import session
-from .launch import REGISTER, Outcome, fail, launch, refuse
+from .launch import REGISTER, Outcome, launch, refuse, reports_errors
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -73,14 +73,12 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         """Ask for quality, size and thickness."""
         return context.window_manager.invoke_props_dialog(self)
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Fit in the worker; the object appears when it is there."""
         source = context.active_object
         assert source is not None
-        try:
-            vertices, triangles, frame = read_source(source, context)
-        except SculptError as error:
-            return fail(self, error)
+        vertices, triangles, frame = read_source(source, context)
         resolution = preferences.resolution()
         name, uid, solver = source.name, source.session_uid, self.solver
 

@@ -6,17 +6,30 @@ Each operator takes the uid of a stroke, or works on the one that is chosen in t
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Operator
 
-from ...stroke.errors import SculptError
 from .. import stroke_list
 from ..properties import field_of, strength_property
-from ..replay import Change, change_history
-from .launch import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, launch, refuse
+from ..replay import change_history
+from ..stroke_list import Entry
+from .launch import (
+    FINISHED,
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch,
+    refuse,
+    reports_errors,
+)
+
+Change = Callable[..., Sequence[Entry]]
+"""A function of `stroke_list` that takes the list and what is given, and returns the new list."""
 
 
 def listed_poll(cls: type[Operator], context: Context) -> bool:
@@ -28,12 +41,12 @@ def listed_poll(cls: type[Operator], context: Context) -> bool:
     return True
 
 
-def launch_change(operator: Operator, context: Context, change: Change) -> Outcome:
-    """Change the history of the active field."""
-    try:
-        job = change_history(active_field(context), operator.bl_label, change)
-    except SculptError as error:
-        return fail(operator, error)
+def launch_change(operator: Operator, context: Context, change: Change, **given: Any) -> Outcome:
+    """Change the history of the active field: `change` takes the list and what is given.
+
+    SculptError when it cannot be changed so.
+    """
+    job = change_history(active_field(context), operator.bl_label, partial(change, **given))
     return FINISHED if job is None else launch(operator, job)
 
 
@@ -53,6 +66,7 @@ def chosen_uid(operator: Any, context: Context) -> str:
 
 class _ListOperator(Operator):
     bl_options = REGISTER
+    change: ClassVar[Change]
 
     uid: uid_property()
 
@@ -61,14 +75,15 @@ class _ListOperator(Operator):
         """A field with strokes."""
         return listed_poll(cls, context)
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Change the list and have the worker make the field of it."""
         uid = chosen_uid(self, context)
-        return launch_change(self, context, self.change(uid))
+        return launch_change(self, context, self.change, uid=uid, **self._given())
 
-    def change(self, uid: str) -> Change:
-        """What becomes of the list; must not hold on to the operator, which is gone by then."""
-        raise NotImplementedError
+    def _given(self) -> dict[str, Any]:
+        """What `change` takes beside the list and the uid."""
+        return {}
 
 
 class NEURAL_SCULPT_OT_mute_stroke(_ListOperator):
@@ -76,10 +91,7 @@ class NEURAL_SCULPT_OT_mute_stroke(_ListOperator):
 
     bl_idname = "neural_sculpt.mute_stroke"
     bl_label = "Mute Stroke"
-
-    def change(self, uid: str) -> Change:
-        """Mute it, or no longer."""
-        return partial(stroke_list.muted, uid=uid)
+    change = staticmethod(stroke_list.muted)
 
 
 class NEURAL_SCULPT_OT_solo_stroke(_ListOperator):
@@ -87,10 +99,7 @@ class NEURAL_SCULPT_OT_solo_stroke(_ListOperator):
 
     bl_idname = "neural_sculpt.solo_stroke"
     bl_label = "Solo Stroke"
-
-    def change(self, uid: str) -> Change:
-        """Mute the others, or none."""
-        return partial(stroke_list.soloed, uid=uid)
+    change = staticmethod(stroke_list.soloed)
 
 
 class NEURAL_SCULPT_OT_set_strength(_ListOperator):
@@ -98,12 +107,12 @@ class NEURAL_SCULPT_OT_set_strength(_ListOperator):
 
     bl_idname = "neural_sculpt.set_strength"
     bl_label = "Stroke Strength"
+    change = staticmethod(stroke_list.weakened)
 
     strength: strength_property()
 
-    def change(self, uid: str) -> Change:
-        """Weaken or strengthen it."""
-        return partial(stroke_list.weakened, uid=uid, strength=self.strength)
+    def _given(self) -> dict[str, Any]:
+        return {"strength": self.strength}
 
 
 class NEURAL_SCULPT_OT_delete_stroke(_ListOperator):
@@ -111,10 +120,7 @@ class NEURAL_SCULPT_OT_delete_stroke(_ListOperator):
 
     bl_idname = "neural_sculpt.delete_stroke"
     bl_label = "Delete Stroke"
-
-    def change(self, uid: str) -> Change:
-        """Leave it out."""
-        return partial(stroke_list.deleted, uid=uid)
+    change = staticmethod(stroke_list.deleted)
 
 
 class NEURAL_SCULPT_OT_duplicate_stroke(_ListOperator):
@@ -122,10 +128,7 @@ class NEURAL_SCULPT_OT_duplicate_stroke(_ListOperator):
 
     bl_idname = "neural_sculpt.duplicate_stroke"
     bl_label = "Duplicate Stroke"
-
-    def change(self, uid: str) -> Change:
-        """Add a copy."""
-        return partial(stroke_list.duplicated, uid=uid)
+    change = staticmethod(stroke_list.duplicated)
 
 
 class NEURAL_SCULPT_OT_move_stroke(_ListOperator):
@@ -133,6 +136,7 @@ class NEURAL_SCULPT_OT_move_stroke(_ListOperator):
 
     bl_idname = "neural_sculpt.move_stroke"
     bl_label = "Move Stroke"
+    change = staticmethod(stroke_list.moved)
 
     direction: EnumProperty(
         name="Direction",
@@ -143,6 +147,5 @@ class NEURAL_SCULPT_OT_move_stroke(_ListOperator):
         ],
     )
 
-    def change(self, uid: str) -> Change:
-        """Move it by one place."""
-        return partial(stroke_list.moved, uid=uid, step=-1 if self.direction == "UP" else 1)
+    def _given(self) -> dict[str, Any]:
+        return {"step": -1 if self.direction == "UP" else 1}

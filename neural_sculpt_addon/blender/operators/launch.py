@@ -3,7 +3,9 @@
 
 # pyright: reportOptionalMemberAccess=false
 
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 from bpy.types import Context, Object, Operator
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorReturnItems, OperatorTypeFlagItems
 
 Outcome: TypeAlias = "set[OperatorReturnItems]"
+Execute = TypeVar("Execute", bound=Callable[..., Outcome])
+
 FINISHED: Outcome = {"FINISHED"}
 CANCELLED: Outcome = {"CANCELLED"}
 
@@ -30,9 +34,7 @@ INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
 def launch(operator: Operator, job: Job) -> Outcome:
     """Start a job. In a window the operator is done at once; in the background it waits."""
     try:
-        session.submit(job)
-        if session.waits:
-            session.wait(job)
+        session.run(job)
     except SculptError as error:
         return fail(operator, error)
     return FINISHED
@@ -42,6 +44,19 @@ def fail(operator: Operator, error: SculptError | str) -> Outcome:
     """Tell the artist what happened and what to do."""
     operator.report({"ERROR"}, translated(str(error)))
     return CANCELLED
+
+
+def reports_errors(execute: Execute) -> Execute:
+    """Let an operator's `execute` raise SculptError, of which the artist is told."""
+
+    @wraps(execute)
+    def executed(self: Operator, context: Context) -> Outcome:
+        try:
+            return execute(self, context)
+        except SculptError as error:
+            return fail(self, error)
+
+    return cast(Execute, executed)
 
 
 def refuse(cls: type[Operator], reason: str) -> bool:

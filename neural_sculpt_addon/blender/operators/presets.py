@@ -14,10 +14,10 @@ from bpy.types import Context, Event, Operator
 
 from ...stroke.errors import SculptError
 from .. import curve_store, presets
-from ..preset_file import LONGEST_NAME
+from ..preset_file import LONGEST_NAME, Preset
 from ..properties import brush_of
 from ..shape_choices import CURVE
-from .launch import FINISHED, REGISTER, Outcome, fail, refuse
+from .launch import FINISHED, REGISTER, Outcome, refuse, reports_errors
 
 
 def _kind_property() -> Any:
@@ -48,8 +48,18 @@ def _own_items(operator: Any, context: Context | None) -> list[tuple[str, str, s
     return _items
 
 
-class _OwnOperator(Operator):
+class _PresetOperator(Operator):
     bl_options = REGISTER
+
+    kind: _kind_property()
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for what is not given."""
+        return context.window_manager.invoke_props_dialog(self)
+
+
+class _OwnOperator(_PresetOperator):
+    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -58,30 +68,27 @@ class _OwnOperator(Operator):
             return True
         return refuse(cls, "No presets of your own yet")
 
+    def _chosen(self) -> Preset:
+        if (known := presets.own(self.kind).get(self.preset)) is None:
+            raise SculptError("There is no such preset. Save one first.")
+        return known
 
-class NEURAL_SCULPT_OT_save_preset(Operator):
+
+class NEURAL_SCULPT_OT_save_preset(_PresetOperator):
     """Save what the curve widget shows as a preset"""
 
     bl_idname = "neural_sculpt.save_preset"
     bl_label = "Save Preset"
-    bl_options = REGISTER
 
-    kind: _kind_property()
     name: _name_property()
 
-    def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for the name."""
-        return context.window_manager.invoke_props_dialog(self)
-
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Write it; one of the same name is replaced."""
         brush = brush_of(context)
         if brush.curves is None or getattr(brush, self.kind) != CURVE:
-            return fail(self, "Only a curve can be saved. Choose Curve and shape it first.")
-        try:
-            presets.save(curve_store.preset(brush.curves, self.kind, self.name))
-        except SculptError as error:
-            return fail(self, error)
+            raise SculptError("Only a curve can be saved. Choose Curve and shape it first.")
+        presets.save(curve_store.preset(brush.curves, self.kind, self.name))
         return FINISHED
 
 
@@ -91,25 +98,14 @@ class NEURAL_SCULPT_OT_rename_preset(_OwnOperator):
     bl_idname = "neural_sculpt.rename_preset"
     bl_label = "Rename Preset"
 
-    kind: _kind_property()
-    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
     name: _name_property()
 
-    def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask which and for the name."""
-        return context.window_manager.invoke_props_dialog(self)
-
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Write it under the new name and delete the old file."""
-        known = presets.own(self.kind).get(self.preset)
-        if known is None:
-            return fail(self, "There is no such preset. Save one first.")
-        try:
-            stem = presets.save(replace(known, name=self.name))
-            if stem != self.preset:
-                presets.delete(self.preset)
-        except SculptError as error:
-            return fail(self, error)
+        stem = presets.save(replace(self._chosen(), name=self.name))
+        if stem != self.preset:
+            presets.delete(self.preset)
         return FINISHED
 
 
@@ -119,21 +115,11 @@ class NEURAL_SCULPT_OT_delete_preset(_OwnOperator):
     bl_idname = "neural_sculpt.delete_preset"
     bl_label = "Delete Preset"
 
-    kind: _kind_property()
-    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
-
-    def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask which."""
-        return context.window_manager.invoke_props_dialog(self)
-
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Delete its file."""
-        if self.preset not in presets.own(self.kind):
-            return fail(self, "There is no such preset. Save one first.")
-        try:
-            presets.delete(self.preset)
-        except SculptError as error:
-            return fail(self, error)
+        self._chosen()
+        presets.delete(self.preset)
         return FINISHED
 
 
@@ -157,10 +143,8 @@ class NEURAL_SCULPT_OT_import_preset(Operator):
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Read it strictly, and write it among the others."""
-        try:
-            presets.save(presets.read(Path(bpy.path.abspath(self.filepath))))
-        except SculptError as error:
-            return fail(self, error)
+        presets.save(presets.read(Path(bpy.path.abspath(self.filepath))))
         return FINISHED

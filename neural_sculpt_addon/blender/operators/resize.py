@@ -15,7 +15,7 @@ from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras import view3d_utils
 
-from .. import hints, overlay
+from .. import overlay, status_bar
 from ..properties import brush_of
 from ..recorder import Mouse, Point
 from ..view import View, as_point, lay, view_under
@@ -93,7 +93,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
     def cancel(self, context: Context) -> None:
         """Let the brush follow the mouse again."""
         overlay.hold_brush(None)
-        hints.show(None)
+        status_bar.show_hint(None)
         context.area.header_text_set(None)
         context.area.tag_redraw()
 
@@ -107,7 +107,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
         word = iface_(self.length.title())
         value = getattr(brush_of(context), f"scene_{self.length.lower()}")
         context.area.header_text_set(f"{word} {value:.4f}")
-        hints.show(iface_("Click or Enter: keep     Esc: as before"))
+        status_bar.show_hint(iface_("Click or Enter: keep     Esc: as before"))
         context.area.tag_redraw()
 
 

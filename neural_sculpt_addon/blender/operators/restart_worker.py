@@ -5,9 +5,8 @@
 
 from bpy.types import Context, Operator
 
-from ...stroke.errors import SculptError
 from ..worker_session import session
-from .launch import FINISHED, INTERNAL, Outcome, fail
+from .launch import FINISHED, INTERNAL, Outcome, reports_errors
 
 
 class NEURAL_SCULPT_OT_restart_worker(Operator):
@@ -17,10 +16,8 @@ class NEURAL_SCULPT_OT_restart_worker(Operator):
     bl_label = "Restart Worker"
     bl_options = INTERNAL
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Restart."""
-        try:
-            session.restart()
-        except SculptError as error:
-            return fail(self, error)
+        session.restart()
         return FINISHED

@@ -21,7 +21,7 @@ from .. import native_edits
 from ..brush import brush_stroke
 from ..properties import NEURAL_SCULPT_PG_point
 from ..stroke_jobs import edit_job
-from .launch import REGISTER, Outcome, active_field, editable_poll, fail, launch
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
 
 
 class NEURAL_SCULPT_OT_stroke(Operator):
@@ -58,14 +58,11 @@ class NEURAL_SCULPT_OT_stroke(Operator):
         """A field whose proxy can be replaced."""
         return editable_poll(cls, context)
 
+    @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Have the worker edit the field; the proxy follows when it is done."""
-        try:
-            native_edits.refuse(active_field(context))
-            strokes = self._strokes(context)
-        except SculptError as error:
-            return fail(self, error)
-        return launch(self, edit_job(active_field(context), strokes))
+        native_edits.refuse(active_field(context))
+        return launch(self, edit_job(active_field(context), self._strokes(context)))
 
     def _strokes(self, context: Context) -> tuple[Stroke, ...]:
         if self.stroke_json:

@@ -6,7 +6,7 @@
 from bpy.types import Context, UILayout
 
 from .. import curve_store
-from ..curve_widget import draw_curve
+from ..brush_widgets import draw_curve, draw_lengths
 from ..properties import NEURAL_SCULPT_PG_brush, brush_of
 from ..shape_choices import CURVE
 from .sidebar import CLOSED, Sidebar
@@ -23,10 +23,7 @@ class NEURAL_SCULPT_PT_brush(Sidebar):
         layout, brush = self.layout, brush_of(context)
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for length in ("radius", "intensity"):
-            row = layout.row(align=True)
-            row.prop(brush, f"scene_{length}")
-            row.prop(brush, f"pressure_{length}", text="", icon="STYLUS_PRESSURE")
+        draw_lengths(layout, brush)
         draw_shape(layout, brush, curve_store.PROFILE)
         draw_shape(layout, brush, curve_store.MODULATION)
         layout.operator("neural_sculpt.draw", text="Draw Stroke", icon="GREASEPENCIL")

@@ -49,7 +49,6 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         layout = self.layout
         ob = context.active_object
         if is_field(ob):
-            assert ob is not None
             _draw_field(layout, context, ob)
         elif not preferences.has_worker():
             preferences.draw_installation(layout, context)

@@ -5,7 +5,7 @@
 
 from bpy.types import Context
 
-from ...stroke.stroke import AXES
+from ..brush_widgets import draw_mirror
 from ..properties import brush_of, is_field
 from .sidebar import Sidebar
 
@@ -31,10 +31,7 @@ class NEURAL_SCULPT_PT_stroke(Sidebar):
         layout.prop(brush, "direction", expand=True)
         ob = context.active_object
         if is_field(ob):
-            assert ob is not None
-            row = layout.row(heading="Mirror", align=True)
-            for axis in AXES:
-                row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
+            draw_mirror(layout, ob)
         column = layout.column(align=True)
         lines = "neural_sculpt.strokes_from_lines"
         selected = column.operator(lines, text="From Selected Objects", icon="OUTLINER_OB_CURVE")
