@@ -158,7 +158,7 @@ class EditedSurface:
         points = centres(places(active, level), level)
         before, after = self._before_and_after
 
-        def measure(part: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        def measure(part: slice) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
             away, nearest = map(np.asarray, self._tree.query(points[part]))
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
