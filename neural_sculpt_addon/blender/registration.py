@@ -8,6 +8,7 @@ from bpy.types import Object, Scene
 from . import (
     fit_overlay,
     history,
+    live,
     menus,
     overlay,
     scene_brushes,
@@ -147,6 +148,7 @@ def register() -> None:
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     history.register()
+    live.register()
     scene_brushes.register()
     seen_surface.register()
     menus.register()
@@ -169,6 +171,7 @@ def unregister() -> None:
     menus.unregister()
     seen_surface.unregister()
     scene_brushes.unregister()
+    live.unregister()
     history.unregister()
     delattr(Scene, GROUP)
     delattr(Object, GROUP)

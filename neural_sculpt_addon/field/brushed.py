@@ -89,6 +89,7 @@ def absorb_brushed(
     SculptError when nothing was moved, or something out of the box.
     """
     start = time.monotonic()
+    _check(brushed)
     before, after, triangles = brushed
     changed = (before != after).any(axis=1)
     if not changed.any():
@@ -117,6 +118,21 @@ def absorb_brushed(
         "seconds": time.monotonic() - start,
     }
     return AbsorbedStroke(done, solution.layer, report, _snap(done.field, brushed, moved))
+
+
+def _check(brushed: Brushed) -> None:
+    """SculptError when these are no triangles before and after."""
+    before, after, triangles = brushed
+    points = before.dtype == after.dtype == np.float32 and before.ndim == 2
+    corners = triangles.dtype == np.int32 and triangles.ndim == 2 and triangles.shape[1] == 3
+    if not (points and corners and before.shape == after.shape == (len(before), 3)):
+        raise SculptError("A brushed part of the proxy is made of vertices and triangles.")
+    if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(before):
+        raise SculptError("Triangles of the brushed proxy name vertices that it does not have.")
+    if not (np.isfinite(before).all() and np.isfinite(after).all()):
+        raise SculptError(
+            "Vertices of the brushed proxy have no finite position (NaN or infinite)."
+        )
 
 
 def _without_islands(
