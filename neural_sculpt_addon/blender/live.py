@@ -210,7 +210,7 @@ def _job(target: int, proxy: _Proxy, stroke: _Stroke) -> Job:
 def _finish(target: int) -> None:
     """Let the scene have what was absorbed, when all of it was and the artist's hand rests."""
     ob, proxy = find(target), _proxies.get(target)
-    if ob is None or proxy is None or not proxy.strokes or _is_at_work():
+    if ob is None or proxy is None or not proxy.strokes or is_at_work():
         return
     strokes = proxy.strokes
     if any(s.job is not None and s.job.status is JobStatus.FAILED for s in strokes):
@@ -255,7 +255,7 @@ def _commit(
     return base
 
 
-def _is_at_work() -> bool:
+def is_at_work() -> bool:
     """Whether a brush, or something else that moves vertices, is being used."""
     windows = bpy.context.window_manager.windows
     return any(op.bl_idname.startswith(_AT_WORK) for w in windows for op in w.modal_operators)
@@ -272,7 +272,7 @@ def _note(*_: object) -> None:
 
 
 def _look_later() -> float | None:
-    if _is_at_work():
+    if is_at_work():
         return AGAIN
     try:
         look()
