@@ -77,6 +77,11 @@ class _Proxy:
     corners: NDArray[np.int32]
     strokes: list[_Stroke] = field(default_factory=list)
 
+    @property
+    def has_failed(self) -> bool:
+        """Whether one of them could not be absorbed, and so none after it."""
+        return any(s.job is not None and s.job.status is JobStatus.FAILED for s in self.strokes)
+
 
 _proxies: dict[int, _Proxy] = {}
 """By session_uid of the object."""
@@ -87,10 +92,16 @@ _left: dict[int, int] = {}
 def is_on_its_way(ob: Object) -> bool:
     """Whether all that brushes did to the proxy is being absorbed."""
     proxy = _proxies.get(ob.session_uid)
-    if proxy is None or not proxy.strokes:
+    if proxy is None or not proxy.strokes or proxy.has_failed:
         return False
-    assert isinstance(ob.data, Mesh)
-    return np.array_equal(preview.true_positions(ob.data), proxy.strokes[-1].seen)
+    now = preview.true_positions(proxy_mesh.mesh_of(ob))
+    return np.array_equal(now, proxy.strokes[-1].seen)
+
+
+def refuse_edits(ob: Object) -> None:
+    """SculptError when brushes did what the field does not know of, nor soon will."""
+    if not is_on_its_way(ob):
+        native_edits.refuse(ob)
 
 
 def look() -> None:
@@ -107,7 +118,12 @@ def look() -> None:
     proxy = _known(ob, now)
     if proxy is None:
         if native_edits.edited(ob) and not session.pending(target):
+            _left[target] = native_edits.mark(ob)  # if it cannot be, once is enough
             _submit(absorb_job(ob))
+        return
+    if proxy.has_failed:  # what is there is absorbed with the next stroke, or by Absorb
+        proxy.strokes.clear()
+        _left[target] = native_edits.mark(ob)
         return
     last = proxy.strokes[-1].after if proxy.strokes else proxy.positions
     part = cut(last, now, proxy.corners)
@@ -119,17 +135,23 @@ def look() -> None:
     stroke = _Stroke(_name(), part, now, after)
     stroke.job = _job(target, proxy, stroke)
     proxy.strokes.append(stroke)
-    _submit(stroke.job)
+    if not _submit(stroke.job):
+        proxy.strokes.clear()
+        _left[target] = native_edits.mark(ob)
 
 
 def leave() -> None:
     """After undo and redo: drop what is on its way, and let the proxies be as they are now."""
-    for target in [*_proxies]:
-        _drop(target, n_("Absorbing was cancelled: its stroke was undone."))
+    for proxy in _proxies.values():
+        _cancel(proxy, n_("Absorbing was cancelled: its stroke was undone."))
     _left.clear()
     ob = bpy.context.active_object
-    if ob is not None and is_field(ob) and ob.mode == "SCULPT" and not proxy_mesh.in_dyntopo(ob):
+    if ob is None or not _can_absorb(ob):
+        return
+    if native_edits.edited(ob):
         _left[ob.session_uid] = native_edits.mark(ob)
+    else:
+        _known(ob, preview.true_positions(proxy_mesh.mesh_of(ob)))
 
 
 def forget() -> None:
@@ -162,17 +184,28 @@ def _known(ob: Object, now: NDArray[np.float32]) -> _Proxy | None:
 
 
 def _drop(target: int, why: str) -> None:
-    proxy = _proxies.pop(target, None)
-    for stroke in proxy.strokes if proxy else ():
+    if (proxy := _proxies.pop(target, None)) is not None:
+        _cancel(proxy, why)
+
+
+def _cancel(proxy: _Proxy, why: str) -> None:
+    """Forget what is on its way."""
+    strokes = [*proxy.strokes]
+    proxy.strokes.clear()
+    for stroke in strokes:
         if stroke.job is not None and stroke.job.pending:
             session.cancel_job(stroke.job, why)
 
 
-def _submit(job: Job) -> None:
+def _submit(job: Job) -> bool:
+    """False where there is no worker."""
     try:
         session.submit(job)
-    except SculptError as error:  # there is no worker
-        log.info("%s is not absorbed: %s", job.label, error)
+    except SculptError as error:
+        log.warning("%s is not absorbed: %s", job.label, error)
+        notice.tell(str(error))
+        return False
+    return True
 
 
 def _name() -> str:
@@ -213,9 +246,6 @@ def _finish(target: int) -> None:
     if ob is None or proxy is None or not proxy.strokes or is_at_work():
         return
     strokes = proxy.strokes
-    if any(s.job is not None and s.job.status is JobStatus.FAILED for s in strokes):
-        _drop(target, n_("Absorbing was cancelled: a stroke before it could not be absorbed."))
-        return
     if any(stroke.result is None for stroke in strokes):
         return
 
@@ -234,6 +264,7 @@ def _finish(target: int) -> None:
     for stroke in strokes:
         assert stroke.result is not None
         base = _commit(found(target), stroke, stroke.result, base)
+    _known(found(target), positions())  # for the next stroke, which may come at once
 
 
 def _commit(

@@ -28,7 +28,7 @@ from .detail import Coefficients, spacing, support
 from .field import Field
 from .fit_detail import COARSEST
 from .fit_report import deviation
-from .mesh_cleanup import normals, unit
+from .mesh_cleanup import areas, normals, unit
 from .pieces import Asked, find_islands
 from .prepare import Preparation
 from .projection import ARRIVED, project
@@ -117,7 +117,7 @@ def absorb_brushed(
         "components_after": done.proxy.components.total,
         "seconds": time.monotonic() - start,
     }
-    return AbsorbedStroke(done, solution.layer, report, _snap(done.field, brushed, moved))
+    return AbsorbedStroke(done, solution.layer, report, _snap(done.field, brushed, changed))
 
 
 def _check(brushed: Brushed) -> None:
@@ -201,16 +201,17 @@ def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Pa
     return Patch(*map(np.concatenate, parts))
 
 
-def _snap(field: Field, brushed: Brushed, moved: NDArray[np.bool_]) -> Snapped | None:
+def _snap(field: Field, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
     """The vertices on the zero level; None when triangles are stretched, or fold there."""
     before, after, triangles = brushed
     found = project(field, after)
-    vertices = np.where(moved[:, None], found.points, after)
+    vertices = np.where(changed[:, None], found.points, after)
     corners = vertices[triangles]  # (T, 3, 3)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
     facing = np.einsum("ti,tci->tc", normals(corners), found.normals[triangles])
+    folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
     arrived = (found.distance < ARRIVED).all()
-    if not arrived or (edges > STRETCHED * usual).any() or (facing <= 0).any():
+    if not arrived or (edges > STRETCHED * usual).any() or folded > usual**2:
         return None
     return Snapped(vertices, found.normals)

@@ -16,7 +16,7 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
-from .. import hints, native_edits, overlay, proxy_mesh, stroke_list
+from .. import hints, live, overlay, proxy_mesh, stroke_list
 from ..brush import drawn_stroke, redrawn_stroke, strengths
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
@@ -143,7 +143,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
         proxy_mesh.refuse_locked(ob)
-        native_edits.refuse(ob)
+        live.refuse_edits(ob)
         settings = brush_of(context)
         habits = Habits(
             spacing=settings.spacing * settings.radius,
@@ -159,7 +159,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _begin_again(self, context: Context, ob: Object) -> None:
         """Edit the points of a stroke in the history. SculptError when that cannot be."""
         proxy_mesh.refuse_locked(ob)
-        native_edits.refuse(ob)
+        live.refuse_edits(ob)
         self._listed = stroke_list.stroke_of(ob, self.uid)
         spacing = brush_of(context).spacing * self._listed.brush.radius
         points = [(x, y, z) for x, y, z in self._listed.points.tolist()]
