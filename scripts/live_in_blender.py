@@ -152,7 +152,7 @@ def measure(name: str, generator: np.random.Generator, session: Any) -> Steps:
     rows.append({"brush": name, **row, "pieces": pieces, "remade": remade, "seconds": seconds})
 
 
-def compare(done: dict[str, Any]) -> tuple[float, ...]:
+def compare(done: dict[str, Any]) -> tuple[Any, ...]:
     """Of one stroke: vertices moved; distance of the brushed mesh from the result, mean and 95 %,
     and of the field; of the rest of the surface from what it was; pieces more; remade or not."""
     part, report = done["part"], done["report"]
@@ -169,12 +169,12 @@ def compare(done: dict[str, Any]) -> tuple[float, ...]:
     )
     tree = BVHTree.FromPolygons(now[used].tolist(), local.reshape(-1, 3).tolist())
     changed = (part.before != part.after).any(1)
-    away = np.array([tree.find_nearest(p)[3] for p in part.after[changed].tolist()])
+    away = np.array([distance(tree, p) for p in part.after[changed].tolist()])
     rest = np.ones(len(done["base"]), bool)
     rest[part.vertices] = False
     if done["remade"]:
         ring = part.after[~changed]
-        drift = float(np.mean([tree.find_nearest(p)[3] for p in ring.tolist()]))
+        drift = float(np.mean([distance(tree, p) for p in ring.tolist()]))
     else:
         drift = float(np.abs(now - done["base"])[rest].max())
     pieces = report["components_after"] - report["components_before"]
@@ -187,6 +187,12 @@ def compare(done: dict[str, Any]) -> tuple[float, ...]:
         pieces,
         int(done["remade"]),
     )
+
+
+def distance(tree: BVHTree, point: list[float]) -> float:
+    """Of a point from a mesh."""
+    found = tree.find_nearest(point)[3]
+    return float("inf") if found is None else found
 
 
 def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:

@@ -37,6 +37,16 @@ TEXTS = {
     "A torus as a neural field": "Ein Torus als neuronales Feld",
     "About {} triangles": "Etwa {} Dreiecke",
     "Absorb": "Aufnehmen",
+    "In Sculpt Mode, what Blender's own brushes do to the proxy goes into the field by itself, as"
+    " an entry of the history": "Was Blenders eigene Pinsel im Modus Skulptur am Proxy tun, geht von"
+    " selbst ins Feld, als Eintrag der Historie",
+    "Live Absorption": "Laufend aufnehmen",
+    "The brush stroke before it could not be absorbed.": "Der Pinselstrich davor konnte nicht"
+    " aufgenommen werden.",
+    "Absorbing was cancelled: its stroke was undone.": "Das Aufnehmen wurde abgebrochen: Sein"
+    " Strich wurde zurückgenommen.",
+    "Absorbing was cancelled: the proxy is another one.": "Das Aufnehmen wurde abgebrochen: Der"
+    " Proxy ist ein anderer.",
     "Add Neural Field": "Neuronales Feld hinzufügen",
     "Add a neural field at the 3D cursor": "Ein neuronales Feld am 3D-Cursor hinzufügen",
     "As large as those of the paper": "So groß wie die des Artikels",

@@ -11,6 +11,15 @@ MESSAGES = {
     "Fit {}": "{} anpassen",
     "Cleaning the mesh": "Mesh bereinigen",
     "Absorbing": "Übernehmen",
+    "The field cannot hold all of {}: details finer than its finest level were left out. The proxy"
+    " shows what it holds.": "Das Feld kann nicht alles von {} halten: Einzelheiten, die feiner als"
+    " seine feinste Stufe sind, fehlen. Der Proxy zeigt, was es hält.",
+    "A brushed part of the proxy is made of vertices and triangles.": "Ein bearbeiteter Teil des"
+    " Proxys besteht aus Punkten und Dreiecken.",
+    "Triangles of the brushed proxy name vertices that it does not have.": "Dreiecke des"
+    " bearbeiteten Proxys nennen Punkte, die er nicht hat.",
+    "Vertices of the brushed proxy have no finite position (NaN or infinite).": "Punkte des"
+    " bearbeiteten Proxys haben keinen endlichen Ort (NaN oder unendlich).",
     "Fitting detail, level {}": "Details anpassen, Stufe {}",
     "Fitting, error {}": "Anpassen, Fehler {}",
     "Looking for the inside": "Das Innere suchen",

@@ -139,19 +139,21 @@ def _without_islands(
     before: Preparation, solution: Absorption, new: Patch, progress: Progress
 ) -> Preparation:
     """The field with the layer, in which pieces that the brush did not make are taken away."""
-    for _ in range(REPAIRS):
+    repairs = 0
+    while True:
         field = before.field.plus(solution.layer)
         proxy = update(before.proxy, field, support(solution.layer), progress)
-        if proxy.components.total == before.proxy.components.total:
-            break
+        done = Preparation(field, proxy)
+        if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
+            return done
         _, old, now = np.intersect1d(before.proxy.edges, proxy.edges, return_indices=True)
         held = before.proxy.vertices[old]
         held = held[(held == proxy.vertices[now]).all(axis=1)]
         islands = find_islands(proxy, Asked(new.points[new.moved], held, before.proxy))
         if not len(islands.points):
-            break
+            return done
         solution.forbid(islands)
-    return Preparation(field, proxy)
+        repairs += 1
 
 
 class _SignedDistance:
@@ -197,8 +199,11 @@ def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Pa
     edge = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
     square = np.asarray(tree.squared_distance(before, triangles, points)[0])
     beyond = square > (WITHIN * edge) ** 2
-    parts = zip(new, (part[beyond] for part in rest), strict=True)
-    return Patch(*map(np.concatenate, parts))
+    return Patch(
+        np.concatenate([new.points, rest.points[beyond]]),
+        np.concatenate([new.gradients, rest.gradients[beyond]]),
+        np.concatenate([new.moved, rest.moved[beyond]]),
+    )
 
 
 def _snap(field: Field, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
