@@ -33,7 +33,7 @@ SIZE = 30  # pixels, radius of the brushes: 0.07 model units
 EACH = 3  # strokes with each brush that are measured
 LENGTH = 0.1  # of a stroke, model units
 POINTS = 6  # of the mouse in a stroke
-SECONDS = 120
+SECONDS = 600
 TIMED = {
     "blender.live": ("_look_later", "look", "_finish"),
     "blender.native_steps": ("take_back",),
@@ -204,6 +204,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
             take(BRUSHES[number // 5 % len(BRUSHES)])
             yield hand.DRAWN
         yield from stroke(generator)
+        yield hand.DRAWN  # an artist lifts the pen
     drawn = time.perf_counter() - started
 
     def rests() -> bool:

@@ -99,7 +99,8 @@ def add_brushed(
     vertices: NDArray[np.intp],
     positions: NDArray[np.float32],
 ) -> None:
-    """Append an entry of a brush stroke, after which the proxy keeps its triangles.
+    """Append an entry of a brush stroke, after which the proxy keeps its triangles. Blender draws
+    it after `Mesh.update`, which is for the last of many.
 
     vertices:  (P,) those that have new normals
     positions: (V, 3) of all

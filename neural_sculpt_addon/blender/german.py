@@ -38,8 +38,8 @@ TEXTS = {
     "About {} triangles": "Etwa {} Dreiecke",
     "Absorb": "Aufnehmen",
     "In Sculpt Mode, what Blender's own brushes do to the proxy goes into the field by itself, as"
-    " an entry of the history": "Was Blenders eigene Pinsel im Modus Skulptur am Proxy tun, geht von"
-    " selbst ins Feld, als Eintrag der Historie",
+    " an entry of the history": "Was Blenders eigene Pinsel im Modus Skulptur am Proxy tun, geht"
+    " von selbst ins Feld, als Eintrag der Historie",
     "Live Absorption": "Laufend aufnehmen",
     "The brush stroke before it could not be absorbed.": "Der Pinselstrich davor konnte nicht"
     " aufgenommen werden.",

@@ -264,6 +264,7 @@ def _finish(target: int) -> None:
     for stroke in strokes:
         assert stroke.result is not None
         base = _commit(found(target), stroke, stroke.result, base)
+    proxy_mesh.mesh_of(found(target)).update()
     _known(found(target), positions())  # for the next stroke, which may come at once
 
 

@@ -126,7 +126,11 @@ def move(
     normals: NDArray[np.float32],
 ) -> None:
     """Give a proxy other vertices (V, 3), and `some` (P,) of them other normals (P, 3); it keeps
-    its triangles, and all that hangs on them. Below 1 ms."""
+    its triangles, and all that hangs on them. Below 1 ms.
+
+    Until `Mesh.update` Blender draws what it was, and pushes an undo step 30 ms sooner: it need not
+    sort the vertices again for its brushes.
+    """
     _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
     if "custom_normal" in mesh.attributes:
         every = np.empty(3 * len(vertices), np.float32)
@@ -134,7 +138,6 @@ def move(
         every.reshape(-1, 3)[some] = normals
         _write(mesh, "custom_normal", "vector", every)
     mesh[FILLED] = f"{fingerprint(vertices):08x}"
-    mesh.update()
 
 
 def mesh_of(ob: Object) -> Mesh:

@@ -26,6 +26,8 @@ CLOSE = 3e-4  # of the brushed mesh, in the mean
 
 
 class Live(WindowCase):
+    absorbs_live = True
+
     def setUp(self) -> None:
         super().setUp()
         bpy.context.preferences.addons[EXTENSION].preferences.resolution = 160
@@ -76,3 +78,14 @@ class Live(WindowCase):
         for expected in states[1:]:
             yield from redo()
             self.assertEqual(state(field()), expected)
+
+    def test_the_switch_is_beside_absorb(self) -> Steps:
+        """Off, a stroke stays on the mesh alone; the picture shows the panel."""
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        field().neural_sculpt.live = False
+        yield from self.native(0.0)
+        self.assertTrue(edited())
+        yield from hand.show_tab("Neural Sculpt")
+        yield 3 * hand.DRAWN
+        self.assertFalse(self.session.jobs)
