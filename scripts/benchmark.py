@@ -11,6 +11,7 @@ import benchmark_edit
 import benchmark_fit
 import benchmark_fuzz
 import benchmark_interface
+import benchmark_live
 import benchmark_proxy
 import benchmark_session
 import benchmark_stroke
@@ -23,6 +24,7 @@ BENCHMARKS = {
     "fit": benchmark_fit,
     "fuzz": benchmark_fuzz,
     "interface": benchmark_interface,
+    "live": benchmark_live,
     "proxy": benchmark_proxy,
     "session": benchmark_session,
     "stroke": benchmark_stroke,

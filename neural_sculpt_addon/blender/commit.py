@@ -14,10 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
+import numpy as np
 from bpy.types import Mesh, Object
 from mathutils import Matrix
+from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
+from ..worker.answers import SNAPPED
 from ..worker.client import Message
 from . import preview, proxy_mesh, sculpt_steps, stroke_list
 from .properties import LOCAL, brush_of, ensure_curves, field_of
@@ -87,6 +90,33 @@ def add_entry(
     stroke_list.append(ob, (entry,), layers)
     _hide(replaced)
     push_undo(label)
+
+
+def add_brushed(
+    ob: Object,
+    entry: Entry,
+    result: Message,
+    vertices: NDArray[np.intp],
+    positions: NDArray[np.float32],
+) -> None:
+    """Append an entry of a brush stroke, after which the proxy keeps its triangles. Blender draws
+    it after `Mesh.update`, which is for the last of many.
+
+    vertices:  (P,) those that have new normals
+    positions: (V, 3) of all
+
+    SculptError when the object is locked.
+    """
+    proxy_mesh.refuse_locked(ob)
+    fields, layer = result.fields, _bytes(result, "layer")
+    entry = replace(entry, layer=fields["layer"], context=fields["context"])
+    normals = result.arrays[SNAPPED[1]]
+    begin_change()
+    proxy_mesh.move(_own_mesh(ob), positions, vertices, normals)
+    group = field_of(ob)
+    group.revision, group.report = fields["revision"], json.dumps(fields["report"])
+    stroke_list.append(ob, (entry,), {entry.layer: layer})
+    push_undo(entry.name)
 
 
 def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
@@ -217,13 +247,18 @@ def _write(ob: Object, state: _State) -> None:
 
 
 def _fill(ob: Object, geometry: Geometry) -> None:
-    """Write the proxy; a mesh shared with other objects is left to them."""
+    """Write the proxy."""
+    proxy_mesh.fill(_own_mesh(ob), geometry)
+
+
+def _own_mesh(ob: Object) -> Mesh:
+    """The mesh to be changed: one that is shared with other objects is left to them."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if mesh.users > 1:
         mesh = mesh.copy()
         ob.data = mesh
-    proxy_mesh.fill(mesh, geometry)
+    return mesh
 
 
 def _present(ob: Object, replaced: Object | None) -> None:

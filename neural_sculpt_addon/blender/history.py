@@ -9,7 +9,7 @@ whose base is no longer there, and to keep previews out of undo steps and files.
 import bpy
 from bpy.app.handlers import persistent
 
-from . import preview, reports
+from . import live, native_steps, preview, reports
 from .commit import in_edit_mode, push_undo
 from .worker_session import session
 
@@ -21,6 +21,8 @@ def undo_stroke(*_: object) -> None:
     It is cancelled; the undo itself is given a step to take back that changes nothing. In Edit Mode
     the artist has done something else since.
     """
+    if native_steps.is_ours():
+        return
     preview.hide()
     if not in_edit_mode() and (job := session.newest_stroke()) is not None:
         session.cancel_job(job, f"{job.label} was undone.")
@@ -30,7 +32,8 @@ def undo_stroke(*_: object) -> None:
 @persistent
 def hide(*_: object) -> None:
     """Before redo and saving, and after loading what Blender saved by itself."""
-    preview.hide()
+    if not native_steps.is_ours():
+        preview.hide()
 
 
 @persistent
@@ -42,6 +45,9 @@ def show(*_: object) -> None:
 @persistent
 def follow(*_: object) -> None:
     """After undo and redo."""
+    if native_steps.is_ours():
+        return
+    live.leave()
     session.follow_history()
     reports.follow()
     preview.show()
@@ -52,6 +58,7 @@ def follow(*_: object) -> None:
 @persistent
 def leave(*_: object) -> None:
     """Before another file is loaded."""
+    live.forget()
     session.leave_file()
 
 

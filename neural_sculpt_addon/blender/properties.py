@@ -143,6 +143,12 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
         "Cells along an edge of the field's box in which the proxy is meshed"
     )
     smooth: smooth_property()
+    live: BoolProperty(
+        name="Live Absorption",
+        description="In Sculpt Mode, what Blender's own brushes do to the proxy goes into the field"
+        " by itself, as an entry of the history",
+        default=True,
+    )
 
 
 def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:

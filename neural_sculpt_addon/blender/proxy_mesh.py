@@ -119,6 +119,40 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     mesh.update()
 
 
+def move(
+    mesh: Mesh,
+    vertices: NDArray[np.float32],
+    some: NDArray[np.intp],
+    normals: NDArray[np.float32],
+) -> None:
+    """Give a proxy other vertices (V, 3), and `some` (P,) of them other normals (P, 3); it keeps
+    its triangles, and all that hangs on them. Below 1 ms.
+
+    Until `Mesh.update` Blender draws what it was, and pushes an undo step 30 ms sooner: it need not
+    sort the vertices again for its brushes.
+    """
+    _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
+    if "custom_normal" in mesh.attributes:
+        every = np.empty(3 * len(vertices), np.float32)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", every)  # pyright: ignore
+        every.reshape(-1, 3)[some] = normals
+        _write(mesh, "custom_normal", "vector", every)
+    mesh[FILLED] = f"{fingerprint(vertices):08x}"
+
+
+def mesh_of(ob: Object) -> Mesh:
+    """The mesh of a field."""
+    assert isinstance(ob.data, Mesh)
+    return ob.data
+
+
+def corners_of(mesh: Mesh) -> NDArray[np.int32]:
+    """The triangles (F, 3) of a mesh that has no other faces."""
+    flat = np.empty(len(mesh.loops), np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
+
+
 def positions(ob: Object) -> NDArray[np.float32]:
     """The vertices (V, 3) of the object's mesh, in model space."""
     mesh = ob.data

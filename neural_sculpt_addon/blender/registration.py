@@ -8,6 +8,7 @@ from bpy.types import Object, Scene
 from . import (
     fit_overlay,
     history,
+    live,
     menus,
     overlay,
     scene_brushes,
@@ -142,6 +143,7 @@ CLASSES = (
 PARTS = (
     session_display,
     history,
+    live,
     scene_brushes,
     seen_surface,
     menus,

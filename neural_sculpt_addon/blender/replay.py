@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from bpy.types import Object
 
 from ..worker.client import JobKind, Message
-from . import native_edits, states, stroke_list
+from . import live, native_edits, states, stroke_list
 from .commit import new_revision, set_history
 from .job import Job, Request, found
 from .stroke_list import Entry
@@ -45,7 +45,7 @@ def change_history(ob: Object, label: str, change: Change) -> Job | None:
         if wanted != listed:
             set_history(ob, wanted, label)
         return None
-    native_edits.refuse(ob)
+    live.refuse_edits(ob)
     changes = [change]
     if pending and isinstance(joined := pending[-1], Replay):
         changes = [*joined.changes, change]

@@ -28,7 +28,7 @@ def last_is_of_sculpt_mode() -> bool:
     Where Blender has no standard output to look at, yes: a step that changes nothing is no harm.
     """
     try:
-        steps = _printed()
+        steps = printed()
     except OSError as error:
         log.debug("Blender's history cannot be read: %s", error)
         return True
@@ -36,7 +36,7 @@ def last_is_of_sculpt_mode() -> bool:
     return not active or _OF_SCULPT_MODE in active[-1]
 
 
-def _printed() -> str:
+def printed() -> str:
     """Blender's history as it prints it. OSError where it cannot print."""
     system = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     with tempfile.TemporaryFile() as file:

@@ -20,22 +20,34 @@ from typing import Any, NamedTuple
 
 import igl
 import numpy as np
+import torch
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import KDTree
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .detail import Coefficients, Level, cells_of, centres, dilated, linear, places, spacing
+from .detail import (
+    Coefficients,
+    Detail,
+    Level,
+    cells_of,
+    centres,
+    children,
+    dilated,
+    linear,
+    places,
+    quantised,
+    spacing,
+)
 from .evaluate import values, values_and_gradients
 from .field import Field
-from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, SIDE, SLOPE, among
+from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
 from .fit_report import deviation
 from .mesh_cleanup import CleanMesh, clean, unit
 from .mesh_distance import MeshDistance
-from .pieces import components
+from .nearest import search_tree
+from .pieces import Islands, components
 from .projection import find_surface, project
 from .proxy import extract
-from .solvers.local import children
 from .solvers.spline_system import LEAST_TOUCHED, Rows, solve_level
 
 Array = NDArray[np.float32]
@@ -54,6 +66,9 @@ DEPTH = 2.0
 what f was deep inside beside what it shall be on the new surface: it would swing, and leave
 crumbs."""
 
+CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
+"""Level on which islands are taken away, how far in its cells, and the weight of that."""
+
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
 CELLS = 64  # of the lattice that finds pieces
@@ -70,6 +85,17 @@ class Absorbed(NamedTuple):
     field: Field
     layer: Coefficients
     report: dict[str, Any]
+
+
+Signed = Callable[[Array, Array], ArrayLike]
+"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,)."""
+
+
+class Tolerance(NamedTuple):
+    """What is close enough."""
+
+    distance: float  # model units
+    slope: float  # of the gradient, along any direction
 
 
 class Patch(NamedTuple):
@@ -98,58 +124,156 @@ def absorb(
     mesh = _in_place(clean(vertices, triangles))
     moved = find_moved(field, mesh.vertices, mesh.triangles)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
-    patch = _patch(mesh, moved)
+    patch = bent(mesh.vertices, mesh.triangles, moved)
 
-    def signed(points: Array) -> NDArray[np.float64]:
+    def signed(points: Array, _: Array) -> NDArray[np.float64]:
         return distance(points.astype(float)).value
 
-    finest = _finest(mesh, moved)
-    layer = solve(field, patch, signed, finest, rng, sub_progress(progress, 0.3, 0.8))
+    finest = finest_level(mesh.corners[moved[mesh.triangles].all(axis=1)])
+    share = sub_progress(progress, 0.3, 0.8)
+    layer = Absorption(field, patch, signed, finest, rng, share).layer
     done = field.plus(layer)
     report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
     return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
 
 
-def solve(
-    field: Field,
-    patch: Patch,
-    signed: Callable[[Array], ArrayLike],
-    finest: int,
-    rng: np.random.Generator,
-    progress: Progress = silent,
-) -> Coefficients:
-    """The layer that brings the zero level of a field to `patch`.
-
-    signed: the signed distance (N,) to the new surface, at points (N, 3)
-    finest: level
+class Absorption:
+    """The layer that brings the zero level of a field to a patch.
 
     Where the surface has moved far, levels coarser than usual hold the smooth rest of it.
     """
-    progress(0.0, "Absorbing")
-    between = _ways(field, patch.points[patch.moved])
-    deepest = max(float(np.abs(values(field, between)).max()), DEPTH * spacing(COARSEST))
-    coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
-    if coarsest < COARSEST:
-        between = _changed(field, signed)
-    levels = range(coarsest, finest + 1)
-    rows, nodes = _rows(field, signed, patch, levels, between, rng)
-    check = partial(progress, 0.5, "Absorbing")
-    layer: dict[int, Level] = {}
-    for level in levels:
-        damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
-        layer[level] = solve_level(level, nodes[level], rows, check, ITERATIONS, damped)
-    return layer
+
+    def __init__(
+        self,
+        field: Field,
+        patch: Patch,
+        signed: Signed,
+        finest: int,
+        rng: np.random.Generator,
+        progress: Progress = silent,
+        origins: Array | None = None,
+        tolerance: Tolerance | None = None,
+    ) -> None:
+        """Solve it, from the coarsest level to the finest.
+
+        signed:    the signed distance to the new surface
+        finest:    level
+        origins:   (M, 3) where the moved points were; projected onto the field unless given
+        tolerance: what is close enough for finer levels to be left out; everywhere without one
+        """
+        self._check = partial(progress, 0.5, "Absorbing")
+        self._check()
+        self._field, self._layer = field, dict[int, Level]()
+        moved = patch.points[patch.moved]
+        between = _ways(moved, project(field, moved).points if origins is None else origins)
+        deepest = max(float(np.abs(values(field, between)).max()), DEPTH * spacing(COARSEST))
+        coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
+        if coarsest < COARSEST:
+            within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
+            between = _changed(field, signed, within)
+        everywhere = range(coarsest, 1 + (finest if tolerance is None else COARSEST))
+        asked = _Asked(field, signed, patch)
+        self._rows, nodes = _rows(asked, everywhere, spacing(finest), between, rng)
+        for level in everywhere:
+            damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
+            self._add(level, nodes[level], damped)
+        for level in range(everywhere.stop, finest + 1):
+            assert tolerance is not None
+            missed = _missed(self._rows, level, tolerance)
+            if not len(missed):
+                break
+            some = dilated(missed, level)
+            self._add_around(asked, _apart(dilated(some, level), patch, level))
+            self._add(level, some)
+
+    @property
+    def layer(self) -> Coefficients:
+        """What the field gets."""
+        return self._layer
+
+    def forbid(self, islands: Islands) -> None:
+        """Take away surface where `islands` are, which came out though nobody asked for it.
+
+        Rows are added at their vertices, and those that lie close by are brought to the same side.
+        """
+        rows, level = self._rows, min(CLEARED, max(self._layer))
+        clear = np.float32(CLEAR * spacing(level))
+        side = np.sign(islands.distance).astype(np.float32)  # (N,)
+        tree = search_tree(islands.points)
+        near = np.asarray(tree.query(rows.points, distance_upper_bound=spacing(level))[1])
+        near[: len(rows.at)] = len(side)  # the surface itself stays
+        some = np.flatnonzero(near < len(side))
+        now, there = rows.targets[some], side[near[some]]
+        wanted = np.where(now * there > 0, now, clear * there)
+        rows.residuals[some] += wanted - now
+        rows.targets[some] = wanted
+        before = values(self._field.plus(self._layer), islands.points)
+        rows.add(islands.points, clear * side, clear * side - before, HEAVIER)
+        cells = np.unique(linear(cells_of(islands.points, level), level))
+        self._add(level, dilated(cells, level), LEAST_TOUCHED)
+
+    def _add_around(self, asked: "_Asked", points: Array) -> None:
+        """More rows off the surface, at `points` (N, 3)."""
+        target, value = asked(points)
+        added = torch.zeros(len(points))
+        Detail.of(self._layer).add_value(torch.from_numpy(points), added)
+        self._rows.add(points, target, target - value - added.numpy(), EMPTY)
+
+    def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
+        """Solve one level for what is left of the rows, and add it to the layer."""
+        found = solve_level(level, nodes, self._rows, self._check, ITERATIONS, damped)
+        if level in self._layer:
+            total = Level.sum([self._layer[level], found])
+            found = Level(total.index, quantised(total.values))  # within the bound of coefficients
+        self._layer[level] = found
+
+
+class _Asked:
+    """What the field shall be off the surface: the signed distance where the moved surface is the
+    nearest, or the side has changed, and elsewhere what it was."""
+
+    def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
+        self.field, self.patch = field, patch
+        self._signed, self._tree = signed, search_tree(patch.points)
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        """What it shall be at `points` (N, 3), and what it was."""
+        value = values(self.field, points)
+        truth = np.asarray(self._signed(points, value))
+        near = self.patch.moved[self._tree.query(points)[1]]
+        target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
+        return target.astype(np.float32), value
+
+
+def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
+    """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
+    count = len(rows.at)  # value rows on the surface come first
+    off = np.abs(rows.residuals[:count]) > tolerance.distance
+    off |= np.abs(rows.slopes) > tolerance.slope
+    cells, place = np.unique(linear(cells_of(rows.at, level), level), return_inverse=True)
+    return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
+
+
+def _apart(reached: NDArray[np.int32], patch: Patch, level: int) -> Array:
+    """The middles (N, 3) of those of the cells `reached` of a level that have no surface."""
+    apart = np.setdiff1d(reached, linear(cells_of(patch.points, level), level))
+    return centres(places(apart, level), level)
 
 
 def _in_place(mesh: CleanMesh) -> CleanMesh:
     """The mesh back where it came from, which was model space already."""
     vertices = mesh.scale * mesh.vertices + mesh.center
-    if np.abs(vertices).max() > 1:
+    refuse_outside(vertices)
+    return replace(mesh, vertices=vertices, scale=1.0, center=np.zeros(3))
+
+
+def refuse_outside(vertices: NDArray[np.floating]) -> None:
+    """SculptError when some of the vertices (V, 3) are out of the box."""
+    if np.abs(vertices).max(initial=0) > 1:
         raise SculptError(
             "The sculpted proxy leaves the box of the field. Sculpt it back to within its size, or"
             " make a new field from it (Neural Field from Mesh)."
         )
-    return replace(mesh, vertices=vertices, scale=1.0, center=np.zeros(3))
 
 
 def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[np.bool_]:
@@ -163,9 +287,9 @@ def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[n
     return moved
 
 
-def _ways(field: Field, points: Array) -> Array:
-    """Points (K, 3) on the straight ways of `points` (N, 3) to where the surface was."""
-    way = project(field, points).points - points
+def _ways(points: Array, origins: Array) -> Array:
+    """Points (K, 3) on the straight ways of `points` (N, 3) to where they were."""
+    way = origins - points
     longest = float(np.linalg.norm(way, axis=1).max())
     steps = max(int(np.ceil(longest / (STEP * spacing(COARSEST)))), 1)
     return np.concatenate(
@@ -173,56 +297,67 @@ def _ways(field: Field, points: Array) -> Array:
     )
 
 
-def _finest(mesh: CleanMesh, moved: NDArray[np.bool_]) -> int:
-    """The finest level that edges as long as those of what was moved can hold."""
-    corners = mesh.corners[moved[mesh.triangles].all(axis=1)]
+def finest_level(corners: NDArray[np.floating]) -> int:
+    """The finest level that edges as long as those of triangles (F, 3, 3) can hold."""
     if not len(corners):
         return COARSEST
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
     return int(np.clip(np.rint(np.log2(HELD / edge)), COARSEST, FINEST))
 
 
-def _patch(mesh: CleanMesh, moved: NDArray[np.bool_]) -> Patch:
-    """The vertices of the mesh (V first) and the middles of its edges, bent as the normals say.
+def bent(
+    vertices: NDArray[np.floating], triangles: NDArray[np.integer], moved: NDArray[np.bool_]
+) -> Patch:
+    """The vertices (V first) of a mesh and the middles of its edges, bent as the normals say.
 
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
     """
-    normals = np.nan_to_num(igl.per_vertex_normals(mesh.vertices, mesh.triangles))
-    edges = np.sort(mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges = np.unique(edges[:, 0] * len(normals) + edges[:, 1])
-    one, other = np.divmod(edges, len(normals))
-    along = mesh.vertices[other] - mesh.vertices[one]  # (E, 3)
+    normals = np.nan_to_num(igl.per_vertex_normals(vertices, triangles))
+    one, other = edges_of(triangles, len(vertices))
+    along = vertices[other] - vertices[one]  # (E, 3)
     n, m = normals[one], normals[other]
     bend = ((along * n).sum(1, keepdims=True) * n - (along * m).sum(1, keepdims=True) * m) / 8
-    middles = (mesh.vertices[one] + mesh.vertices[other]) / 2 - bend
+    middles = (vertices[one] + vertices[other]) / 2 - bend
     return Patch(
-        np.concatenate([mesh.vertices, middles]).astype(np.float32),
+        np.concatenate([vertices, middles]).astype(np.float32),
         np.concatenate([normals, unit(n + m)]).astype(np.float32),
         np.concatenate([moved, moved[one] | moved[other]]),
     )
 
 
-def _changed(field: Field, signed: Callable[[Array], ArrayLike]) -> Array:
-    """The middles (K, 3) of all cells of the coarsest level that change sides."""
-    axis = np.arange(spacing(COARSEST) / 2 - 1, 1, spacing(COARSEST), dtype=np.float32)
-    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    return points[(values(field, points) < 0) != (np.asarray(signed(points)) < 0)]
+def edges_of(
+    triangles: NDArray[np.integer], vertices: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The vertices (E,) at the two ends of each edge of `triangles` (F, 3)."""
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64), axis=1)
+    one, other = np.divmod(np.unique(edges[:, 0] * vertices + edges[:, 1]), vertices)
+    return one, other
+
+
+def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Array:
+    """The middles (K, 3) of all cells of the coarsest level that change sides, in the box around
+    points `within` (B, 3)."""
+    h = spacing(COARSEST)
+    middles = np.arange(h / 2 - 1, 1, h, dtype=np.float32)
+    low, high = within.min(axis=0) - h, within.max(axis=0) + h
+    axes = [middles[(middles > a) & (middles < b)] for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    value = values(field, points)
+    return points[(value < 0) != (np.asarray(signed(points, value)) < 0)]
 
 
 def _rows(
-    field: Field,
-    signed: Callable[[Array], ArrayLike],
-    patch: Patch,
-    levels: range,
-    between: Array,
-    rng: np.random.Generator,
+    asked: _Asked, levels: range, h: float, between: Array, rng: np.random.Generator
 ) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
-    """The equations of all levels, and the nodes of each."""
+    """The equations of levels that are everywhere, and the nodes of each.
+
+    h: spacing of the finest level that there may be
+    """
+    field, patch = asked.field, asked.patch
     points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
     nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
     for level in levels:
-        h = spacing(level)
         shown = patch.moved  # and, where the largest cells reach, what has not moved
         if levels[0] < COARSEST and level < levels[-1]:
             shown = shown | inside
@@ -235,19 +370,13 @@ def _rows(
         inside |= among(linear(cells_of(patch.points, level), level), reached)
         for larger in range(level, COARSEST):  # a row in each of the usual cells
             reached = children(reached, larger)
-        usual = max(level, COARSEST)
-        apart = np.setdiff1d(reached, linear(cells_of(patch.points, usual), usual))
-        empty.append(centres(places(apart, usual), usual))
+        empty.append(_apart(reached, patch, max(level, COARSEST)))
     kept = patch.points[inside & ~patch.moved]
 
-    h = spacing(levels[-1])
     side = rng.uniform(0.3, 1.5, len(points)) * rng.choice([-h, h], len(points))
     beside = points + side[:, None].astype(np.float32) * unit(wanted)
     off = np.concatenate([beside, *empty])
-    value = values(field, off)
-    truth = np.asarray(signed(off))
-    near = patch.moved[KDTree(patch.points).query(off)[1]]
-    target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
+    target, value = asked(off)
     f, gradient = values_and_gradients(field, points)
     at = np.concatenate([points, kept])
     along = rng.standard_normal(at.shape, np.float32)

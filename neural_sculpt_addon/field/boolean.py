@@ -25,7 +25,7 @@ from torch import Tensor
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
-from .absorb import Absorbed, Patch, find_moved, measure, solve
+from .absorb import Absorbed, Absorption, Patch, find_moved, measure
 from .edges import find_edges
 from .evaluate import values, values_and_gradients
 from .field import Field
@@ -143,11 +143,12 @@ def combine(
     mesh = _extract(both, CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
 
-    def signed(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    def signed(points: NDArray[np.float32], _: NDArray[np.float32]) -> NDArray[np.float32]:
         return values(both, points)
 
     rng = np.random.default_rng(0)
-    layer = solve(field, patch, signed, FINEST, rng, sub_progress(progress, 0.4, 0.8))
+    share = sub_progress(progress, 0.4, 0.8)
+    layer = Absorption(field, patch, signed, FINEST, rng, share).layer
     done = field.plus(layer)
     report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
     return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from ..stroke.stroke import Stroke
+from .brushed import AbsorbedStroke
 from .detail import SUPPORT, Coefficients, Level, cells_per_axis, scaled, support
 from .edit import Edit, Solver, sculpt
 from .field import Field
@@ -123,6 +124,12 @@ class State:
         """What was solved, or absorbed, on top of this state."""
         layer = Layer.of(coefficients)
         return Solved(layer, context(self.base, self.terms, layer))
+
+    def absorbed(self, stroke: AbsorbedStroke) -> tuple["State", Solved]:
+        """The state after a brush stroke on the proxy, and its layer."""
+        solved = self.solved(stroke.layer)
+        terms = (*self.terms, Term(solved.layer, 1.0))
+        return State(self.base, terms, stroke.preparation), solved
 
     def sculpted(
         self, stroke: Stroke, memo: Memo, progress: Progress = silent

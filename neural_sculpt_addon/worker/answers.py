@@ -15,8 +15,11 @@ from numpy.typing import NDArray
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
-_LAYERS = frozenset({JobKind.ABSORB, JobKind.BOOLEAN})
+_LAYERS = frozenset({JobKind.ABSORB, JobKind.BRUSHED, JobKind.BOOLEAN})
 """Jobs whose result is one more layer, with a report."""
+
+SNAPPED = "snapped", "snapped_normals"
+"""The arrays of a result that moves a part of the proxy instead of replacing all of it."""
 
 _STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
@@ -53,10 +56,7 @@ def check(job: JobKind, message: Message) -> None:
         _check_proxy(arrays)
         return
     if job in _STATES:
-        _require(_is_name(fields.get("revision")), "revision")
-        _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
-        _check_parts(fields, arrays)
-        _check_proxy(arrays)
+        _check_state(job, fields, arrays)
     if job is JobKind.EDIT:
         _require("layer" in fields or "base" in fields, "layer")
         _require(_is_number(fields.get("seconds")), "seconds")
@@ -80,6 +80,19 @@ def check(job: JobKind, message: Message) -> None:
         band = _array(arrays, "band", "f", 3)
         _require(min(band.shape) > 1 and len({*band.shape}) == 1, "band")
         _require_finite(band, "band")
+
+
+def _check_state(
+    job: JobKind, fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
+) -> None:
+    """Another state of the field, and what shows it."""
+    _require(_is_name(fields.get("revision")), "revision")
+    _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
+    _check_parts(fields, arrays)
+    if job is JobKind.BRUSHED and SNAPPED[0] in arrays:
+        _check_points(arrays, *SNAPPED)
+    else:
+        _check_proxy(arrays)
 
 
 def _check_place(fields: Mapping[str, Any]) -> None:
@@ -111,17 +124,23 @@ def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) 
 
 def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
     """A mesh that Blender can be given: every number finite, every index in range."""
-    vertices, normals = (_array(arrays, name, "f", 2, 3) for name in ("vertices", "normals"))
+    vertices = _check_points(arrays, "vertices", "normals")
     triangles = _array(arrays, "triangles", "i", 2, 3)
     edges = _array(arrays, "edges", "i", 2, 2)
     corner_edges = _array(arrays, "corner_edges", "i", 2, 3)
-    _require(vertices.shape == normals.shape, "normals")
     _require(triangles.shape == corner_edges.shape, "corner_edges")
-    _require_finite(vertices, "vertices")
-    _require_finite(normals, "normals")
     _require_within(triangles, len(vertices), "triangles")
     _require_within(edges, len(vertices), "edges")
     _require_within(corner_edges, len(edges), "corner_edges")
+
+
+def _check_points(arrays: Mapping[str, NDArray[Any]], vertices: str, normals: str) -> NDArray[Any]:
+    """Points (N, 3) and as many normals."""
+    points, beside = (_array(arrays, name, "f", 2, 3) for name in (vertices, normals))
+    _require(points.shape == beside.shape, normals)
+    _require_finite(points, vertices)
+    _require_finite(beside, normals)
+    return points
 
 
 def _array(

@@ -13,6 +13,7 @@ import numpy as np
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, sub_progress
 from ..stroke.stroke import Stroke
+from .answers import SNAPPED
 from .cache import Cache
 from .payload import (
     Handler,
@@ -47,7 +48,7 @@ EDITS = 128 << 20
 
 def warm_up() -> None:
     """Import what the jobs need, so that the first one need not wait for it."""
-    from ..field import absorb, boolean, fit, layers, primitives  # noqa: F401
+    from ..field import absorb, boolean, brushed, fit, layers, primitives  # noqa: F401
 
 
 class Jobs:
@@ -68,6 +69,7 @@ class Jobs:
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
             JobKind.ABSORB: self.absorb,
+            JobKind.BRUSHED: self.brushed,
             JobKind.BOOLEAN: self.boolean,
             JobKind.LOAD: self.load,
             JobKind.SAVE: self.save,
@@ -162,6 +164,30 @@ class Jobs:
             progress=sub_progress(progress, 0.1, 0.8),
         )
         return self._one_more(before, result, job, progress)
+
+    def brushed(self, job: Payload, progress: Progress) -> Payload:
+        """state, resolution, remesh, result_revision <before, after, triangles: of the proxy, what
+        a brush moved and two rings around it> -> revision, layer, context, report <layer> and
+        <snapped, snapped_normals>: the vertices on the new field, or <proxy> when `remesh` says so,
+        or the triangles do not show the field well.
+        """
+        from ..field.brushed import Brushed, absorb_brushed
+
+        before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
+        result = absorb_brushed(
+            before.preparation,
+            Brushed(*(read_array(job, name) for name in Brushed._fields)),
+            progress=sub_progress(progress, 0.1, 0.9),
+        )
+        state, solved = before.absorbed(result)
+        fields, arrays = _layer(solved)
+        fields["report"] = result.report
+        if result.snapped is None or read(job, "remesh", bool):
+            return self._answer(state, fields, arrays, job, progress)
+        revision = read(job, "result_revision", str)
+        self._store.keep(revision, state)
+        snapped = dict(zip(SNAPPED, result.snapped, strict=True))
+        return Payload({"revision": revision, **fields}, {**arrays, **snapped})
 
     def boolean(self, job: Task, progress: Progress) -> Payload:
         """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),

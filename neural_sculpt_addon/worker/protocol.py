@@ -50,6 +50,7 @@ class JobKind(StrEnum):
     MESH = "mesh"
     FIT = "fit"
     ABSORB = "absorb"
+    BRUSHED = "brushed"
     BOOLEAN = "boolean"
     LOAD = "load"
     SAVE = "save"

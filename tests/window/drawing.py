@@ -30,8 +30,15 @@ RESOLUTION = 64
 class WindowCase(harness.SculptCase):
     """Starts each test with an empty scene, seen from the front."""
 
+    absorbs_live = False
+    """Whether strokes of Blender's own brushes are absorbed by themselves."""
+
     def setUp(self) -> None:
         super().setUp()
+        if not self.absorbs_live:
+            live = module("blender.live")
+            live.unregister()
+            self.addCleanup(live.register)
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
         hand.look()
         brush = brush_settings()

@@ -32,6 +32,11 @@ def model(count=3):
     return {"field": np.ones(5, "u1"), **proxy(count)}
 
 
+def snapped():
+    points = np.zeros((4, 3), np.float32)
+    return {"layer": np.ones(3, np.uint8), "snapped": points, "snapped_normals": points}
+
+
 def layered(count=3):
     return {"layer": np.ones(5, "u1"), **proxy(count)}
 
@@ -48,6 +53,7 @@ GOOD = [
     (JobKind.REPLAY, {"revision": "r", "base": "b"}, model()),
     (JobKind.ABSORB, ABSORBED, layered()),
     (JobKind.BOOLEAN, ABSORBED, layered()),
+    (JobKind.BRUSHED, ABSORBED, layered()),
     (JobKind.FIT, PLACED, model()),
     (JobKind.LOAD, {"id": "b"}, model()),
     (JobKind.FLATTEN, {"id": "b"}, {"field": np.ones(5, "u1")}),
@@ -138,6 +144,15 @@ def test_fields_of_another_kind_are_refused(job, field, wrong):
 )
 def test_messages_without_what_belongs_to_them(message):
     assert answers.why_malformed(message)
+
+
+def test_vertices_that_a_brush_stroke_moves_need_normals():
+    answers.check(JobKind.BRUSHED, result(ABSORBED, snapped()))
+    for wrong in (np.zeros((3, 3), np.float32), np.full((4, 3), np.nan, np.float32)):
+        with pytest.raises(ProtocolError, match="snapped_normals"):
+            answers.check(JobKind.BRUSHED, result(ABSORBED, snapped() | {"snapped_normals": wrong}))
+    with pytest.raises(ProtocolError, match="vertices"):
+        answers.check(JobKind.BRUSHED, result(ABSORBED, {"layer": np.ones(3, np.uint8)}))
 
 
 def test_a_large_proxy_is_looked_at_within_a_few_milliseconds():

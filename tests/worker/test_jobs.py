@@ -16,9 +16,10 @@ from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.worker import answers
 from neural_sculpt_addon.worker.jobs import Jobs
 from neural_sculpt_addon.worker.payload import MissingError
-from neural_sculpt_addon.worker.protocol import JobKind
+from neural_sculpt_addon.worker.protocol import JobKind, Message, MessageKind
 from tests.worker.histories import RESOLUTION, Object, run, stroke
 
 CPU = torch.device("cpu")
@@ -175,6 +176,35 @@ def test_absorbed_sculpting_is_one_more_layer():
     value, gradient = values_and_gradients(field_of(ob), vertices)
     assert np.mean(np.abs(value) / np.linalg.norm(gradient, axis=1)) < 1e-3
     assert distance_from(field_of(ob), result.arrays["vertices"]) < 1e-5
+
+
+def test_a_brush_stroke_is_one_more_layer_and_moves_the_vertices_it_names():
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    ob.edit(jobs, stroke())
+    shown = run(jobs, JobKind.MESH, ob.fields(resolution=CELLS)).arrays
+    before, triangles = shown["vertices"], shown["triangles"]
+    way = np.linalg.norm(before - [0, 0, -0.6], axis=1)
+    share = np.clip(1 - (way / 0.2)[:, None] ** 2, 0, None) ** 2
+    after = (before * (1 + 0.1 * share)).astype(np.float32)
+    used, corners = np.unique(triangles[(way < 0.25)[triangles].all(axis=1)], return_inverse=True)
+    part = {
+        "before": before[used],
+        "after": after[used],
+        "triangles": corners.reshape(-1, 3).astype(np.int32),
+    }
+    asked = ob.fields(result_revision="2", remesh=False)
+    result = run(jobs, JobKind.BRUSHED, asked, ob.bytes | part)
+    assert "vertices" not in result.arrays
+    answers.check(JobKind.BRUSHED, Message(MessageKind.RESULT, 1, result.fields, result.arrays))
+    assert np.linalg.norm(result.arrays["snapped"] - part["after"], axis=1).mean() < 1e-4
+    again = run(jobs, JobKind.BRUSHED, ob.fields(result_revision="3", remesh=True), ob.bytes | part)
+    assert again.fields["layer"] == result.fields["layer"]
+    ob.add(None, result)
+    assert distance_from(field_of(ob), again.arrays["vertices"]) < 1e-5
+    assert distance_from(field_of(ob), result.arrays["snapped"]) < 1e-4
+    broken = part | {"triangles": part["triangles"] + len(used)}
+    with pytest.raises(SculptError, match="does not have"):
+        run(jobs, JobKind.BRUSHED, asked, ob.bytes | broken)
 
 
 def test_a_boolean_is_one_more_layer():

@@ -7,23 +7,16 @@ change what was sculpted over. Muted ones are no part of the field and stay in t
 
 # pyright: reportOptionalMemberAccess=false
 
-from dataclasses import replace
-
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
-from bpy.types import Context, Event, Mesh, Operator
+from bpy.types import Context, Event, Operator
 
-from ...stroke.errors import SculptError
-from ...worker.client import JobKind, Message
 from .. import native_edits, proxy_mesh, states
-from ..commit import add_entry, new_revision
-from ..job import Job, Request, found
+from ..absorb_job import LABEL, absorb_job
 from ..properties import NETWORK, field_of
-from ..stroke_list import SCULPTED, Entry
 from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
-LABEL = n_("Absorb")
 QUESTION = n_("The field's {} strokes become part of its base and leave the history.")
 
 
@@ -69,24 +62,4 @@ class NEURAL_SCULPT_OT_absorb(Operator):
         ob = active_field(context)
         if proxy_mesh.in_dyntopo(ob):
             bpy.ops.sculpt.dynamic_topology_toggle()  # only then the mesh has what was sculpted
-        target = ob.session_uid
-        absorbed: list[int] = []
-
-        def request() -> Request:
-            ob = found(target)
-            if not native_edits.edited(ob):
-                raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
-            assert isinstance(ob.data, Mesh)
-            absorbed.append(native_edits.mark(ob))
-            vertices, triangles = proxy_mesh.read(ob.data)
-            asked = states.request(
-                ob, resolution=field_of(ob).resolution, result_revision=new_revision()
-            )
-            return replace(asked, arrays={"vertices": vertices, "triangles": triangles})
-
-        def apply(result: Message) -> None:
-            ob = found(target)
-            native_edits.refuse_since(ob, absorbed[-1])
-            add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
-
-        return launch(self, Job(JobKind.ABSORB, LABEL, request, apply, target=target))
+        return launch(self, absorb_job(ob))

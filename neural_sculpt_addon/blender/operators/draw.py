@@ -14,7 +14,7 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
-from .. import native_edits, overlay, proxy_mesh, status_bar, stroke_list
+from .. import live, overlay, proxy_mesh, status_bar, stroke_list
 from ..brush import drawn_stroke, redrawn_stroke, strengths
 from ..drawing import Drawing, Habits, Nowhere, Phase
 from ..job import find
@@ -141,7 +141,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if (hit := view.cast(mouse)) is None:
             return PASS if context.mode == "OBJECT" else CANCELLED
         proxy_mesh.refuse_locked(ob)
-        native_edits.refuse(ob)
+        live.refuse_edits(ob)
         settings = brush_of(context)
         habits = Habits(
             spacing=settings.spacing * settings.radius,
@@ -157,7 +157,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _begin_again(self, context: Context, ob: Object) -> None:
         """Edit the points of a stroke in the history. SculptError when that cannot be."""
         proxy_mesh.refuse_locked(ob)
-        native_edits.refuse(ob)
+        live.refuse_edits(ob)
         self._listed = stroke_list.stroke_of(ob, self.uid)
         spacing = brush_of(context).spacing * self._listed.brush.radius
         points = [(x, y, z) for x, y, z in self._listed.points.tolist()]

@@ -17,7 +17,7 @@ from bpy.types import Context, Operator
 from ...stroke.errors import SculptError
 from ...stroke.file import parse_strokes
 from ...stroke.stroke import Stroke
-from .. import native_edits
+from .. import live
 from ..brush import brush_stroke
 from ..properties import NEURAL_SCULPT_PG_point
 from ..stroke_jobs import edit_job
@@ -61,7 +61,7 @@ class NEURAL_SCULPT_OT_stroke(Operator):
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Have the worker edit the field; the proxy follows when it is done."""
-        native_edits.refuse(active_field(context))
+        live.refuse_edits(active_field(context))
         return launch(self, edit_job(active_field(context), self._strokes(context)))
 
     def _strokes(self, context: Context) -> tuple[Stroke, ...]:

@@ -9,7 +9,7 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import native_edits, preferences, reports
+from .. import live, native_edits, preferences, reports
 from ..field_header import header_of
 from ..properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..worker_session import session
@@ -76,10 +76,11 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
         units = " + ".join(map(str, widths))
         column.label(text=iface_("Network: {} units").format(units), translate=False)
     _draw_solver(layout, ob)
-    if native_edits.edited(ob):
+    if native_edits.edited(ob) and not live.is_on_its_way(ob):
         box = layout.column(align=True)
         box.label(text="Sculpted by other brushes", icon="ERROR")
         box.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
+        box.prop(field_of(ob), "live")
     _draw_report(layout, context, ob)
 
 

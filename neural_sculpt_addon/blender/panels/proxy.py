@@ -25,5 +25,6 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
         shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")
         layout.label(text=f"{iface_('Shading')}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
+        layout.prop(field_of(context.active_object), "live")
         layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
         layout.operator("neural_sculpt.export", icon="EXPORT")

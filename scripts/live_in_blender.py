@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `benchmark.py live` does inside Blender: brushes a field and measures what it takes in.
+
+blender --enable-event-simulate --python scripts/live_in_blender.py -- EXTENSION.zip COUNT ROWS.json
+"""
+
+# pyright: reportOptionalMemberAccess=false
+
+import importlib
+import json
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils.bvhtree import BVHTree
+
+sys.path.insert(0, str(Path(__file__).parent))
+import simulated_input as hand
+from simulated_input import Steps
+
+EXTENSION = "bl_ext.user_default.neural_sculpt"
+RESOLUTION = 256  # of the Suzanne field: about 100,000 vertices
+ASSETS = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
+BRUSHES = (
+    *("Draw", "Smooth", "Grab", "Inflate/Deflate", "Clay Strips", "Crease Sharp"),
+    *("Flatten/Contrast", "Scrape/Fill", "Blob", "Drag Cloth"),
+)
+SIZE = 30  # pixels, radius of the brushes: 0.07 model units
+EACH = 3  # strokes with each brush that are measured
+LENGTH = 0.1  # of a stroke, model units
+POINTS = 6  # of the mouse in a stroke
+SECONDS = 600
+TIMED = {
+    "blender.live": ("_look_later", "look", "_finish"),
+    "blender.native_steps": ("take_back",),
+    "blender.commit": ("push_undo",),
+}
+
+rows: list[dict[str, Any]] = []
+times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
+"""Milliseconds of each call: by the clock, and of the thread's own work."""
+ended: dict[str, float] = {}
+brushed: list[dict[str, Any]] = []
+"""Of each stroke that came into the scene: the vertices of its part, before, brushed, absorbed."""
+
+
+def module(name: str) -> Any:
+    """A module of the installed extension."""
+    return importlib.import_module(f"{EXTENSION}.{name}")
+
+
+def timed(owner: Any, name: str) -> None:
+    """Note how long each call of a function takes, and when it ended."""
+    function = getattr(owner, name)
+    label = name.strip("_").replace("_", " ")
+
+    def call(*given: Any) -> Any:
+        start, worked = time.perf_counter(), time.thread_time()
+        try:
+            return function(*given)
+        finally:
+            ended[label] = time.perf_counter()
+            work = 1000 * (time.thread_time() - worked)
+            times[label].append((1000 * (ended[label] - start), work))
+
+    setattr(owner, name, call)
+
+
+def instrument() -> None:
+    """Time the calls, and keep what strokes were."""
+    live = module("blender.live")
+    commit = live._commit
+
+    def kept(ob: Any, stroke: Any, result: Any, base: Any) -> Any:
+        given = {"part": stroke.part, "report": result.fields["report"], "name": stroke.name}
+        brushed.append({**given, "remade": "vertices" in result.arrays, "base": base})
+        return commit(ob, stroke, result, base)
+
+    live._commit = kept
+    for name, functions in TIMED.items():
+        for function in functions:
+            timed(module(name), function)
+    for owner in ("blender.live", "blender.native_steps"):  # what imported it by name
+        if hasattr(module(owner), "push_undo"):
+            module(owner).push_undo = module("blender.commit").push_undo
+    timed(module("blender.worker_session").session, "_timer")
+
+
+def steps() -> Steps:
+    """Install, brush, print."""
+    extension, count, file = sys.argv[sys.argv.index("--") + 1 :][:3]
+    bpy.ops.extensions.package_install_files(
+        filepath=extension, repo="user_default", enable_on_install=True
+    )
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    yield hand.DRAWN
+    instrument()
+    addon: Any = bpy.context.preferences.addons[EXTENSION]
+    addon.preferences.resolution = RESOLUTION
+    bpy.context.preferences.edit.undo_steps = 256
+    hand.look()
+    operators: Any = bpy.ops
+    operators.neural_sculpt.add(kind="SUZANNE")
+    session = module("blender.worker_session").session
+    yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
+    with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
+        bpy.ops.object.mode_set(mode="SCULPT")
+        bpy.ops.ed.undo_push(message="Sculpt Mode")
+    yield 5 * hand.DRAWN
+    vertices = len(fields()[0].data.vertices)
+    print(f"\nBlender {bpy.app.version_string}, {vertices:,} vertices", flush=True)
+    generator = np.random.default_rng(0)
+    print(
+        f"{'brush':18} {'strokes':>7} {'vertices':>8} {'mean':>7} {'95 %':>7} {'field':>7}"
+        f" {'drift':>7} {'pieces':>7} {'remade':>7} {'s':>6}"
+    )
+    for name in BRUSHES:
+        yield from measure(name, generator, session)
+    yield from in_a_row(int(count), generator, session)
+    print_times()
+    Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+
+
+def measure(name: str, generator: np.random.Generator, session: Any) -> Steps:
+    """Some strokes with one brush, each when the last one is in the field."""
+    results = []
+    take(name)
+    yield 2 * hand.DRAWN
+    for _ in range(EACH):
+        brushed.clear()
+        yield from stroke(generator)
+        start = ended["look"]
+        yield from hand.until(lambda: bool(brushed), SECONDS, f"{name} in the field")
+        yield from hand.until(lambda: not session.jobs, SECONDS, "an idle worker")
+        results.append((*compare(brushed[0]), ended["finish"] - start))
+    means = np.mean([result[:5] for result in results], axis=0)
+    pieces, remade = (sum(result[i] for result in results) for i in (5, 6))
+    seconds = float(np.median([result[7] for result in results]))
+    counted, *lengths = means
+    print(
+        f"{name:18} {EACH:7} {counted:8.0f} "
+        + " ".join(f"{1000 * v:7.3f}" for v in lengths)
+        + f" {pieces:+7} {remade:7} {seconds:6.2f}",
+        flush=True,
+    )
+    keys = ("vertices", "mean", "p95", "field", "drift")
+    row = dict(zip(keys, means.tolist(), strict=True))
+    rows.append({"brush": name, **row, "pieces": pieces, "remade": remade, "seconds": seconds})
+
+
+def compare(done: dict[str, Any]) -> tuple[Any, ...]:
+    """Of one stroke: vertices moved; distance of the brushed mesh from the result, mean and 95 %,
+    and of the field; of the rest of the surface from what it was; pieces more; remade or not."""
+    part, report = done["part"], done["report"]
+    mesh = fields()[0].data
+    now = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", now)
+    now = now.reshape(-1, 3)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+    low, high = part.after.min(0) - 0.05, part.after.max(0) + 0.05
+    near = ((now > low) & (now < high)).all(1)
+    used, local = np.unique(
+        corners.reshape(-1, 3)[near[corners.reshape(-1, 3)].all(1)], return_inverse=True
+    )
+    tree = BVHTree.FromPolygons(now[used].tolist(), local.reshape(-1, 3).tolist())
+    changed = (part.before != part.after).any(1)
+    away = np.array([distance(tree, p) for p in part.after[changed].tolist()])
+    rest = np.ones(len(done["base"]), bool)
+    rest[part.vertices] = False
+    if done["remade"]:
+        ring = part.after[~changed]
+        drift = float(np.mean([distance(tree, p) for p in ring.tolist()]))
+    else:
+        drift = float(np.abs(now - done["base"])[rest].max())
+    pieces = report["components_after"] - report["components_before"]
+    return (
+        changed.sum(),
+        away.mean(),
+        float(np.quantile(away, 0.95)),
+        report["error_mean"],
+        drift,
+        pieces,
+        int(done["remade"]),
+    )
+
+
+def distance(tree: BVHTree, point: list[float]) -> float:
+    """Of a point from a mesh."""
+    found = tree.find_nearest(point)[3]
+    return float("inf") if found is None else found
+
+
+def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
+    """Strokes of all brushes in turn, without a pause."""
+    before, started = len(fields()[0].neural_sculpt.strokes), time.perf_counter()
+    brushed.clear()
+    for number in range(count):
+        if number % 5 == 0:
+            take(BRUSHES[number // 5 % len(BRUSHES)])
+            yield hand.DRAWN
+        yield from stroke(generator)
+        yield hand.DRAWN  # an artist lifts the pen
+    drawn = time.perf_counter() - started
+
+    def rests() -> bool:
+        live = module("blender.live")
+        return not session.jobs and not any(proxy.strokes for proxy in live._proxies.values())
+
+    yield from hand.until(rests, SECONDS, "all strokes in the field")
+    total, added = time.perf_counter() - started, len(fields()[0].neural_sculpt.strokes) - before
+    errors = [done["report"]["error_mean"] for done in brushed]
+    worst = 1000 * max(errors, default=0.0)
+    print(
+        f"\n{count} strokes in {drawn:.1f} s: {added} entries after {total:.1f} s, mean distance"
+        f" at most {worst:.3f}, edited: {module('blender.native_edits').edited(fields()[0])}"
+    )
+    rows.append(
+        {
+            "strokes": count,
+            "entries": added,
+            "drawn": drawn,
+            "seconds": total,
+            "worst": worst / 1000,
+        }
+    )
+
+
+def stroke(generator: np.random.Generator) -> Steps:
+    """One short stroke somewhere on the surface in sight."""
+    start, end = places(generator)
+    path = hand.to_window(start + part * (end - start) for part in np.linspace(0, 1, POINTS))
+    looks = len(times["look"])
+    yield from hand.drag(path)
+    yield from hand.until(lambda: len(times["look"]) > looks, SECONDS, "the end of a stroke")
+
+
+def places(generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Two points on the surface, LENGTH apart as seen from the front."""
+    ob = fields()[0]
+    while True:
+        x, z = generator.uniform(-0.5, 0.5, 2)
+        angle = generator.uniform(0, 2 * np.pi)
+        ways = (0.0, LENGTH)
+        seen = [(x + way * np.cos(angle), -3, z + way * np.sin(angle)) for way in ways]
+        hits = [ob.ray_cast(origin, (0, 1, 0)) for origin in seen]
+        if all(hit[0] and hit[2][1] < -0.6 for hit in hits):
+            return np.array(hits[0][1]), np.array(hits[1][1])
+
+
+def take(name: str) -> None:
+    """Take one of Blender's brushes in hand."""
+    area = hand.view_area()
+    context = {"window": hand.window(), "area": area, "region": hand.region("WINDOW", area)}
+    given: Any = {"asset_library_type": "ESSENTIALS", "relative_asset_identifier": ASSETS + name}
+    with bpy.context.temp_override(**context):
+        bpy.ops.wm.tool_set_by_id(name="builtin.brush")
+        bpy.ops.brush.asset_activate(**given)
+    settings: Any = bpy.context.tool_settings
+    unified = getattr(settings.sculpt, "unified_paint_settings", None)
+    (unified or settings.unified_paint_settings).size = 2 * SIZE  # across
+
+
+def fields() -> list[Any]:
+    """The fields of the file."""
+    objects: Any = bpy.data.objects
+    return [ob for ob in objects if ob.neural_sculpt.revision]
+
+
+def print_times() -> None:
+    """What each call cost."""
+    parts = ("median", "95 %", "most")
+    title = " ".join(f"{part:>8}" for part in parts)
+    print(f"\n{'ms, by the clock':20} {'calls':>6} {title}   of work {title}")
+    for label, values in times.items():
+        clock, work = np.percentile(values, (50, 95, 100), axis=0).T.tolist()
+        clock_line, work_line = (" ".join(f"{v:8.1f}" for v in part) for part in (clock, work))
+        print(f"{label:20} {len(values):6} {clock_line}           {work_line}", flush=True)
+        named = {
+            "clock": dict(zip(parts, clock, strict=True)),
+            "work": dict(zip(parts, work, strict=True)),
+        }
+        rows.append({"call": label, "calls": len(values), **named})
+
+
+hand.play(steps())
