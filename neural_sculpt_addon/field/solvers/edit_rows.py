@@ -159,11 +159,12 @@ class EditedSurface:
         before, after = self._before_and_after
 
         def measure(part: slice) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
-            away, nearest = map(np.asarray, self._tree.query(points[part]))
+            away, nearest = self._tree.query(points[part])
+            nearest = np.asarray(nearest)
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
             moved = (sample.points != before.points[nearest]).any(axis=1)
-            return np.where(moved, plane, f0[part]), away
+            return np.where(moved, plane, f0[part]), np.asarray(away, np.float64)
 
         wanted, away = in_pieces(measure, len(points), self._problem.check)
         if self._swept is not None:
