@@ -32,7 +32,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     totals: dict[str, int] = dict.fromkeys(("went_through", "said_why", "kept_muted", "lost"), 0)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         harness = stressed_blender.install(Path(name))
-        session = harness.module("blender.worker_session").session
+        session = harness.module("blender.session.worker_session").session
         _scene(harness, session)
         for number in range(count):
             random = Random(f"{seed} {number}")

@@ -16,11 +16,12 @@ from bpy.types import Context, Event, Mesh, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import native_edits, proxy_mesh, states
-from ..commit import add_entry, new_revision
-from ..job import Job, Request, found
-from ..properties import NETWORK, field_of
-from ..stroke_list import SCULPTED, Entry
+from ..scene import native_edits, proxy_mesh
+from ..scene.commit import add_entry, new_revision
+from ..scene.properties import NETWORK, field_of
+from ..scene.stroke_list import SCULPTED, Entry
+from ..session import states
+from ..session.job import Job, Request, found
 from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
 LABEL = n_("Absorb")
