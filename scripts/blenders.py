@@ -15,7 +15,7 @@ from pathlib import Path
 from environment import ROOT, Workshop
 from virtualenv import home_of
 
-from neural_sculpt_addon.worker.environment import ENVIRONMENT_VARIABLE
+from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE
 
 REAL_BLENDER = ROOT.parent / "shared" / "tools" / "real-blender.sh"
 SUITES = {"sid": "5.2", "trixie": "4.3"}

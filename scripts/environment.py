@@ -7,7 +7,7 @@
     .venv/blender-4.5/   a further Blender, for the tests
 
 As in an artist's Blender, torch is never beside bpy. Standard library only; how a worker is
-installed is the package's knowledge (`worker.environment`).
+installed is the package's knowledge (`worker.install.environment`).
 """
 
 import hashlib
@@ -29,8 +29,8 @@ import virtualenv
 from virtualenv import say
 
 from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker import environment as worker_environment
-from neural_sculpt_addon.worker.interpreter import candidate_pythons
+from neural_sculpt_addon.worker.install import environment as worker_environment
+from neural_sculpt_addon.worker.install.interpreter import candidate_pythons
 
 VENV = ROOT / ".venv"
 WORKER = VENV / "worker"

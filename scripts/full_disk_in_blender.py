@@ -38,7 +38,7 @@ class Attack:
         Path(tempfile.tempdir).mkdir()
         (folder / "user").mkdir()
         self.harness = stressed_blender.install(folder / "user")
-        self.session = self.harness.module("blender.worker_session").session
+        self.session = self.harness.module("blender.session.worker_session").session
         nursery = Nursery(os.environ["NEURAL_SCULPT_PYTHON"])
         self.harness.module("worker.process").start_logged = nursery.start
         self.drawn = 0

@@ -68,7 +68,7 @@ def module(name: str) -> Any:
 
 def instrument() -> None:
     """Time the calls that Blender makes. The overlay's are registered again."""
-    overlay, draw = module("blender.overlay"), module("blender.operators.draw")
+    overlay, draw = module("blender.viewport.overlay"), module("blender.operators.draw")
     overlay.unregister()
     timed(overlay, "_draw_stroke", lambda _: "overlay: stroke")
     timed(overlay, "_draw_brush", lambda _: "overlay: brush")
@@ -80,10 +80,10 @@ def instrument() -> None:
         return modal(self, context, event)
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
-    session = module("blender.worker_session").session
+    session = module("blender.session.worker_session").session
     timed(session.watcher, "_timer", lambda _: "timer tick")
-    timed(module("blender.preview"), "show", lambda _: "preview")
-    timed(module("blender.stroke_jobs"), "add_entry", lambda _: "result into the scene")
+    timed(module("blender.viewport.preview"), "show", lambda _: "preview")
+    timed(module("blender.session.stroke_jobs"), "add_entry", lambda _: "result into the scene")
 
 
 def steps() -> Steps:
@@ -100,7 +100,7 @@ def steps() -> Steps:
     hand.look()
     operators: Any = bpy.ops
     operators.neural_sculpt.add(kind="SPHERE")
-    session = module("blender.worker_session").session
+    session = module("blender.session.worker_session").session
     yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
         bpy.ops.wm.tool_set_by_id(name="neural_sculpt.tool")

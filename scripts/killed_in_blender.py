@@ -19,7 +19,7 @@ INTENSITY = 0.005  # so low that many strokes on each other stay where they are 
 def main() -> None:
     """Draw one stroke after another."""
     harness = stressed_blender.install(Path(sys.argv[1]))
-    session = harness.module("blender.worker_session").session
+    session = harness.module("blender.session.worker_session").session
     harness.bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = 48
     harness.add("SPHERE")
     if "end" in sys.argv:

@@ -35,9 +35,9 @@ LENGTH = 0.1  # of a stroke, model units
 POINTS = 6  # of the mouse in a stroke
 SECONDS = 600
 TIMED = {
-    "blender.live": ("_look_later", "look", "_finish"),
-    "blender.native_steps": ("take_back",),
-    "blender.commit": ("push_undo",),
+    "blender.session.live": ("_look_later", "look", "_finish"),
+    "blender.scene.native_steps": ("take_back",),
+    "blender.scene.commit": ("push_undo",),
 }
 
 rows: list[dict[str, Any]] = []
@@ -72,7 +72,7 @@ def timed(owner: Any, name: str) -> None:
 
 def instrument() -> None:
     """Time the calls, and keep what strokes were."""
-    live = module("blender.live")
+    live = module("blender.session.live")
     commit = live._commit
 
     def kept(ob: Any, stroke: Any, result: Any, base: Any) -> Any:
@@ -84,10 +84,10 @@ def instrument() -> None:
     for name, functions in TIMED.items():
         for function in functions:
             timed(module(name), function)
-    for owner in ("blender.live", "blender.native_steps"):  # what imported it by name
+    for owner in ("blender.session.live", "blender.scene.native_steps"):  # what imported it by name
         if hasattr(module(owner), "push_undo"):
-            module(owner).push_undo = module("blender.commit").push_undo
-    timed(module("blender.worker_session").session, "_timer")
+            module(owner).push_undo = module("blender.scene.commit").push_undo
+    timed(module("blender.session.worker_session").session, "_timer")
 
 
 def steps() -> Steps:
@@ -105,7 +105,7 @@ def steps() -> Steps:
     hand.look()
     operators: Any = bpy.ops
     operators.neural_sculpt.add(kind="SUZANNE")
-    session = module("blender.worker_session").session
+    session = module("blender.session.worker_session").session
     yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
         bpy.ops.object.mode_set(mode="SCULPT")
@@ -208,7 +208,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     drawn = time.perf_counter() - started
 
     def rests() -> bool:
-        live = module("blender.live")
+        live = module("blender.session.live")
         return not session.jobs and not any(proxy.strokes for proxy in live._proxies.values())
 
     yield from hand.until(rests, SECONDS, "all strokes in the field")
@@ -217,7 +217,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     worst = 1000 * max(errors, default=0.0)
     print(
         f"\n{count} strokes in {drawn:.1f} s: {added} entries after {total:.1f} s, mean distance"
-        f" at most {worst:.3f}, edited: {module('blender.native_edits').edited(fields()[0])}"
+        f" at most {worst:.3f}, edited: {module('blender.scene.native_edits').edited(fields()[0])}"
     )
     rows.append(
         {

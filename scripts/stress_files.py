@@ -74,7 +74,7 @@ def _outcome(read: Read, data: bytes) -> tuple[str, str]:
 
 def _kinds(folder: Path) -> dict[str, tuple[bytes, Read]]:
     """A sound file of each kind, and its reader."""
-    from neural_sculpt_addon.blender.preset_file import BUILT_IN, dump_preset, parse_preset
+    from neural_sculpt_addon.blender.presets.preset_file import BUILT_IN, dump_preset, parse_preset
     from neural_sculpt_addon.field import checkpoint, mesh_file, points_file
     from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
     from neural_sculpt_addon.stroke.file import parse_strokes

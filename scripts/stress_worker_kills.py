@@ -36,7 +36,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     totals |= {f"killed_{moment.replace(' ', '_')}": 0 for moment in MOMENTS}
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         harness = stressed_blender.install(Path(name))
-        session = harness.module("blender.worker_session").session
+        session = harness.module("blender.session.worker_session").session
         nursery = Nursery(os.environ["NEURAL_SCULPT_PYTHON"])
         forks = patch.object(harness.module("worker.process"), "start_logged", nursery.start)
         forks.start()

@@ -33,13 +33,13 @@ def main() -> None:
     operators.extensions.package_install_files(
         filepath=str(ZIP), repo="user_default", enable_on_install=True
     )
-    environment: Any = importlib.import_module(f"{EXTENSION}.worker.environment")
+    environment: Any = importlib.import_module(f"{EXTENSION}.worker.install.environment")
     python = os.environ[environment.ENVIRONMENT_VARIABLE]
     worker = [python, "-I", "-u", str(ROOT / "scripts" / "timed_worker.py"), str(ROOT), str(NOTES)]
     environment.worker_command = lambda *_: worker
     addon: Any = bpy.context.preferences.addons[EXTENSION]
-    session = importlib.import_module(f"{EXTENSION}.blender.worker_session").session
-    prepare = importlib.import_module(f"{EXTENSION}.blender.stroke_jobs").prepare_job
+    session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
+    prepare = importlib.import_module(f"{EXTENSION}.blender.session.stroke_jobs").prepare_job
     addon.preferences.resolution, strokes = json.loads((FOLDER / "strokes.json").read_text())
     rows = []
     for path, name, text in strokes:
@@ -82,7 +82,7 @@ def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]
     it took, and how long this thread worked on it."""
     import bpy
 
-    tick = importlib.import_module(f"{EXTENSION}.blender.session_display").TICK
+    tick = importlib.import_module(f"{EXTENSION}.blender.panels.session_display").TICK
     end = time.monotonic() + SECONDS
     while time.monotonic() < end:
         time.sleep(tick)

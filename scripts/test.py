@@ -35,7 +35,7 @@ from virtualenv import say, version_of
 
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker.ending import exit_in_words
-from neural_sculpt_addon.worker.environment import ENVIRONMENT_VARIABLE
+from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE
 
 BLENDER_TESTS = ROOT / "tests" / "run_in_blender.py"
 WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"

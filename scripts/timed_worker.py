@@ -21,7 +21,7 @@ settle()  # before NumPy and torch load
 
 from neural_sculpt_addon.field import edit, proxy  # noqa: E402
 from neural_sculpt_addon.worker import jobs, server, store  # noqa: E402
-from neural_sculpt_addon.worker.environment import Device  # noqa: E402
+from neural_sculpt_addon.worker.install.environment import Device  # noqa: E402
 
 NOTES = Path(sys.argv[2])
 

@@ -60,7 +60,7 @@ def steps() -> Steps:
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = overlay.show_cursor = False
     overlay.show_outline_selected = overlay.show_object_origins = False
     hand.look(SEEN_FROM, 2.4)
-    session = importlib.import_module(f"{EXTENSION}.blender.worker_session").session
+    session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
     operators: Any = bpy.ops
     operators.neural_sculpt.add(kind="SUZANNE")
     yield from hand.until(lambda: bool(bpy.data.objects) and not session.jobs, SECONDS, "Suzanne")

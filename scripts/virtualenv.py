@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import IO
 
 from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker.environment import environment_python as python_in
-from neural_sculpt_addon.worker.installer import UnsuitableError, run
+from neural_sculpt_addon.worker.install.environment import environment_python as python_in
+from neural_sculpt_addon.worker.install.pip import UnsuitableError, run
 
 MARKER = "environment.txt"
 LOCK = "environment.lock"

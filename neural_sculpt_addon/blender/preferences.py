@@ -11,13 +11,13 @@ from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context, UILayout
 
 from ..stroke.errors import SculptError
-from ..worker import environment
-from ..worker.environment import Device
+from ..worker.install import environment
+from ..worker.install.environment import Device
+from ..worker.install.installer import installer
 from . import ADDON
 from .folders import environment_folder
-from .installer import installer
-from .properties import DEFAULT_RESOLUTION, resolution_property
-from .translations import translated
+from .locale.translations import translated
+from .scene.properties import DEFAULT_RESOLUTION, resolution_property
 from .wrapped import draw_text
 
 Color = tuple[float, float, float, float]

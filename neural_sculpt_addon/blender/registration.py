@@ -5,21 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Object, Scene
 
-from . import (
-    fit_overlay,
-    history,
-    live,
-    menus,
-    overlay,
-    scene_brushes,
-    seen_surface,
-    session_display,
-    shape_choices,
-    status_bar,
-    strength,
-    tools,
-    translations,
-)
+from .locale import translations
 from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
@@ -65,6 +51,7 @@ from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
 from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
 from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
+from .panels import menus, session_display, status_bar, strength
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
@@ -76,14 +63,18 @@ from .panels.proxy import NEURAL_SCULPT_PT_proxy
 from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
-from .properties import (
+from .presets import shape_choices
+from .scene import history, scene_brushes
+from .scene.properties import (
     GROUP,
     NEURAL_SCULPT_PG_brush,
     NEURAL_SCULPT_PG_field,
     NEURAL_SCULPT_PG_listed_stroke,
     NEURAL_SCULPT_PG_point,
 )
-from .worker_session import session
+from .session import live
+from .session.worker_session import session
+from .viewport import fit_overlay, overlay, seen_surface, tools
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,

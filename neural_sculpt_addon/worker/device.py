@@ -8,7 +8,7 @@ import logging
 from typing import TYPE_CHECKING
 
 from ..stroke.errors import SculptError
-from .environment import Device
+from .install.environment import Device
 
 if TYPE_CHECKING:
     import torch

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from ..stroke.errors import SculptError
 from .ending import exit_in_words
-from .interpreter import start_logged
+from .install.interpreter import start_logged
 from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError

@@ -32,7 +32,7 @@ from ..stroke.errors import Cancelled, SculptError
 from ..stroke.progress import Progress, interruptible
 from . import pulse
 from .device import choose
-from .environment import Device
+from .install.environment import Device
 from .jobs import Jobs, warm_up
 from .mailbox import Inbox, Outbox
 from .payload import Handler, MissingError, Payload, Task

@@ -26,7 +26,7 @@ WORKER_SECONDS = 300
 
 
 def module(name: str) -> ModuleType:
-    """A module of the installed extension, "blender.commit" for example."""
+    """A module of the installed extension, "blender.scene.commit" for example."""
     return importlib.import_module(f"{EXTENSION}.{name}")
 
 
@@ -39,7 +39,7 @@ class SculptCase(unittest.TestCase):
         temporary = TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)
-        self.session = module("blender.worker_session").session
+        self.session = module("blender.session.worker_session").session
         self.addCleanup(self.session.cancel)
         push_undo("Start")
 
@@ -93,7 +93,9 @@ class SteeredCase(SculptCase):
         command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.folder)]
         self.session.stop()
         self.addCleanup(self.session.stop)
-        steered = patch.object(module("worker.environment"), "worker_command", lambda *_: command)
+        steered = patch.object(
+            module("worker.install.environment"), "worker_command", lambda *_: command
+        )
         steered.start()
         self.addCleanup(steered.stop)
 

@@ -132,7 +132,7 @@ class Workers(SculptCase):
     def test_a_python_without_torch(self) -> None:
         bare = self.folder / "bare"
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(bare)], check=True)
-        python = module("worker.environment").environment_python(bare)
+        python = module("worker.install.environment").environment_python(bare)
         self.preferences.worker_python = str(python)
         self.assert_fails("No module named", bpy.ops.neural_sculpt.add, kind="SPHERE")
 

@@ -65,7 +65,7 @@ class BrokenWorker(SteeredCase):
 
     def test_a_job_that_begins_in_the_moment_of_a_death(self) -> None:
         drawn = module("stroke.stroke").Stroke(np.eye(3), module("stroke.brush").Brush(0.1, 0.05))
-        job = module("blender.stroke_jobs").edit_job(field("Sphere"), (drawn,))
+        job = module("blender.session.stroke_jobs").edit_job(field("Sphere"), (drawn,))
         request, deaths = job.request, []
 
         def request_and_kill() -> object:
@@ -97,8 +97,8 @@ class BrokenWorker(SteeredCase):
 
     def test_a_result_for_which_there_is_no_memory_changes_nothing(self) -> None:
         drawn = module("stroke.stroke").Stroke(np.eye(3), module("stroke.brush").Brush(0.1, 0.05))
-        client, commit = module("worker.client"), module("blender.commit")
-        entry_of = module("blender.stroke_list").entry_of
+        client, commit = module("worker.client"), module("blender.scene.commit")
+        entry_of = module("blender.scene.stroke_list").entry_of
         points, triangles = np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.int32)
         arrays = {
             "layer": np.ones(9, np.uint8),

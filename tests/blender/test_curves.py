@@ -11,14 +11,14 @@ PROFILE = [(-1.0, 0.0), (-0.6, -0.25), (0.0, 1.0), (0.6, -0.25), (1.0, 0.0)]
 class Curves(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.store = module("blender.curve_store")
+        self.store = module("blender.presets.curve_store")
 
     @property
     def brush(self) -> bpy.types.PropertyGroup:
         return bpy.context.scene.neural_sculpt
 
     def current(self) -> object:
-        return module("blender.brush").current_brush(bpy.context)
+        return module("blender.scene.brush").current_brush(bpy.context)
 
     def choose_curves(self) -> None:
         self.brush.profile = self.brush.modulation = "CURVE"

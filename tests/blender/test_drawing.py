@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from harness import module
 
-DRAWING = module("blender.drawing")
+DRAWING = module("blender.viewport.drawing")
 Phase = DRAWING.Phase
 
 

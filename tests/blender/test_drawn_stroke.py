@@ -8,8 +8,8 @@ import numpy as np
 from bpy.types import Object
 from harness import SculptCase, module
 
-BRUSH = module("blender.brush")
-Line = module("blender.recorder").StrokeRecorder
+BRUSH = module("blender.scene.brush")
+Line = module("blender.viewport.recorder").StrokeRecorder
 Stroke = module("stroke.stroke").Stroke
 
 POINTS = [(0.0, 0.0, 0.5), (0.1, 0.0, 0.5), (0.2, 0.0, 0.5)]
@@ -29,7 +29,7 @@ class DrawnStroke(SculptCase):
         return BRUSH.drawn_stroke(bpy.context, ob or self.ob, line, inverted)
 
     def set_curve(self, name: str, *points: tuple[float, float]) -> None:
-        module("blender.curve_store").set_curve(self.brush.curves, name, points)
+        module("blender.presets.curve_store").set_curve(self.brush.curves, name, points)
 
     def test_without_pressure(self) -> None:
         stroke = self.drawn()

@@ -45,7 +45,7 @@ class Add(SculptCase):
     def test_the_size_of_its_network_is_told(self) -> None:
         """Of two layers between 3 coordinates and 1 value; what is damaged has none to tell."""
         group = add("SPHERE").neural_sculpt
-        weights, header_of = group.base_weights, module("blender.field_header").header_of
+        weights, header_of = group.base_weights, module("blender.scene.field_header").header_of
         first, second = header_of(bpy.context.active_object).widths
         numbers = 4 * first + (first + 1) * second + second + 1
         head = 8 + int.from_bytes(weights[:8], "little")

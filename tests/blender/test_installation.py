@@ -24,7 +24,7 @@ class Installation(SculptCase):
 
     def setUp(self) -> None:
         super().setUp()
-        self.installer = module("blender.installer").installer
+        self.installer = module("worker.install.installer").installer
         self.environment = module("blender.folders").environment_folder()
         self.addCleanup(shutil.rmtree, self.environment, ignore_errors=True)
         self.addCleanup(self.end)
@@ -82,7 +82,7 @@ class Installation(SculptCase):
         self.until(lambda: not self.installer.poll())
         self.assertEqual(self.installer.error, "The installation was cancelled.")
         self.until(lambda: not self.processes())
-        self.assertFalse(module("worker.environment").installed(self.environment))
+        self.assertFalse(module("worker.install.environment").installed(self.environment))
         self.assertTrue(bpy.ops.neural_sculpt.install_worker.poll())
 
     @unittest.skipUnless(sys.platform == "linux", "needs a FIFO and /proc")
@@ -121,7 +121,9 @@ class Installation(SculptCase):
                 self.assertIn("already holds other files", self.failure())
 
     def test_no_python(self) -> None:
-        with patch.object(module("worker.interpreter"), "present_pythons", lambda: iter(())):
+        with patch.object(
+            module("worker.install.interpreter"), "present_pythons", lambda: iter(())
+        ):
             self.assertIn("There is no Python 3.11 or newer", self.failure())
 
     def test_no_place_for_its_news(self) -> None:

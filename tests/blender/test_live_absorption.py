@@ -65,7 +65,7 @@ class Live(SculptCase):
         super().setUp()
         if bpy.app.version < (4, 3):
             self.skipTest("this Blender's brushes are no assets")
-        self.live = module("blender.live")
+        self.live = module("blender.session.live")
         self.addCleanup(self.live.forget)
         bpy.context.preferences.addons[EXTENSION].preferences.resolution = 96
         add("SPHERE").scale = (8, 8, 8)  # so that a brush covers a part of it
@@ -90,7 +90,7 @@ class Live(SculptCase):
         self.assertLess(off[off > 0].mean(), 3e-4)
 
     def edited(self) -> bool:
-        return module("blender.native_edits").edited(self.ob())
+        return module("blender.scene.native_edits").edited(self.ob())
 
     def test_a_stroke_is_an_entry_and_an_undo_step(self) -> None:
         states = [state(self.ob())]

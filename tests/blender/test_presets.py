@@ -15,8 +15,11 @@ KINDS = ("profile", "modulation")
 class Presets(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.presets, self.store = module("blender.presets"), module("blender.curve_store")
-        self.files = module("blender.preset_file")
+        self.presets, self.store = (
+            module("blender.presets.presets"),
+            module("blender.presets.curve_store"),
+        )
+        self.files = module("blender.presets.preset_file")
         self.brush = bpy.context.scene.neural_sculpt
         self.addCleanup(self.presets.refresh)
         self.addCleanup(shutil.rmtree, module("blender.folders").preset_folder(), True)
@@ -35,7 +38,9 @@ class Presets(SculptCase):
 
     def gets(self, kind: str) -> np.ndarray:
         """What a stroke gets at the same points."""
-        return getattr(module("blender.brush").current_brush(bpy.context), kind)(self.domain(kind))
+        return getattr(module("blender.scene.brush").current_brush(bpy.context), kind)(
+            self.domain(kind)
+        )
 
     def test_the_paper_and_more_can_be_chosen(self) -> None:
         wanted = {
@@ -63,7 +68,7 @@ class Presets(SculptCase):
                 self.assertAlmostEqual(np.abs(gets).max(), 1.0, delta=0.01, msg=name)
 
     def test_thumbnails_show_about_the_same(self) -> None:
-        thumbnails = module("blender.thumbnails")
+        thumbnails = module("blender.presets.thumbnails")
         for kind in KINDS:
             for name, preset in self.built_in(kind).items():
                 setattr(self.brush, kind, name)

@@ -18,7 +18,7 @@ from harness import (
     vertices,
 )
 
-proxy_mesh = module("blender.proxy_mesh")
+proxy_mesh = module("blender.scene.proxy_mesh")
 Brush = module("stroke.brush").Brush
 Ends = module("stroke.stroke").Ends
 Profile = module("stroke.profile").Profile
@@ -37,7 +37,7 @@ def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
 
 
 def displaced(points: np.ndarray, triangles: np.ndarray, strokes: list):
-    result = module("blender.displaced").Displaced(points, triangles)
+    result = module("blender.viewport.displaced").Displaced(points, triangles)
     for each in strokes:
         result.add(each)
     return result
@@ -173,7 +173,7 @@ class Preview(SquareCase):
         """It is displaced on the first one's result before that is shown, in a poll of its own."""
         self.draw()
         self.draw("Two")
-        preview, heard = module("blender.preview"), []
+        preview, heard = module("blender.viewport.preview"), []
 
         def foresee(*given) -> bool:
             heard.append(original(*given))

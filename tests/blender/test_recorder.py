@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from harness import module, to_path
 
-RECORDER = module("blender.recorder")
+RECORDER = module("blender.viewport.recorder")
 
 
 class Recorder(unittest.TestCase):

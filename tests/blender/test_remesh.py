@@ -12,7 +12,7 @@ class Remesh(SculptCase):
         self.ob = add("SPHERE")
 
     def test_the_triangles_are_as_many_as_was_said(self) -> None:
-        estimate = module("blender.estimate")
+        estimate = module("blender.panels.estimate")
         said = estimate.triangles(self.ob, 2 * RESOLUTION)
         kept, passing = estimate.memory(self.ob, 2 * RESOLUTION)
         bpy.ops.neural_sculpt.remesh(resolution=2 * RESOLUTION)

@@ -74,7 +74,7 @@ class Reports(SteeredCase):
         self.assertEqual(len(field("Sphere").neural_sculpt.strokes), 2)
 
     def test_nan_in_a_file_is_no_report(self) -> None:
-        reports = module("blender.reports")
+        reports = module("blender.session.reports")
         for text in ('{"mean": NaN}', '{"mean": [-Infinity]}', '{"mean": 1e999}'):
             field("Sphere").neural_sculpt.report = text
             self.assertEqual(reports.report_of(field("Sphere")), {})

@@ -6,7 +6,7 @@ import unittest
 import numpy as np
 from harness import module
 
-RIBBON = module("blender.ribbon")
+RIBBON = module("blender.viewport.ribbon")
 Brush = module("stroke.brush").Brush
 Modulation = module("stroke.modulation").Modulation
 Profile = module("stroke.profile").Profile

@@ -33,7 +33,7 @@ class Solvers(SculptCase):
         ops.consolidate(width=128)
         group = self.ob.neural_sculpt
         self.assertGreater(json.loads(group.report)["distance_mean"], 0)
-        header = module("blender.field_header").header_of(self.ob)
+        header = module("blender.scene.field_header").header_of(self.ob)
         self.assertEqual((header.widths, header.detail), ((128, 128), 0))
         self.assertAlmostEqual(self.top(), 1.0, delta=0.2)
         self.assertEqual(ops.export(filepath=str(self.folder / "a.pth")), {"FINISHED"})

@@ -74,7 +74,7 @@ def shown() -> Iterator[str]:
         items = given.get("items", ())
         for item in items if isinstance(items, list) else ():
             yield from item[1:3]
-    choices = module("blender.shape_choices")
+    choices = module("blender.presets.shape_choices")
     for shape in (choices.Profile, choices.Modulation):
         for _, name, tip in choices.fixed_items(shape):
             yield from (name, tip)
@@ -111,7 +111,7 @@ class Translations(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "xx.po"
             path.write_text(PO, encoding="utf-8")
-            read = module("blender.translations").read_po(path)
+            read = module("blender.locale.translations").read_po(path)
         sentence = 'A "quoted" text over two lines.'
         self.assertEqual(
             read,
@@ -119,8 +119,8 @@ class Translations(unittest.TestCase):
         )
 
     def test_no_text_is_translated_twice(self) -> None:
-        translations = module("blender.translations")
-        file = Path(translations.__file__).parent / "locale" / "de.po"
+        translations = module("blender.locale.translations")
+        file = Path(translations.__file__).with_name("de.po")
         texts = [line for line in file.read_text("utf-8").splitlines() if line.startswith("msgid ")]
         self.assertEqual(len(texts) - 1, len(translations.GERMAN), "all but the header")
 
@@ -129,22 +129,22 @@ class Translations(unittest.TestCase):
         self.assertEqual(silent, [])
 
     def test_every_text_is_in_german(self) -> None:
-        german = module("blender.translations").GERMAN
+        german = module("blender.locale.translations").GERMAN
         self.assertEqual(sorted(texts() - set(german)), [])
 
     def test_what_is_filled_in_remains(self) -> None:
-        for text, said in module("blender.translations").GERMAN.items():
+        for text, said in module("blender.locale.translations").GERMAN.items():
             self.assertEqual(said.count("{}"), text.count("{}"), text)
             self.assertEqual(said.endswith("."), text.endswith("."), text)
 
     def test_nothing_is_translated_that_nobody_says(self) -> None:
         anywhere = {text_of(node) for node in sources("")} | texts()
-        german = set(module("blender.translations").GERMAN)
+        german = set(module("blender.locale.translations").GERMAN)
         chosen = {text for text in german if "an open sheet, so" in text}  # one of two beginnings
         self.assertEqual(sorted(german - anywhere - chosen), [])
 
     def test_messages_that_were_put_together(self) -> None:
-        translations = module("blender.translations")
+        translations = module("blender.locale.translations")
         translated, german = translations.translated, translations.GERMAN
         off = "The stroke lies 0.25 off the surface. Draw it on the proxy of this field."
         replayed = f"Stroke 2: {off} Nothing was changed."

@@ -8,7 +8,7 @@ import numpy as np
 from harness import SculptCase, module, push_undo, undo, vertices
 from mathutils.bvhtree import BVHTree
 
-Grid = module("blender.triangle_grid").TriangleGrid
+Grid = module("blender.viewport.triangle_grid").TriangleGrid
 RADIUS = 0.6
 
 
@@ -131,7 +131,7 @@ class SeenSurface(SculptCase):
 
     def top(self) -> float | None:
         """Where a ray from above meets it."""
-        grid = module("blender.seen_surface").grid_of(bpy.context.active_object)
+        grid = module("blender.viewport.seen_surface").grid_of(bpy.context.active_object)
         found = None if grid is None else grid.cast((0, 0, 9), (0, 0, -1))
         return None if found is None else round(float(found[0][2]), 4)
 

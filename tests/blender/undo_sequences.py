@@ -27,11 +27,11 @@ import harness
 import numpy as np
 from bpy.types import Object
 
-preview = harness.module("blender.preview")
-native_edits = harness.module("blender.native_edits")
-sculpt_steps = harness.module("blender.sculpt_steps")
-commit = harness.module("blender.commit")
-job_module = harness.module("blender.job")
+preview = harness.module("blender.viewport.preview")
+native_edits = harness.module("blender.scene.native_edits")
+sculpt_steps = harness.module("blender.scene.sculpt_steps")
+commit = harness.module("blender.scene.commit")
+job_module = harness.module("blender.session.job")
 ops = bpy.ops.neural_sculpt
 
 OPERATIONS = 20

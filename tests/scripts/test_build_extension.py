@@ -38,7 +38,7 @@ def test_it_holds_the_package_the_manifest_and_the_licence(workshop, tmp_path):
         licence = archive.read("LICENSE").decode()
     assert names == sorted(names)
     assert {"__init__.py", "stroke/stroke.py", "worker/launch.py"} <= set(names)
-    assert {"worker/requirements.txt", "blender/registration.py"} <= set(names)
+    assert {"worker/install/requirements.txt", "blender/registration.py"} <= set(names)
     assert 'id = "neural_sculpt"' in manifest
     assert "GNU GENERAL PUBLIC LICENSE" in licence
     strange = [n for n in names if "__pycache__" in n or "/." in n or n.startswith(("tests", "."))]

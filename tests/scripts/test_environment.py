@@ -45,10 +45,10 @@ def test_the_package_imports_without_anything_installed():
     """On a bare Python, in isolation and without site-packages: no bpy, torch or numpy."""
     modules = [
         "neural_sculpt_addon",
-        "neural_sculpt_addon.worker.environment",
-        "neural_sculpt_addon.worker.installation",
-        "neural_sculpt_addon.worker.installer",
-        "neural_sculpt_addon.worker.interpreter",
+        "neural_sculpt_addon.worker.install.environment",
+        "neural_sculpt_addon.worker.install.installation",
+        "neural_sculpt_addon.worker.install.pip",
+        "neural_sculpt_addon.worker.install.interpreter",
     ]
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import {', '.join(modules)}"
     subprocess.run([sys.executable, "-I", "-S", "-c", code], check=True)

@@ -36,7 +36,7 @@ class WindowCase(harness.SculptCase):
     def setUp(self) -> None:
         super().setUp()
         if not self.absorbs_live:
-            live = module("blender.live")
+            live = module("blender.session.live")
             live.unregister()
             self.addCleanup(live.register)
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
@@ -124,7 +124,7 @@ def field() -> Object:
 
 def edited() -> bool:
     """Whether other brushes have sculpted its proxy."""
-    return module("blender.native_edits").edited(field())
+    return module("blender.scene.native_edits").edited(field())
 
 
 def moved_since(before: Array) -> bool:

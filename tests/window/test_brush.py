@@ -71,7 +71,7 @@ class Brush(WindowCase):
         for x in (left, right):
             path = np.linspace((x, top), (x, (top + bottom) / 2), 6)
             yield from hand.drag(map(tuple, path), pause=0.05)
-        store = module("blender.curve_store")
+        store = module("blender.presets.curve_store")
         values = np.array(store.table(brush.curves, "modulation"))
         np.testing.assert_allclose(values, 0.5, atol=0.05)
         path = self.arc()
@@ -85,7 +85,7 @@ class Brush(WindowCase):
         brush.profile = "CURVE"
         yield from hand.show_tab("Neural Sculpt")
         left, bottom, right, top = yield from self.widget_of("profile")
-        store = module("blender.curve_store")
+        store = module("blender.presets.curve_store")
         store.set_curve(brush.curves, "profile", ((-1, 0), (0, 1), (1, 0)))
         hand.region("UI").tag_redraw()
         yield from still_picture("UI")
@@ -102,7 +102,7 @@ class Brush(WindowCase):
     def widget_of(self, curve: str) -> Steps:
         """Where the widget's plot is, as left, bottom, right, top in window pixels: what changes
         in the picture when the curve moves from its lower to its upper bound."""
-        store, tree = module("blender.curve_store"), brush_settings().curves
+        store, tree = module("blender.presets.curve_store"), brush_settings().curves
         low, high = store.BOUNDS[curve]
         pictures = []
         for y in (low, high):

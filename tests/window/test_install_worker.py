@@ -25,7 +25,7 @@ class InstallWorker(WindowCase):
         self.enterContext(patch.dict(os.environ, {"PIP_CONSTRAINT": str(waiting)}))
 
     def test_installation_moves_on_and_is_cancelled(self) -> Steps:
-        installer = module("blender.installer").installer
+        installer = module("worker.install.installer").installer
         operate(bpy.ops.neural_sculpt.install_worker, "EXEC_DEFAULT")
         yield from hand.until(
             lambda: installer.message == "Looking which packages fit", SECONDS, "pip"

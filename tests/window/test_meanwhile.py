@@ -74,7 +74,7 @@ class Meanwhile(WindowCase):
         return [item.muted for item in field().neural_sculpt.strokes]
 
     def has_preview(self) -> bool:
-        return module("blender.preview").TRUE["position"] in field().data.attributes
+        return module("blender.viewport.preview").TRUE["position"] in field().data.attributes
 
     def test_edit_stroke_escaped_and_undone(self) -> Steps:
         """Opened by its button, left by Esc: no undo or redo ever meets what a dialog has made."""

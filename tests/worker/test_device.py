@@ -10,7 +10,7 @@ from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker import device
 from neural_sculpt_addon.worker.client import Client, JobKind, MessageKind
 from neural_sculpt_addon.worker.device import choose
-from neural_sculpt_addon.worker.environment import Device, worker_command
+from neural_sculpt_addon.worker.install.environment import Device, worker_command
 
 needs_no_cuda = pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA card")
 

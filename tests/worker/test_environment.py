@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
-from neural_sculpt_addon.worker import environment, installer
-from neural_sculpt_addon.worker.environment import (
+from neural_sculpt_addon.worker.install import environment
+from neural_sculpt_addon.worker.install import pip as installer
+from neural_sculpt_addon.worker.install.environment import (
     REQUIREMENTS,
     configured_python,
     create,
@@ -21,8 +22,8 @@ from neural_sculpt_addon.worker.environment import (
     installed,
     worker_command,
 )
-from neural_sculpt_addon.worker.installer import UnsuitableError, explain
-from neural_sculpt_addon.worker.interpreter import candidate_pythons, check_python
+from neural_sculpt_addon.worker.install.interpreter import candidate_pythons, check_python
+from neural_sculpt_addon.worker.install.pip import UnsuitableError, explain
 from tests.worker.support import ROOT
 
 MODULES = ("torch", "numpy", "scipy", "skimage", "trimesh", "safetensors", "igl")
@@ -74,7 +75,7 @@ def pinned_wheels(folder: Path, *torch_requires: str) -> None:
 def test_it_needs_the_standard_library_only():
     script = (
         f"import sys; sys.path.insert(0, {str(ROOT)!r})\n"
-        "from neural_sculpt_addon.worker import environment\n"
+        "from neural_sculpt_addon.worker.install import environment\n"
         "import neural_sculpt_addon\n"
         "print([m for m in ('numpy', 'torch', 'bpy') if m in sys.modules])"
     )

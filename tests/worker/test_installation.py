@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from neural_sculpt_addon.worker.environment import (
+from neural_sculpt_addon.worker.install.environment import (
     REQUIREMENTS,
     environment_python,
     installation_command,
     installed,
 )
-from neural_sculpt_addon.worker.interpreter import present_pythons
+from neural_sculpt_addon.worker.install.interpreter import present_pythons
 from tests.worker.support import PATIENCE, processes_of, until
 
 MARKER = "neural_sculpt_environment.txt"

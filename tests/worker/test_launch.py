@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.worker.client import Client, JobKind, Message, MessageKind
-from neural_sculpt_addon.worker.environment import worker_command
+from neural_sculpt_addon.worker.install.environment import worker_command
 from neural_sculpt_addon.worker.protocol import FINAL
 from tests.worker.support import PATIENCE, ROOT, until
 

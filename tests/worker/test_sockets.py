@@ -15,7 +15,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.worker.client import Client, JobKind, MessageKind
-from neural_sculpt_addon.worker.environment import ENVIRONMENT_VARIABLE, worker_command
+from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE, worker_command
 from tests.worker.support import PATIENCE, ROOT
 
 STRACE = shutil.which("strace")

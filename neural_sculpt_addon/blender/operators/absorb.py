@@ -12,9 +12,10 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
-from .. import native_edits, proxy_mesh, states
-from ..absorb_job import LABEL, absorb_job
-from ..properties import NETWORK, field_of
+from ..scene import native_edits, proxy_mesh
+from ..scene.properties import NETWORK, field_of
+from ..session import states
+from ..session.absorb_job import LABEL, absorb_job
 from .launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
 
 QUESTION = n_("The field's {} strokes become part of its base and leave the history.")

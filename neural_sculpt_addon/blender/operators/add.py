@@ -12,8 +12,8 @@ from mathutils import Matrix
 
 from ...worker.client import JobKind, Message
 from .. import preferences
-from ..commit import NewField, create_field
-from ..job import Job, Request
+from ..scene.commit import NewField, create_field
+from ..session.job import Job, Request
 from .launch import REGISTER, Outcome, fail, launch
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")

@@ -6,11 +6,11 @@
 from bpy.types import Context, Operator
 
 from ...worker.client import JobKind, Message
-from .. import states
-from ..commit import set_base
-from ..job import Job, Request, found
-from ..properties import field_of
-from ..worker_session import session
+from ..scene.commit import set_base
+from ..scene.properties import field_of
+from ..session import states
+from ..session.job import Job, Request, found
+from ..session.worker_session import session
 from .history import listed_poll
 from .launch import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
 

@@ -18,12 +18,14 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import fit_overlay, native_edits, states
-from ..commit import add_entry, new_revision
-from ..job import Job, Request, find, found
-from ..properties import NETWORK, field_of, is_field, world_scale
-from ..stroke_list import Entry
-from ..worker_session import session
+from ..scene import native_edits
+from ..scene.commit import add_entry, new_revision
+from ..scene.properties import NETWORK, field_of, is_field, world_scale
+from ..scene.stroke_list import Entry
+from ..session import states
+from ..session.job import Job, Request, find, found
+from ..session.worker_session import session
+from ..viewport import fit_overlay
 from .from_mesh import read_in
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 

@@ -5,9 +5,9 @@
 
 from bpy.types import Context, Operator
 
-from ..commit import set_solver
-from ..field_header import header_of
-from ..properties import NETWORK, field_of, solver_property
+from ..scene.commit import set_solver
+from ..scene.field_header import header_of
+from ..scene.properties import NETWORK, field_of, solver_property
 from .launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
 
 

@@ -7,11 +7,12 @@ from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
-from .. import native_edits, states
-from ..commit import new_revision, set_base
-from ..job import Job, Request, found
-from ..properties import field_of
-from ..worker_session import session
+from ..scene import native_edits
+from ..scene.commit import new_revision, set_base
+from ..scene.properties import field_of
+from ..session import states
+from ..session.job import Job, Request, found
+from ..session.worker_session import session
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 
 WIDEST = 512

@@ -14,14 +14,17 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
-from .. import live, overlay, proxy_mesh, status_bar, stroke_list
-from ..brush import drawn_stroke, redrawn_stroke, strengths
-from ..drawing import Drawing, Habits, Nowhere, Phase
-from ..job import find
-from ..properties import brush_of
-from ..stroke_jobs import edit_job, prepare_job
-from ..view import over_interface, view_under
-from ..worker_session import session
+from ..panels import status_bar
+from ..scene import proxy_mesh, stroke_list
+from ..scene.brush import drawn_stroke, redrawn_stroke, strengths
+from ..scene.properties import brush_of
+from ..session import live
+from ..session.job import find
+from ..session.stroke_jobs import edit_job, prepare_job
+from ..session.worker_session import session
+from ..viewport import overlay
+from ..viewport.drawing import Drawing, Habits, Nowhere, Phase
+from ..viewport.view import over_interface, view_under
 from .history import launch_change, uid_property
 from .launch import (
     CANCELLED,

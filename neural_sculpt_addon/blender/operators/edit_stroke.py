@@ -17,10 +17,12 @@ from ...stroke.errors import SculptError
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
 from ...stroke.stroke import AXES, Direction, Ends, Stroke
-from .. import curve_store, stroke_list
-from ..brush import modulation, profile
-from ..brush_widgets import draw_curve
-from ..properties import (
+from ..panels.brush_widgets import draw_curve
+from ..presets import curve_store
+from ..presets.shape_choices import CURVE, Shape, fixed_items
+from ..scene import stroke_list
+from ..scene.brush import modulation, profile
+from ..scene.properties import (
     brush_of,
     direction_property,
     ends_property,
@@ -29,7 +31,6 @@ from ..properties import (
     scene_intensity_property,
     scene_radius_property,
 )
-from ..shape_choices import CURVE, Shape, fixed_items
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail, reports_errors
 

@@ -16,10 +16,12 @@ from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import estimate, level_set, proxy_mesh, states
-from ..commit import PROXY, in_window
-from ..job import Job, Request, find
-from ..properties import field_of, resolution_property, world_scale
+from ..panels import estimate
+from ..scene import level_set, proxy_mesh
+from ..scene.commit import PROXY, in_window
+from ..scene.properties import field_of, resolution_property, world_scale
+from ..session import states
+from ..session.job import Job, Request, find
 from .launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 
 NETWORK = ".safetensors"

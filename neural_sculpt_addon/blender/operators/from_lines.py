@@ -13,11 +13,11 @@ from mathutils import Vector
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import MOST_POINTS, Stroke
-from .. import native_edits
-from ..brush import brush_stroke, pressure_factors
-from ..properties import brush_of, world_scale
-from ..sources import Line, annotation_lines, selected_lines
-from ..stroke_jobs import edit_job
+from ..scene import native_edits
+from ..scene.brush import brush_stroke, pressure_factors
+from ..scene.properties import brush_of, world_scale
+from ..scene.sources import Line, annotation_lines, selected_lines
+from ..session.stroke_jobs import edit_job
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
 
 SELECTED, ANNOTATIONS = "SELECTED", "ANNOTATIONS"

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
-from .. import fit_overlay, preferences, proxy_mesh
-from ..commit import NewField, create_field
-from ..job import Job, Request, find
-from ..properties import LOCAL, solver_property
-from ..worker_session import session
+from .. import preferences
+from ..scene import proxy_mesh
+from ..scene.commit import NewField, create_field
+from ..scene.properties import LOCAL, solver_property
+from ..session.job import Job, Request, find
+from ..session.worker_session import session
+from ..viewport import fit_overlay
 from .launch import REGISTER, Outcome, launch, refuse, reports_errors
 
 

@@ -6,8 +6,8 @@
 from bpy.types import Context, Operator
 
 from ...worker.client import JobKind
-from ..job import Job, JobStatus
-from ..worker_session import session
+from ..session.job import Job, JobStatus
+from ..session.worker_session import session
 from .launch import FINISHED, INTERNAL, Outcome, refuse
 
 

@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Operator
 
-from .. import stroke_list
-from ..properties import field_of, strength_property
-from ..replay import change_history
-from ..stroke_list import Entry
+from ..scene import stroke_list
+from ..scene.properties import field_of, strength_property
+from ..scene.stroke_list import Entry
+from ..session.replay import change_history
 from .launch import (
     FINISHED,
     REGISTER,

@@ -7,9 +7,9 @@ import bpy
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
-from .. import redraw
+from ...worker.install.installer import installer
 from ..folders import environment_folder, installation_log
-from ..installer import installer
+from ..viewport import redraw
 from .launch import FINISHED, INTERNAL, Outcome, fail, refuse
 
 TICK = 0.25  # seconds between two looks at the progress

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 from bpy.types import Context, Object, Operator
 
 from ...stroke.errors import SculptError
-from .. import proxy_mesh
-from ..job import Job
-from ..properties import is_field
-from ..translations import translated
-from ..worker_session import session
+from ..locale.translations import translated
+from ..scene import proxy_mesh
+from ..scene.properties import is_field
+from ..session.job import Job
+from ..session.worker_session import session
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorReturnItems, OperatorTypeFlagItems

@@ -3,8 +3,8 @@
 
 from bpy.types import Context, Operator
 
-from ..commit import begin_change, push_undo
-from ..properties import brush_of, ensure_curves
+from ..scene.commit import begin_change, push_undo
+from ..scene.properties import brush_of, ensure_curves
 from .launch import FINISHED, INTERNAL, Outcome, refuse
 
 

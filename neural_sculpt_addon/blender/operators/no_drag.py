@@ -5,7 +5,7 @@
 
 from bpy.types import Context, Event, Operator
 
-from ..properties import is_field
+from ..scene.properties import is_field
 from .launch import CANCELLED, INTERNAL, Outcome, fail
 
 

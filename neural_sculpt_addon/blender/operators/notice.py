@@ -13,7 +13,7 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 
-from ..translations import translated
+from ..locale.translations import translated
 
 if TYPE_CHECKING:
     from .launch import Outcome

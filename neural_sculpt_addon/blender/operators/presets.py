@@ -13,10 +13,10 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 
 from ...stroke.errors import SculptError
-from .. import curve_store, presets
-from ..preset_file import LONGEST_NAME, Preset
-from ..properties import brush_of
-from ..shape_choices import CURVE
+from ..presets import curve_store, presets
+from ..presets.preset_file import LONGEST_NAME, Preset
+from ..presets.shape_choices import CURVE
+from ..scene.properties import brush_of
 from .launch import FINISHED, REGISTER, Outcome, refuse, reports_errors
 
 

@@ -6,10 +6,12 @@
 from bpy.types import Context, Event, Operator
 
 from ...worker.client import JobKind, Message
-from .. import estimate, native_edits, states
-from ..commit import set_proxy
-from ..job import Job, Request, found
-from ..properties import field_of, resolution_property, smooth_property
+from ..panels import estimate
+from ..scene import native_edits
+from ..scene.commit import set_proxy
+from ..scene.properties import field_of, resolution_property, smooth_property
+from ..session import states
+from ..session.job import Job, Request, found
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch
 
 

@@ -15,10 +15,11 @@ from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras import view3d_utils
 
-from .. import overlay, status_bar
-from ..properties import brush_of
-from ..recorder import Mouse, Point
-from ..view import View, as_point, lay, view_under
+from ..panels import status_bar
+from ..scene.properties import brush_of
+from ..viewport import overlay
+from ..viewport.recorder import Mouse, Point
+from ..viewport.view import View, as_point, lay, view_under
 from .launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
 
 if TYPE_CHECKING:

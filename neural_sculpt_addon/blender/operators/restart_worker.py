@@ -5,7 +5,7 @@
 
 from bpy.types import Context, Operator
 
-from ..worker_session import session
+from ..session.worker_session import session
 from .launch import FINISHED, INTERNAL, Outcome, reports_errors
 
 

@@ -17,10 +17,10 @@ from bpy.types import Context, Operator
 from ...stroke.errors import SculptError
 from ...stroke.file import parse_strokes
 from ...stroke.stroke import Stroke
-from .. import live
-from ..brush import brush_stroke
-from ..properties import NEURAL_SCULPT_PG_point
-from ..stroke_jobs import edit_job
+from ..scene.brush import brush_stroke
+from ..scene.properties import NEURAL_SCULPT_PG_point
+from ..session import live
+from ..session.stroke_jobs import edit_job
 from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
 
 

@@ -6,7 +6,7 @@ Blender does not tell Python; but an operator that runs beside the slider sees t
 
 from bpy.types import Context, Event, Operator
 
-from .. import strength
+from ..panels import strength
 from .launch import INTERNAL, Outcome
 
 

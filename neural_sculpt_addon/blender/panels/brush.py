@@ -5,10 +5,10 @@
 
 from bpy.types import Context, UILayout
 
-from .. import curve_store
-from ..brush_widgets import draw_curve, draw_lengths
-from ..properties import NEURAL_SCULPT_PG_brush, brush_of
-from ..shape_choices import CURVE
+from ..presets import curve_store
+from ..presets.shape_choices import CURVE
+from ..scene.properties import NEURAL_SCULPT_PG_brush, brush_of
+from .brush_widgets import draw_curve, draw_lengths
 from .sidebar import CLOSED, Sidebar
 
 

@@ -8,8 +8,9 @@ from typing import Any
 from bpy.types import Context, UILayout, UIList
 
 from ...worker.client import JobKind
-from .. import proxy_mesh, strength, stroke_list
-from ..properties import LOCAL, NEURAL_SCULPT_PG_listed_stroke, field_of
+from ..scene import proxy_mesh, stroke_list
+from ..scene.properties import LOCAL, NEURAL_SCULPT_PG_listed_stroke, field_of
+from . import strength
 from .sidebar import FieldSidebar, draw_job, job_of
 
 

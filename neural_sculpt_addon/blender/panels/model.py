@@ -9,10 +9,12 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import live, native_edits, preferences, reports
-from ..field_header import header_of
-from ..properties import LOCAL, NETWORK, field_of, is_field, world_scale
-from ..worker_session import session
+from .. import preferences
+from ..scene import native_edits
+from ..scene.field_header import header_of
+from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
+from ..session import live, reports
+from ..session.worker_session import session
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {

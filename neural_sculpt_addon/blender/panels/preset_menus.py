@@ -5,7 +5,7 @@
 
 from bpy.types import Context, Menu, UILayout
 
-from .. import curve_store
+from ..presets import curve_store
 
 
 def _draw(layout: UILayout, kind: str) -> None:

@@ -6,7 +6,7 @@
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context
 
-from ..properties import field_of
+from ..scene.properties import field_of
 from .sidebar import CLOSED, FieldSidebar
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 from bpy.types import Context, Panel, UILayout
 
-from ..job import Job
-from ..properties import is_field
-from ..translations import translated
-from ..worker_session import session
+from ..locale.translations import translated
+from ..scene.properties import is_field
+from ..session.job import Job
+from ..session.worker_session import session
 
 CLOSED: Any = {"DEFAULT_CLOSED"}
 """Options of a panel that is closed at first."""

@@ -5,8 +5,8 @@
 
 from bpy.types import Context
 
-from ..brush_widgets import draw_mirror
-from ..properties import brush_of, is_field
+from ..scene.properties import brush_of, is_field
+from .brush_widgets import draw_mirror
 from .sidebar import Sidebar
 
 

@@ -9,8 +9,8 @@ from bpy.types import Context
 
 from ...worker.client import WorkerState
 from .. import preferences
-from ..translations import translated
-from ..worker_session import session
+from ..locale.translations import translated
+from ..session.worker_session import session
 from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of the brush as panels, dialogs and the tool's header show them."""
+
+# pyright: reportArgumentType=false
+
+from bpy.types import Object, UILayout
+
+from ...stroke.stroke import AXES
+from ..scene.properties import NEURAL_SCULPT_PG_brush
+
+
+def draw_lengths(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:
+    """Radius and intensity, each beside whether the pen's pressure changes it."""
+    for length in ("radius", "intensity"):
+        row = layout.row(align=True)
+        row.prop(brush, f"scene_{length}")
+        row.prop(brush, f"pressure_{length}", text="", icon="STYLUS_PRESSURE")
+
+
+def draw_mirror(layout: UILayout, ob: Object) -> None:
+    """The mesh's own symmetry, which strokes follow."""
+    row = layout.row(heading="Mirror", align=True)
+    for axis in AXES:
+        row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
+
+
+def draw_curve(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
+    """A curve widget; while there are no curves, for nothing is made in drawing, a button that
+    makes them."""
+    if brush.curves is None:
+        layout.operator("neural_sculpt.make_curves", icon="FCURVE")
+    else:
+        layout.template_curve_mapping(brush.curves.nodes[word], "mapping")

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the artist sees of the session's work: panels, status bar, notices, strokes on the proxy.
+
+In a window a timer polls the session; timers never run in the background, where operators wait.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import bpy
+
+from ...stroke.stroke import Stroke
+from ...worker.client import Message, WorkerState
+from ..operators import notice
+from ..session.job import Job
+from ..session.session_watcher import Watcher
+from ..session.worker_session import session
+from ..viewport import preview, redraw
+from . import status_bar
+
+TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster
+
+
+class Display(Watcher):
+    """Shows what it hears of the session."""
+
+    def __init__(self) -> None:
+        """Nothing is shown yet."""
+        self._timer = self._tick  # one object, as Blender knows a timer by it
+        self._told = False  # of a slow job, in the status bar
+
+    def work_came(self) -> None:
+        """Poll from now on."""
+        if not bpy.app.background and not bpy.app.timers.is_registered(self._timer):
+            bpy.app.timers.register(self._timer, persistent=True)
+
+    def stopped(self) -> None:
+        """Poll no more."""
+        if bpy.app.timers.is_registered(self._timer):
+            bpy.app.timers.unregister(self._timer)
+
+    def changed(self) -> None:
+        """Draw the panels again."""
+        redraw.tag_panels()
+
+    def ended(self, job: Job) -> None:
+        """Draw no more of the job."""
+        redraw.tag_panels()
+        if job.preview is not None:
+            redraw.tag_views()
+
+    def warned(self, message: str) -> None:
+        """Tell the artist."""
+        notice.tell(message)
+
+    def polled(self) -> None:
+        """Follow the artist's modes and tools."""
+        preview.refresh()
+
+    def strokes_wait(self, strokes: Mapping[int, Sequence[Stroke]]) -> None:
+        """Show the strokes on their proxies."""
+        preview.want(strokes)
+
+    def prepare(self, target: int, result: Message, strokes: Sequence[Stroke]) -> bool:
+        """Displace one of the strokes on the proxy that the result brings."""
+        return preview.foresee(
+            target, result.arrays["vertices"], result.arrays["triangles"], strokes
+        )
+
+    def _tick(self) -> float | None:
+        before = session.worker.state
+        heard = session.poll_once()
+        now = session.worker.state
+        if heard or now is not before:
+            redraw.tag_panels()
+        told, self._told = self._told, session.slow_job() is not None
+        if told is not self._told or (self._told and (heard or now is not before)):
+            status_bar.refresh()
+        busy = session.jobs or session.behind or now is WorkerState.STARTING
+        return TICK if busy else None
+
+
+def register() -> None:
+    """Show what the session does."""
+    session.watcher = Display()
+
+
+def unregister() -> None:
+    """Show it no more; the session is stopped."""
+    session.watcher = Watcher()

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The strength of the stroke that is chosen in the list, as a slider below it.
+
+While it is dragged nothing is changed but the slider: the strength of the stroke and the field that
+follows from it change together, when it is released or rests. So it belongs to the window manager,
+of which Blender makes no undo steps.
+"""
+
+# pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
+
+import time
+from functools import partial
+
+import bpy
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Object, WindowManager
+
+from ...stroke.errors import SculptError
+from ..operators import notice
+from ..scene import stroke_list
+from ..scene.commit import in_window
+from ..scene.properties import field_of, is_field, strength_property
+from ..session.job import find
+from ..session.replay import change_history
+from ..session.worker_session import session
+
+NAME = "neural_sculpt_strength"
+"""Of the slider: WindowManager.neural_sculpt_strength."""
+
+LABEL = n_("Stroke Strength")
+
+REST = 1.0
+"""Seconds without a change after which the slider is taken to be released: a number was typed."""
+
+RELEASED = 0.02
+"""Seconds after the release of the mouse button, which the slider hears of last."""
+
+
+class _State:
+    waiting: bool = False  # for the slider to rest
+    target: int = -1  # session_uid of the object
+    uid: str = ""
+    strength: float = 1.0
+    until: float = 0.0  # on the clock of `time.monotonic`
+
+
+def _chosen() -> tuple[Object, str] | None:
+    """The active field and the uid of the stroke chosen in its list."""
+    ob = bpy.context.active_object
+    if is_field(ob) and (uid := stroke_list.active_uid(ob)):
+        return ob, uid
+    return None
+
+
+def _get(_: WindowManager) -> float:
+    if (chosen := _chosen()) is None:
+        return 1.0
+    ob, uid = chosen
+    dragged = (ob.session_uid, uid) == (_State.target, _State.uid)
+    if dragged and (_State.waiting or session.pending(ob.session_uid)):
+        return _State.strength
+    return field_of(ob).strokes[field_of(ob).active_stroke].strength
+
+
+def _set(_: WindowManager, strength: float) -> None:
+    if (chosen := _chosen()) is None:
+        return
+    ob, uid = chosen
+    if _State.waiting and _State.uid != uid:
+        _apply()
+    _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
+    _State.strength, _State.until = strength, time.monotonic() + REST
+    if session.waits:
+        _apply()
+    elif not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=REST)
+        bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
+
+
+def is_dragged() -> bool:
+    """Whether the slider shows what the stroke is not yet."""
+    return _State.waiting
+
+
+def release() -> None:
+    """The slider was let go."""
+    _State.until = time.monotonic() + RELEASED
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    bpy.app.timers.register(_tick, first_interval=RELEASED)
+
+
+def _watch() -> None:
+    with in_window():
+        if _State.waiting and not bpy.app.background:
+            bpy.ops.neural_sculpt.watch_release("INVOKE_DEFAULT")
+
+
+def _tick() -> float | None:
+    left = _State.until - time.monotonic()
+    if left > 0:
+        return left
+    if _State.waiting:
+        _apply()
+    return None
+
+
+def _apply() -> None:
+    """Change the stroke, and what the field is then."""
+    ob, uid = find(_State.target), _State.uid
+    _State.waiting = False
+    if ob is None or uid not in {item.uid for item in field_of(ob).strokes}:
+        return
+    change = partial(stroke_list.weakened, uid=uid, strength=_State.strength)
+    try:
+        if (job := change_history(ob, LABEL, change)) is not None:
+            session.run(job)
+    except SculptError as error:
+        notice.tell(str(error))
+
+
+def register() -> None:
+    """Add the slider."""
+    slider = strength_property(get=_get, set=_set)
+    setattr(WindowManager, NAME, slider)
+
+
+def unregister() -> None:
+    """Remove it."""
+    delattr(WindowManager, NAME)

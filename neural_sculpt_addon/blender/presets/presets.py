@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The artist's own presets of the curve widgets: files in the preset folder.
+
+The stem of a file identifies its preset, so files may be copied there by hand.
+"""
+
+import logging
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import bpy
+
+from ...stroke.errors import SculptError
+from ..folders import preset_folder
+from .preset_file import LARGEST_FILE, Preset, dump_preset, parse_preset
+
+log = logging.getLogger(__name__)
+
+SUFFIX = ".json"
+MOST_FILES = 256
+
+
+def own(kind: str) -> dict[str, Preset]:
+    """The artist's presets by the stem of their file; read once, and again after `refresh`."""
+    return {stem: preset for stem, preset in _own() if preset.kind == kind}
+
+
+def refresh() -> None:
+    """Files have changed."""
+    _own.cache_clear()
+
+
+def save(preset: Preset) -> str:
+    """Write a preset of the artist and return its stem; one of the same stem is replaced."""
+    stem = bpy.path.clean_name(f"{preset.kind}-{preset.name}").lower()
+    try:
+        preset_folder().mkdir(parents=True, exist_ok=True)
+        (preset_folder() / (stem + SUFFIX)).write_text(dump_preset(preset), encoding="utf-8")
+    except OSError as error:
+        raise SculptError(f"The preset was not written ({error}). Free some space.") from error
+    refresh()
+    return stem
+
+
+def delete(stem: str) -> None:
+    """Delete a preset of the artist."""
+    try:
+        (preset_folder() / (stem + SUFFIX)).unlink(missing_ok=True)
+    except OSError as error:
+        raise SculptError(f"The preset was not deleted ({error}). Delete it by hand.") from error
+    refresh()
+
+
+def read(path: Path) -> Preset:
+    """The preset in a file. SculptError when it is none."""
+    try:
+        with path.open("rb") as file:
+            return parse_preset(file.read(LARGEST_FILE + 1).decode("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise SculptError(f"{path.name} cannot be read ({error}). Choose another file.") from error
+
+
+@cache
+def _own() -> tuple[tuple[str, Preset], ...]:
+    return tuple(_read_folder())
+
+
+def _read_folder() -> Iterator[tuple[str, Preset]]:
+    for path in sorted(preset_folder().glob(f"*{SUFFIX}"))[:MOST_FILES]:
+        try:
+            yield path.stem, read(path)
+        except SculptError as error:
+            log.warning("%s: %s", path.name, error)

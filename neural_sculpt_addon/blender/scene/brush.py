@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's brush settings frozen into a `stroke.Brush`, and strokes drawn with them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from bpy.types import Context, Mesh, NodeTree, Object
+from numpy.typing import ArrayLike, NDArray
+
+from ...stroke.brush import Brush
+from ...stroke.modulation import Modulation
+from ...stroke.profile import Profile
+from ...stroke.stroke import AXES, Direction, Ends, Stroke
+from ..presets import curve_store
+from ..presets.shape_choices import CURVE
+from ..viewport.recorder import Point, StrokeRecorder
+from .properties import brush_of
+
+NARROWEST = 0.05
+"""The least radius factor, for a tube needs some width."""
+
+
+def current_brush(context: Context) -> Brush:
+    """The brush as the panel shows it; lengths in model space."""
+    settings = brush_of(context)
+    return Brush(
+        settings.radius,
+        settings.intensity,
+        profile(settings.profile, settings.curves),
+        modulation(settings.modulation, settings.curves),
+    )
+
+
+def profile(choice: str, curves: NodeTree | None) -> Profile:
+    """What a choice of profile means; `curves` are looked at for CURVE alone."""
+    if choice == CURVE:
+        return Profile(table=curve_store.table(curves, curve_store.PROFILE))
+    return Profile(choice.lower())
+
+
+def modulation(choice: str, curves: NodeTree | None) -> Modulation:
+    """What a choice of modulation means; `curves` are looked at for CURVE alone."""
+    if choice == CURVE:
+        return Modulation(table=curve_store.table(curves, curve_store.MODULATION))
+    return Modulation(choice.lower())
+
+
+def pressure_factors(context: Context, length: str, pressures: Sequence[float]) -> NDArray | None:
+    """Factors (K,) of "radius" or "intensity" for pressures (K,) in [0, 1].
+
+    None when the pen's pressure changes nothing; linear until its curve was made.
+    """
+    settings = brush_of(context)
+    word = f"pressure_{length}"
+    if not getattr(settings, word):
+        return None
+    factors = np.asarray(pressures, float)
+    if settings.curves is not None:
+        table = curve_store.table(settings.curves, word)
+        factors = np.interp(factors, np.linspace(0, 1, len(table)), table)
+    if length == "radius":
+        factors = np.maximum(factors, NARROWEST)
+    return None if (factors == 1).all() else factors
+
+
+def brush_stroke(context: Context, ob: Object, points: ArrayLike) -> Stroke:
+    """A stroke through points (K, 3) in model space, as the panel says; SculptError when none."""
+    settings = brush_of(context)
+    return Stroke(
+        np.asarray(points, float).reshape(-1, 3),
+        current_brush(context),
+        ends=Ends[settings.ends],
+        direction=Direction[settings.direction],
+        mirror=mirror_of(ob),
+    )
+
+
+def drawn_stroke(context: Context, ob: Object, line: StrokeRecorder, inverted: bool) -> Stroke:
+    """The stroke of a line drawn by hand, with the pen's pressure; SculptError when none."""
+    stroke = brush_stroke(context, ob, line.points)
+    brush = stroke.brush
+    return replace(
+        stroke,
+        brush=replace(brush, intensity=-brush.intensity) if inverted else brush,
+        radius_factors=pressure_factors(context, "radius", line.pressures),
+        intensity_factors=pressure_factors(context, "intensity", line.pressures),
+    )
+
+
+def strengths(stroke: Stroke) -> list[float]:
+    """Of each of its points what both factors make together, as a pressure."""
+    factors = (f for f in (stroke.radius_factors, stroke.intensity_factors) if f is not None)
+    return np.prod([np.ones(len(stroke.points)), *factors], axis=0).tolist()
+
+
+def redrawn_stroke(stroke: Stroke, points: Sequence[Point]) -> Stroke:
+    """A stroke through other points; each is as wide and high as the nearest one was."""
+    now = np.array(points)  # (K, 3)
+    nearest = ((now[:, None] - stroke.points) ** 2).sum(axis=2).argmin(axis=1)  # (K,)
+    radius, intensity = stroke.radius_factors, stroke.intensity_factors
+    return replace(
+        stroke,
+        points=now,
+        radius_factors=None if radius is None else radius[nearest],
+        intensity_factors=None if intensity is None else intensity[nearest],
+    )
+
+
+def mirror_of(ob: Object) -> frozenset[str]:
+    """The axes of the mesh's own symmetry, in object space."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    return frozenset(axis for axis in AXES if getattr(mesh, f"use_mirror_{axis.lower()}"))

@@ -1,0 +1,305 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one way in which a result of the worker reaches the scene, and becomes one undo step.
+
+Field, revision, strokes, report and proxy change together or not at all: what may fail is done
+ahead of the first change. The result's mesh is in model space, which is the object's local space.
+"""
+
+# pyright: reportOptionalMemberAccess=false
+
+import json
+import uuid
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.types import Mesh, Object
+from mathutils import Matrix
+from numpy.typing import NDArray
+
+from ...stroke.errors import SculptError
+from ...worker.answers import SNAPPED
+from ...worker.client import Message
+from ..viewport import preview
+from . import proxy_mesh, sculpt_steps, stroke_list
+from .properties import LOCAL, brush_of, ensure_curves, field_of
+from .proxy_mesh import Geometry
+from .stroke_list import Entry
+
+PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
+"""The arrays of a result that are its mesh."""
+
+
+def new_revision() -> str:
+    """A name for a state of the field. A counter would collide after undo and a new stroke."""
+    return uuid.uuid4().hex
+
+
+@dataclass(frozen=True)
+class NewField:
+    """What a new object is called and where it is placed."""
+
+    name: str
+    source: str
+    matrix: Matrix
+    resolution: int
+    solver: str = LOCAL
+
+
+def create_field(
+    new: NewField, result: Message, report: Mapping[str, Any], replaced: Object | None = None
+) -> Object:
+    """Add an object for a field that has no strokes yet, and select it in Object Mode.
+
+    `replaced`, the mesh whose place it takes, is hidden.
+    """
+    base = _bytes(result, "field")
+    state = _State(new_revision(), json.dumps(report), _geometry(result, smooth=True))
+    begin_change()
+    mesh = bpy.data.meshes.new(new.name)
+    ob = bpy.data.objects.new(new.name, mesh)
+    ob.matrix_world = new.matrix
+    with in_window():
+        bpy.context.collection.objects.link(ob)
+        if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
+            _present(ob, replaced)
+        if bpy.context.scene.library is None:
+            ensure_curves(brush_of(bpy.context))  # in this undo step, for all that follows
+    group = field_of(ob)
+    group.base_weights, group.base_id = base, result.fields["id"]
+    group.source, group.solver = new.source, new.solver
+    group.resolution = new.resolution
+    _write(ob, state)
+    push_undo(f"Add {new.name}")
+    return ob
+
+
+def add_entry(
+    ob: Object, entry: Entry, result: Message, label: str, replaced: Object | None = None
+) -> None:
+    """Append an entry that an edit made, or absorbed sculpting, and hide the object that is part of
+    it. SculptError when the object is locked."""
+    proxy_mesh.refuse_locked(ob)
+    state, layers = _edited(ob, result), {}
+    if "layer" in result.fields:
+        entry = replace(entry, layer=result.fields["layer"], context=result.fields["context"])
+        layers[entry.layer] = _bytes(result, "layer")
+    begin_change()
+    _write(ob, state)
+    stroke_list.append(ob, (entry,), layers)
+    _hide(replaced)
+    push_undo(label)
+
+
+def add_brushed(
+    ob: Object,
+    entry: Entry,
+    result: Message,
+    vertices: NDArray[np.intp],
+    positions: NDArray[np.float32],
+) -> None:
+    """Append an entry of a brush stroke, after which the proxy keeps its triangles. Blender draws
+    it after `Mesh.update`, which is for the last of many.
+
+    vertices:  (P,) those that have new normals
+    positions: (V, 3) of all
+
+    SculptError when the object is locked.
+    """
+    proxy_mesh.refuse_locked(ob)
+    fields, layer = result.fields, _bytes(result, "layer")
+    entry = replace(entry, layer=fields["layer"], context=fields["context"])
+    normals = result.arrays[SNAPPED[1]]
+    begin_change()
+    proxy_mesh.move(_own_mesh(ob), positions, vertices, normals)
+    group = field_of(ob)
+    group.revision, group.report = fields["revision"], json.dumps(fields["report"])
+    stroke_list.append(ob, (entry,), {entry.layer: layer})
+    push_undo(entry.name)
+
+
+def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
+    """Append entries whose edit could not be had or shown, muted. SculptError for a linked object,
+    which cannot be changed."""
+    if ob.library or ob.override_library:
+        proxy_mesh.refuse_locked(ob)
+    begin_change()
+    stroke_list.append(ob, [replace(entry, muted=True) for entry in added], {})
+    push_undo(label)
+
+
+def set_history(
+    ob: Object, listed: Sequence[Entry], label: str, result: Message | None = None
+) -> None:
+    """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
+
+    Without a result the unmuted strokes must be the same as before.
+
+    SculptError when the object is locked.
+    """
+    proxy_mesh.refuse_locked(ob)
+    state, layers = None, {}
+    if result is not None:
+        state = _edited(ob, result)
+        listed, layers = _computed(listed, result)
+    begin_change()
+    if state is not None:
+        _write(ob, state)
+    stroke_list.write(ob, listed, layers)
+    push_undo(label)
+
+
+def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | None = None) -> None:
+    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list.
+
+    It is the field as it was, or comes with the result that shows it. That ends a damaged history,
+    too. SculptError when the object is locked.
+    """
+    proxy_mesh.refuse_locked(ob)
+    muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
+    group = field_of(ob)
+    state = None if result is None else _edited(ob, result)
+    begin_change()
+    if state is not None:
+        _write(ob, state)
+    group.base_weights, group.base_id = base, name
+    group.weights, group.weights_id = b"", ""
+    stroke_list.write(ob, muted, {})
+    push_undo(label)
+
+
+def set_solver(ob: Object, solver: str, label: str) -> None:
+    """Let strokes change something else. The field must have none yet."""
+    begin_change()
+    field_of(ob).solver = solver
+    push_undo(label)
+
+
+def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> None:
+    """Replace the proxy by another one of the same field. SculptError when the object is locked."""
+    proxy_mesh.refuse_locked(ob)
+    group = field_of(ob)
+    geometry = _geometry(result, smooth)
+    begin_change()
+    _fill(ob, geometry)
+    group.resolution, group.smooth = resolution, smooth
+    push_undo("Remesh Proxy")
+
+
+@dataclass(frozen=True)
+class _State:
+    """All that a result writes on an object but its layers.
+
+    weights, weights_id: where the field has none, of the whole of it
+    """
+
+    revision: str
+    report: str
+    geometry: Geometry
+    weights: bytes = b""
+    weights_id: str = ""
+
+
+def _edited(ob: Object, result: Message) -> _State:
+    """The state that a result leads to."""
+    fields, group = result.fields, field_of(ob)
+    report = json.dumps(fields["report"]) if "report" in fields else ""
+    state = _State(fields["revision"], report, _geometry(result, group.smooth))
+    if fields.get("base", group.base_id) == group.base_id:
+        return state
+    return replace(state, weights=_bytes(result, "field"), weights_id=fields["base"])
+
+
+def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
+    """The entries with the layers that a replay came to, and the bytes of new ones.
+
+    A replay of the network's weights has none.
+    """
+    numbered = enumerate(result.fields.get("layers", ()))
+    entries, layers = [], {}
+    for entry in listed:
+        number, found = (None, None) if entry.muted else next(numbered, (None, None))
+        if found is None:
+            entries.append(entry)
+            continue
+        entries.append(replace(entry, layer=found["id"], context=found["context"]))
+        if (name := f"layer.{number}") in result.arrays:
+            layers[found["id"]] = _bytes(result, name)
+        elif found["id"] != entry.layer:
+            raise SculptError(f"The worker sent no layer for {entry.name}. Try again.")
+    return entries, layers
+
+
+def _bytes(result: Message, name: str) -> bytes:
+    return result.arrays[name].tobytes()
+
+
+def _geometry(result: Message, smooth: bool) -> Geometry:
+    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
+
+
+def _write(ob: Object, state: _State) -> None:
+    _fill(ob, state.geometry)
+    group = field_of(ob)
+    group.revision, group.report = state.revision, state.report
+    group.weights, group.weights_id = state.weights, state.weights_id
+
+
+def _fill(ob: Object, geometry: Geometry) -> None:
+    """Write the proxy."""
+    proxy_mesh.fill(_own_mesh(ob), geometry)
+
+
+def _own_mesh(ob: Object) -> Mesh:
+    """The mesh to be changed: one that is shared with other objects is left to them."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    if mesh.users > 1:
+        mesh = mesh.copy()
+        ob.data = mesh
+    return mesh
+
+
+def _present(ob: Object, replaced: Object | None) -> None:
+    """Make the object the only selected and the active one, in the place of another."""
+    for other in bpy.context.selected_objects or ():
+        other.select_set(False)
+    ob.select_set(True)
+    bpy.context.view_layer.objects.active = ob
+    _hide(replaced)
+
+
+def _hide(ob: Object | None) -> None:
+    """Hide an object that something else stands for now."""
+    with in_window():
+        if ob is not None and ob.name in bpy.context.view_layer.objects:
+            ob.hide_set(True)
+            ob.hide_render = True
+
+
+def begin_change() -> None:
+    """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
+    with in_window():
+        sculpting = bpy.context.mode == "SCULPT"
+    if sculpting and sculpt_steps.last_is_of_sculpt_mode():
+        push_undo("Sculpt")
+
+
+def push_undo(label: str) -> None:
+    """Let Blender remember everything as it is, without what is only previewed."""
+    preview.hide()
+    with in_window():
+        bpy.ops.ed.undo_push(message=label)
+
+
+def in_edit_mode() -> bool:
+    """Whether the artist is in Edit Mode of anything, whose undo steps hold nothing else."""
+    with in_window():
+        return bpy.context.mode.startswith("EDIT")
+
+
+def in_window() -> Any:
+    """A context with a window, which a timer lacks just after a file was loaded."""
+    return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])

@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The history of a field: strokes and absorbed sculpting, in the order in which they apply.
+
+Each entry is kept on the object, one item each, together with its layer; entries are read and
+written here as plain values, and a layer's bytes are written once, when it is new. Model space.
+"""
+
+import json
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Object
+
+from ...stroke.errors import SculptError
+from ...stroke.stroke import Stroke
+from .properties import NEURAL_SCULPT_PG_listed_stroke, field_of
+
+SCULPTED = n_("Sculpted")
+"""Name of an entry of absorbed sculpting."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the history. `uid` tells it from an equal one, wherever it is moved.
+
+    data:    the stroke as in a stroke file, without its name; empty of absorbed sculpting
+    layer:   id of what it adds to the field; empty until the worker has computed it
+    context: what the layer was computed for
+    """
+
+    data: str
+    name: str = ""
+    muted: bool = False
+    strength: float = 1.0
+    layer: str = ""
+    context: str = ""
+    uid: str = field(default_factory=lambda: uuid.uuid4().hex)
+
+    @property
+    def stroke(self) -> Stroke:
+        """SculptError when it is none."""
+        if not self.data:
+            raise SculptError(
+                f"{self.name} was absorbed from other brushes and is no stroke. It can be muted,"
+                " moved, weakened and deleted."
+            )
+        return replace(_parsed(self.data), name=self.name)
+
+    def to_json(self) -> dict[str, Any] | None:
+        """The stroke as in a stroke file; None of absorbed sculpting."""
+        return json.loads(self.data) | {"name": self.name} if self.data else None
+
+
+def entry_of(stroke: Stroke) -> Entry:
+    """A new entry."""
+    return Entry(_text(stroke), stroke.name)
+
+
+def entries(ob: Object) -> list[Entry]:
+    """All entries of a field. SculptError when an item is damaged, which no tool of ours wrote."""
+    return [_entry(item) for item in field_of(ob).strokes]
+
+
+def readable(ob: Object) -> list[Entry]:
+    """The entries of a field but those that are damaged."""
+    found = []
+    for item in field_of(ob).strokes:
+        with suppress(SculptError):
+            found.append(_entry(item))
+    return found
+
+
+def stroke_of(ob: Object, uid: str) -> Stroke:
+    """A stroke of the list. SculptError when it is not there, or damaged, or none."""
+    return _found(entries(ob), uid).stroke
+
+
+def heard(listed: Iterable[Entry]) -> list[tuple[str, float, str]]:
+    """All that the field depends on: equal for lists that make the same field."""
+    return [(e.data, e.strength, e.layer) for e in listed if not e.muted]
+
+
+def muted(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with one entry muted, or heard again."""
+    return [replace(e, muted=not e.muted) if e.uid == uid else e for e in listed]
+
+
+def soloed(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with all other entries muted; when they are already, with none muted."""
+    alone = [entry.uid for entry in listed if not entry.muted] == [uid]
+    return [replace(entry, muted=not alone and entry.uid != uid) for entry in listed]
+
+
+def weakened(listed: Sequence[Entry], uid: str, strength: float) -> list[Entry]:
+    """The list with one entry at another strength."""
+    return [replace(entry, strength=strength) if entry.uid == uid else entry for entry in listed]
+
+
+def deleted(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list without one entry."""
+    return [entry for entry in listed if entry.uid != uid]
+
+
+def duplicated(listed: Sequence[Entry], uid: str) -> list[Entry]:
+    """The list with a copy of one stroke right after it. SculptError when it is no stroke."""
+    place = listed.index(original := _found(listed, uid))
+    copy = replace(entry_of(original.stroke), muted=original.muted, strength=original.strength)
+    return [*listed[: place + 1], copy, *listed[place + 1 :]]
+
+
+def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
+    """The list with one entry `step` places farther down, as far as there are any."""
+    index = next((i for i, entry in enumerate(listed) if entry.uid == uid), None)
+    if index is None:
+        return [*listed]
+    rest = deleted(listed, uid)
+    rest.insert(min(max(index + step, 0), len(rest)), listed[index])
+    return rest
+
+
+def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
+    """The list with another stroke in the place of one, which is to be computed again."""
+    new = {"data": _text(stroke), "layer": "", "context": ""}
+    return [replace(e, **new) if e.uid == uid and e.data != new["data"] else e for e in listed]
+
+
+def write(ob: Object, listed: Sequence[Entry], layers: Mapping[str, bytes]) -> None:
+    """Replace the list; the entry that was active remains so while it is there.
+
+    layers: bytes by id of those layers that the object does not have yet
+    """
+    group = field_of(ob)
+    active, index = active_uid(ob), group.active_stroke
+    order = [item.uid for item in group.strokes]
+    kept = {entry.uid for entry in listed}
+    for place in reversed(range(len(order))):
+        if order[place] not in kept:
+            group.strokes.remove(place)
+            del order[place]
+    for place, entry in enumerate(listed):
+        if entry.uid in order[place:]:
+            now = order.index(entry.uid, place)
+        else:
+            now = len(order)
+            group.strokes.add().uid = entry.uid
+            order.append(entry.uid)
+        if now != place:
+            group.strokes.move(now, place)
+            order.insert(place, order.pop(now))
+        _put(group.strokes[place], entry, layers, f"Stroke {place + 1}")
+    for place in reversed(range(len(listed), len(order))):  # two of the same uid: a damaged file
+        group.strokes.remove(place)
+    order = order[: len(listed)]
+    group.active_stroke = order.index(active) if active in order else min(index, len(order) - 1)
+
+
+def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> None:
+    """Add entries at the end, the last of which becomes the active one."""
+    group = field_of(ob)
+    for entry in added:
+        item = group.strokes.add()
+        item.uid = entry.uid
+        _put(item, entry, layers, f"Stroke {len(group.strokes)}")
+    group.active_stroke = len(group.strokes) - 1
+
+
+def active_uid(ob: Object) -> str:
+    """The uid of the entry that is chosen in the list; empty when none is."""
+    group = field_of(ob)
+    chosen = 0 <= group.active_stroke < len(group.strokes)
+    return group.strokes[group.active_stroke].uid if chosen else ""
+
+
+def _put(
+    item: NEURAL_SCULPT_PG_listed_stroke, entry: Entry, layers: Mapping[str, bytes], unnamed: str
+) -> None:
+    """Write an entry, the bytes of its layer only when they are others."""
+    item.name = entry.name or unnamed
+    item.muted, item.strength, item.context = entry.muted, entry.strength, entry.context
+    if item.data != entry.data:
+        item.data = entry.data
+    if item.layer_id != entry.layer:
+        item.layer = layers[entry.layer] if entry.layer else b""
+        item.layer_id = entry.layer
+
+
+def _found(listed: Sequence[Entry], uid: str) -> Entry:
+    for entry in listed:
+        if entry.uid == uid:
+            return entry
+    raise SculptError("The stroke is no longer in the list. Choose another one.")
+
+
+def _entry(item: NEURAL_SCULPT_PG_listed_stroke) -> Entry:
+    kept = item.name, item.muted, item.strength, item.layer_id, item.context, item.uid
+    entry = Entry(item.data, *kept)
+    try:
+        if entry.data or not entry.layer:
+            _parsed(entry.data)
+    except (ValueError, RecursionError, SculptError) as error:
+        raise SculptError(
+            f"{item.name} cannot be read ({error}). The history of this field is damaged; Apply to"
+            " Base keeps the field as it is and ends that."
+        ) from error
+    return entry
+
+
+@lru_cache(maxsize=1024)
+def _parsed(text: str) -> Stroke:
+    return Stroke.from_json(json.loads(text))
+
+
+def _text(stroke: Stroke) -> str:
+    """A stroke as it is kept, without the name, which is beside it."""
+    return json.dumps(replace(stroke, name="").to_json(), allow_nan=False)

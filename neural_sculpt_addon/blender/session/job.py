@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A job for the worker: one request, on which object, and what becomes of its result."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.types import Object
+
+from ...stroke.stroke import Stroke
+from ...worker.client import JobKind, Message
+from ..locale.translations import translated
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a job asks of the worker, as the protocol names it.
+
+    held: reads bytes by their id; they are sent unless the worker has them
+    kind: where it depends on what the object is when the job's turn comes
+    """
+
+    fields: dict[str, Any]
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    held: dict[str, Callable[[], bytes]] = field(default_factory=dict)
+    kind: JobKind | None = None
+
+
+class JobStatus(StrEnum):
+    """Where a job is between its submission and its end."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(eq=False)
+class Job:
+    """One request to the worker and what to do with its result.
+
+    label:   what the artist reads beside the progress bar
+    request: makes the request when the job's turn comes
+    apply:   takes the result on the main thread; raises SculptError when it cannot
+    target:  session_uid of the object that the job edits, None when it edits none
+    base:    revision that the target must have; set when the job is first of those on its target
+    strokes: what the proxy shows of the job until there is a result
+    preview: shows what the result looks like so far
+    keep:    puts the strokes into the history as muted, when they cannot be applied
+    deaths:  of workers that had the job; after the second it ends
+    resent:  whether the worker lacked bytes that it should have had, and got all once more
+    begun:   when the worker got it, on the clock of `time.monotonic`
+    """
+
+    kind: JobKind
+    label: str
+    request: Callable[[], Request]
+    apply: Callable[[Message], None]
+    target: int | None = None
+    base: str = ""
+    strokes: tuple[Stroke, ...] = ()
+    preview: Callable[[Message], None] | None = None
+    keep: Callable[[], None] | None = None
+    deaths: int = 0
+    status: JobStatus = JobStatus.QUEUED
+    fraction: float = 0.0
+    message: str = ""
+    number: int = field(default=-1, repr=False)
+    begun: float = field(default=0.0, repr=False)
+    resent: bool = field(default=False, repr=False)
+
+    @property
+    def title(self) -> str:
+        """The label in the artist's language."""
+        return translated(self.label)
+
+    @property
+    def pending(self) -> bool:
+        """Whether the job has no result yet."""
+        return self.status in (JobStatus.QUEUED, JobStatus.RUNNING)
+
+
+def find(target: int) -> Object | None:
+    """The object with this session_uid, which survives undo; None when it is gone."""
+    return next((ob for ob in bpy.data.objects if ob.session_uid == target), None)
+
+
+def found(target: int) -> Object:
+    """The object of a job whose turn it is; the session has made sure that it is there."""
+    ob = find(target)
+    assert ob is not None
+    return ob

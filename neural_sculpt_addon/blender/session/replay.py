@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Changes of a field's history: the list changes together with the field that it makes, or not at
+all.
+
+A change is a function from the old list to the new one. When it leaves the unmuted strokes as they
+are it is made at once; otherwise the worker adds up their layers, and computes again those that
+stand on others now. A change that is asked for while a replay still waits or runs joins it, so that
+many of them cost one replay.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from bpy.types import Object
+
+from ...worker.client import JobKind, Message
+from ..scene import native_edits, stroke_list
+from ..scene.commit import new_revision, set_history
+from ..scene.stroke_list import Entry
+from . import live, states
+from .job import Job, Request, found
+from .worker_session import session
+
+Change = Callable[[Sequence[Entry]], Sequence[Entry]]
+
+
+@dataclass(eq=False)
+class Replay(Job):
+    """The job of one or more changes."""
+
+    changes: list[Change] = field(default_factory=list)
+
+
+def change_history(ob: Object, label: str, change: Change) -> Job | None:
+    """Change the history of `ob`; the job to launch, None when there is nothing to compute.
+
+    label: of the undo step
+
+    SculptError when the change cannot be made.
+    """
+    target = ob.session_uid
+    pending = session.pending(target)
+    listed = stroke_list.entries(ob)
+    wanted = change(listed)
+    if not pending and stroke_list.heard(wanted) == stroke_list.heard(listed):
+        if wanted != listed:
+            set_history(ob, wanted, label)
+        return None
+    live.refuse_edits(ob)
+    changes = [change]
+    if pending and isinstance(joined := pending[-1], Replay):
+        changes = [*joined.changes, change]
+        session.cancel_job(joined)
+    return _replay_job(target, label, changes)
+
+
+def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
+    def changed() -> Sequence[Entry]:
+        listed: Sequence[Entry] = stroke_list.entries(found(target))
+        for change in changes:
+            listed = change(listed)
+        return listed
+
+    def request() -> Request:
+        return states.replay_request(found(target), changed(), new_revision())
+
+    def apply(result: Message) -> None:
+        native_edits.refuse(found(target))
+        set_history(found(target), changed(), label, result)
+
+    return Replay(JobKind.REPLAY, label, request, apply, target=target, changes=changes)

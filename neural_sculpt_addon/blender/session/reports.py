@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How good fields are: reports by revision.
+
+A report of a fit or of absorbed sculpting comes with its result. That of a stroke is measured after
+its result is shown and when nothing else waits: it is no part of the undo step, so it is kept here
+by the revision that it belongs to, and on the object while that is at this revision.
+"""
+
+import json
+from collections import OrderedDict
+from typing import Any
+
+import bpy
+from bpy.types import Object
+
+from ...worker.client import JobKind, Message
+from ..scene.properties import field_of, is_field
+from ..viewport import redraw
+from .job import Job, Request
+from .worker_session import session
+
+REMEMBERED = 1024
+"""Reports, some 1 kB each."""
+
+_known: OrderedDict[str, str] = OrderedDict()
+"""By revision as JSON; empty of a stroke that was not measured yet."""
+
+
+def report_of(ob: Object) -> dict[str, Any]:
+    """The report of the field as it is; empty when there is none, or none that can be read."""
+    try:
+        report = json.loads(field_of(ob).report or "{}")
+        json.dumps(report, allow_nan=False)  # a .blend can hold NaN, which nothing can show
+    except (ValueError, RecursionError):
+        return {}
+    return report if isinstance(report, dict) else {}
+
+
+def is_measured_now(ob: Object) -> bool:
+    """Whether the report is on its way."""
+    job = session.behind
+    return job is not None and job.base == field_of(ob).revision
+
+
+def measure(ob: Object) -> None:
+    """Have the stroke measured that was done last, when nothing else waits."""
+    revision = field_of(ob).revision
+    _known.setdefault(revision, "")
+    while len(_known) > REMEMBERED:
+        _known.popitem(last=False)
+    if session.waits or _known[revision]:
+        return  # no timer hears of a report while operators wait, or it is there
+
+    def keep(result: Message) -> None:
+        _known[revision] = json.dumps(result.fields["report"])
+        follow()
+        redraw.tag_panels()
+
+    request = Request({"revision": revision})
+    job = Job(JobKind.MEASURE, "Measuring", lambda: request, keep, ob.session_uid, revision)
+    session.submit_behind(job)
+
+
+def follow() -> None:
+    """After undo and redo, or when a report came: show on each field that of its revision."""
+    for ob in bpy.data.objects:
+        known = _known.get(field_of(ob).revision) if is_field(ob) else None
+        if known and field_of(ob).report != known and ob.library is None:
+            field_of(ob).report = known
+
+
+def measure_again(ob: Object) -> None:
+    """After undo and redo: measure what was not, because something else was wanted then."""
+    if _known.get(field_of(ob).revision) == "":
+        measure(ob)

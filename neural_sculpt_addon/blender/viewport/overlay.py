@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is drawn over the 3D viewport: the brush under the mouse, and the stroke being drawn.
+
+The brush is drawn by Blender's paint cursor, over a finished view in pixels of the window, so that
+moving the mouse never redraws the scene. The stroke is drawn in the scene, in model space. Both
+handlers stay from registration to its end and draw only when there is something to see.
+"""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportGeneralTypeIssues=false
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import bpy
+import gpu
+import numpy as np
+from bpy.app.handlers import persistent
+from bpy.types import Context, Object, SpaceView3D, WindowManager
+from gpu_extras.batch import batch_for_shader
+from numpy.typing import NDArray
+
+from ...stroke.brush import Brush
+from ...stroke.curve import fit_curve
+from ...stroke.stroke import Stroke
+from .. import preferences
+from ..scene.brush import current_brush, mirror_of
+from ..scene.properties import is_field
+from ..session.job import find
+from .recorder import Mouse, Point
+from .ribbon import ROWS, Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
+from .seen_surface import grid_of
+from .view import View, lay, view_under
+
+TOOL = "neural_sculpt.tool"
+POINTS = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
+KNOT = 9.0  # pixels
+WEAKEST = 0.45
+"""How bright the strongest part of a ribbon is, the weakest being 1."""
+FAINTEST = 0.3
+"""How opaque a ribbon is where it moves nothing, the highest part being 1."""
+
+Color = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A stroke that is being drawn, in model space."""
+
+    source: tuple[Any, ...]  # what ribbons and line were made of
+    target: int
+    brush: Brush
+    ribbons: tuple[Ribbon, ...]
+    line: NDArray[np.float64]  # (N, 3)
+    knots: NDArray[np.float64]  # (K, 3), control points that can be edited
+    chosen: int | None
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """Where the brush is held while the mouse changes it."""
+
+    target: int
+    center: Point
+    normal: Point
+
+
+class _State:
+    stroke: _Shown | None = None
+    anchor: Anchor | None = None
+
+
+def show_stroke(
+    ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
+) -> None:
+    """Show a stroke as it is now; of one that is in the surface already the line alone.
+
+    Most moves of the mouse add no point to it, and nothing new is made for these.
+    """
+    source, before = (ob.session_uid, grid_of(ob), stroke.to_json(), sculpted), _State.stroke
+    nothing = stroke.points[:0]
+    knots = stroke.points if editing else nothing
+    if before is not None and before.source == source:
+        _State.stroke = replace(before, knots=knots, chosen=chosen)
+        return
+    line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0] if sculpted else nothing
+    shown = () if sculpted else ribbons(stroke, partial(lay, ob))
+    _State.stroke = _Shown(source, ob.session_uid, stroke.brush, shown, line, knots, chosen)
+
+
+def hide_stroke() -> None:
+    """The stroke is sculpted, or given up."""
+    _State.stroke = None
+
+
+def hold_brush(anchor: Anchor | None) -> None:
+    """Keep the brush in one place; None lets it follow the mouse again."""
+    _State.anchor = anchor
+
+
+def active_tool(context: Context) -> bool:
+    """Whether the artist holds our tool."""
+    tool = context.workspace.tools.from_space_view3d_mode(context.mode, create=False)
+    return tool is not None and tool.idname == TOOL
+
+
+def _draw_stroke() -> None:
+    """In the scene, in world space."""
+    shown = _State.stroke
+    ob = None if shown is None else find(shown.target)
+    if shown is None or ob is None or not ob.visible_get():
+        return
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(ob.matrix_world)
+        for ribbon in shown.ribbons:
+            _draw_ribbon(ribbon)
+        gpu.state.depth_test_set("NONE")
+        if len(shown.line):
+            _draw_line(shown.line, 1.5, preferences.overlay_colors().cursor)
+        if len(shown.knots):
+            _draw_knots(shown)
+    gpu.state.blend_set("NONE")
+
+
+def _draw_ribbon(ribbon: Ribbon) -> None:
+    colors = preferences.overlay_colors()
+    shade = 1 - (1 - WEAKEST) * ribbon.strength[:, None]  # (R, 1)
+    color = np.where((ribbon.height < 0)[..., None], colors.carving, colors.raising)  # (R, C, 4)
+    color[..., :3] *= shade[..., None]
+    size = np.abs(ribbon.height)
+    color[..., 3] *= FAINTEST + (1 - FAINTEST) * size / max(size.max(), 1e-9)
+    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    data = {
+        "pos": ribbon.points.reshape(-1, 3).astype(np.float32),
+        "color": color.reshape(-1, 4).astype(np.float32),
+    }
+    batch_for_shader(shader, "TRIS", data, indices=ribbon_triangles()).draw(shader)
+    for column in (0, len(ribbon.points[0]) // 2, -1):
+        _draw_line(ribbon.points[:, column], 1.5, (*colors.cursor[:3], 0.8 * colors.cursor[3]))
+
+
+def _draw_knots(shown: _Shown) -> None:
+    color = preferences.overlay_colors().cursor
+    shader = gpu.shader.from_builtin(POINTS)
+    for index, knot in enumerate(shown.knots):
+        gpu.state.point_size_set(KNOT * (1.6 if index == shown.chosen else 1.0))
+        batch = batch_for_shader(shader, "POINTS", {"pos": _deep(knot[None])})
+        shader.uniform_float("color", color)
+        batch.draw(shader)
+    gpu.state.point_size_set(1.0)
+
+
+def _draw_brush(mouse: Mouse) -> None:
+    """Over the view, in pixels of the window."""
+    context = bpy.context
+    ob, anchor = context.active_object, _State.anchor
+    if ob is None or not is_field(ob) or not active_tool(context):
+        return
+    view = view_under(context.area, mouse, ob)
+    if view is None:
+        return
+    if anchor is not None and anchor.target == ob.session_uid:
+        center, normal = anchor.center, anchor.normal
+    elif (hit := view.hit(mouse)) is not None:
+        center, normal = hit
+    else:
+        return
+    shown = _State.stroke
+    brush = shown.brush if shown is not None and anchor is None else current_brush(context)
+    shape = cursor(brush, center, normal, view.axes(), partial(lay, ob))
+    colors = preferences.overlay_colors()
+    gpu.state.blend_set("ALPHA")
+    for number, sign in enumerate(mirror_signs(mirror_of(ob))):
+        faint = 0.4 if number else 1.0
+        rim = _pixels(view, shape.rim * sign)
+        _draw_line(rim, 2.0, (*colors.cursor[:3], faint * colors.cursor[3]))
+    color = colors.carving if brush.intensity < 0 else colors.raising
+    base, section = _pixels(view, shape.base), _pixels(view, shape.section)
+    _draw_strip(base, section, (*color[:3], 0.35 * color[3]))
+    _draw_line(section, 2.5, color)
+    gpu.state.blend_set("NONE")
+
+
+def _pixels(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (N, 3) of model space in pixels of the window (N, 2)."""
+    matrix = np.array(view.camera.perspective_matrix @ view.ob.matrix_world)  # (4, 4)
+    clip = points @ matrix[:, :3].T + matrix[:, 3]  # (N, 4)
+    half = np.array([view.region.width, view.region.height]) / 2
+    place = clip[:, :2] / np.maximum(clip[:, 3:], 1e-6)
+    return (place + 1) * half + (view.region.x, view.region.y)
+
+
+def _draw_line(points: NDArray[np.float64], width: float, color: Color) -> None:
+    """A line through points (N, 2) or (N, 3)."""
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+    shader.uniform_float("lineWidth", width * bpy.context.preferences.system.pixel_size)
+    shader.uniform_float("color", color)
+    batch_for_shader(shader, "LINE_STRIP", {"pos": _deep(points)}).draw(shader)
+
+
+def _draw_strip(one: NDArray[np.float64], other: NDArray[np.float64], color: Color) -> None:
+    """The area between two lines (N, 2) with as many points."""
+    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
+    shader.uniform_float("color", color)
+    points = np.stack([one, other], axis=1).reshape(-1, 2)
+    batch_for_shader(shader, "TRI_STRIP", {"pos": _deep(points)}).draw(shader)
+
+
+def _deep(points: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Points (N, 2) or (N, 3) as the shaders take them."""
+    missing = 3 - points.shape[1]
+    return np.ascontiguousarray(np.pad(points, ((0, 0), (0, missing))), np.float32)
+
+
+_handlers: list[Any] = []
+_cursors: list[Any] = []
+
+
+def register() -> None:
+    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
+    if bpy.app.background:
+        return
+    _handlers.append(SpaceView3D.draw_handler_add(_draw_stroke, (), "WINDOW", "POST_VIEW"))
+    _add_cursor()
+    bpy.app.handlers.load_post.append(_add_cursor)
+
+
+def unregister() -> None:
+    """Draw no more."""
+    hide_stroke()
+    hold_brush(None)
+    if _handlers:
+        bpy.app.handlers.load_post.remove(_add_cursor)
+        WindowManager.draw_cursor_remove(_cursors.pop())
+        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+
+
+@persistent
+def _add_cursor(*_: object) -> None:
+    """Again after each load of a file, which takes the window manager's cursors with it."""
+    if _cursors:
+        WindowManager.draw_cursor_remove(_cursors.pop())
+    _cursors.append(WindowManager.draw_cursor_add(_draw_brush, (), "VIEW_3D", "WINDOW"))
