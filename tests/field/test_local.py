@@ -183,7 +183,10 @@ def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
 
 
 def test_a_stroke_that_is_too_large_gets_a_coarser_level_and_says_so(preparation):
-    small, large = (pose(preparation, belt(Brush(radius, 0.05))) for radius in (0.05, 0.3))
+    combed = Profile(table=(0.0, 1.0) * 16 + (0.0,))  # as fine as 0.3 / 32
+    small, large = (
+        pose(preparation, belt(brush)) for brush in (Brush(0.05, 0.05), Brush(0.15, 0.01, combed))
+    )
     assert resolution(small).level == resolution(small).wanted
     edit = LocalEdit(large)
     assert edit.resolution == resolution(large)
@@ -305,7 +308,8 @@ def test_a_high_ridge_has_no_crumbs_beside_it(radius, height):
 
 
 def test_a_high_thin_stroke_counts_as_a_cell_wide_on_each_side():
-    """A wall 0.276 long and 0.5 high, of cells 1 / 512 wide: 2 * 141 * (256 + 5) are too many."""
-    found = resolution(pose(prepare(ball(0.5)), arc(Brush(1e-3, 0.5))))
+    """A wall 0.368 long and 1 high, of cells 1 / 512 wide: 2 * 188 * (512 + 5) are too many."""
+    points = on_ball(np.linspace(0.4, 1.2, 7), 0.4)
+    found = resolution(pose(prepare(ball(0.5)), Stroke(points, Brush(1e-3, 1.0))))
     assert found.is_limited
     assert found.level == 8
