@@ -247,8 +247,8 @@ def begin_change() -> None:
     """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
     with in_window():
         sculpting = bpy.context.mode == "SCULPT"
-    if sculpting and sculpt_steps.last_is_of_sculpt_mode():
-        push_undo("Sculpt")
+    if sculpting and sculpt_steps.needs_border():
+        push_undo(sculpt_steps.BORDER)
 
 
 def push_undo(label: str) -> None:

@@ -41,7 +41,7 @@ from ..worker.client import (
     WorkerState,
 )
 from ..worker.protocol import ProtocolError
-from . import hints, preferences, preview, proxy_mesh, redraw
+from . import hints, preferences, preview, proxy_mesh, redraw, sculpt_steps
 from .commit import in_edit_mode
 from .folders import log_file
 from .job import Job, JobStatus, Request, find
@@ -76,10 +76,17 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.drop_behind()
+        job.step = sculpt_steps.active()
         self.jobs.append(job)
         self._advance()
         self._preview()  # while the worker begins
         self._watch()
+
+    def submit_again(self, job: Job) -> None:
+        """Queue a job that was cancelled. SculptError when there is no worker to run it."""
+        job.base = ""
+        self._queue_again(job)
+        self.submit(job)
 
     def submit_behind(self, job: Job) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be."""
@@ -125,9 +132,12 @@ class Session:
         """The jobs on an object that have no result yet."""
         return [job for job in self.jobs if job.target == target and job.pending]
 
-    def newest_stroke(self) -> Job | None:
-        """The job of the last strokes drawn, while it has no result."""
-        return next((job for job in reversed(self.jobs) if job.pending and job.strokes), None)
+    def newest_change(self) -> Job | None:
+        """The job of the last change of a field, while it has no result, and nothing that is in
+        Blender's history was done after it was asked for."""
+        changes = (job for job in reversed(self.jobs) if job.pending and job.target is not None)
+        job = next(changes, None)
+        return job if job is not None and job.step == sculpt_steps.active() else None
 
     @property
     def hangs(self) -> bool:
@@ -340,10 +350,14 @@ class Session:
             self._hear_error(job, message.fields)
         else:
             self._held.update(_ids(message))
+            step = sculpt_steps.active()
             if self._try(job, partial(job.apply, message)):
                 self._end(job, JobStatus.DONE, "")
             else:
                 self._silence(job)
+            for other in self.jobs:  # were asked for after this one
+                if other.step == step:
+                    other.step = sculpt_steps.active()
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]
