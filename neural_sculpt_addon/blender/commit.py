@@ -20,7 +20,7 @@ from mathutils import Matrix
 from ..stroke.errors import SculptError
 from ..worker.client import Message
 from . import preview, proxy_mesh, sculpt_steps, stroke_list
-from .properties import LOCAL, brush_of, ensure_curves, field_of
+from .properties import LOCAL, field_of
 from .proxy_mesh import Geometry
 from .stroke_list import Entry
 
@@ -61,8 +61,6 @@ def create_field(
         bpy.context.collection.objects.link(ob)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
-        if bpy.context.scene.library is None:
-            ensure_curves(brush_of(bpy.context))  # in this undo step, for all that follows
     group = field_of(ob)
     group.base_weights, group.base_id = base, result.fields["id"]
     group.source, group.solver = new.source, new.solver

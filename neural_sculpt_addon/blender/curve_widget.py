@@ -3,13 +3,10 @@
 
 from bpy.types import UILayout
 
-from .properties import NEURAL_SCULPT_PG_brush
+from . import curve_store
 
 
-def draw_curve(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
-    """A curve widget; while there are no curves, for nothing is made in drawing, a button that
-    makes them."""
-    if brush.curves is None:
-        layout.operator("neural_sculpt.make_curves", icon="FCURVE")
-    else:
-        layout.template_curve_mapping(brush.curves.nodes[word], "mapping")
+def draw_curve(layout: UILayout, word: str) -> None:
+    """A curve widget, when there are curves: nothing is made in drawing."""
+    if (owner := curve_store.owner(word)) is not None:
+        layout.template_curve_mapping(owner, curve_store.PROPERTY)

@@ -444,8 +444,6 @@ TEXTS = {
     "Download PyTorch into a folder of its own; nothing of Blender's is changed": "PyTorch in einen"
     " eigenen Ordner laden; an Blender wird nichts verändert",
     "Install Worker": "Arbeitsprozess installieren",
-    "Show Curve": "Kurve zeigen",
-    "Show the curve, to shape it": "Die Kurve zeigen, um sie zu formen",
     "Leave Edit Mode first": "Zuerst den Bearbeitungsmodus verlassen",
     "No mesh is becoming a field": "Kein Mesh wird gerade zum Feld",
     "Restart Worker": "Arbeitsprozess neu starten",

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
-from bpy.types import NodeTree
 
 from ..stroke.errors import SculptError
 from . import curve_store
@@ -53,9 +52,9 @@ def refresh() -> None:
     _edition += 1
 
 
-def load(tree: NodeTree, preset: Preset) -> None:
+def load(preset: Preset) -> None:
     """Show a preset in its widget."""
-    curve_store.set_curve(tree, preset.kind, preset.points, preset.handles)
+    curve_store.set_curve(preset.kind, preset.points, preset.handles)
 
 
 def save(preset: Preset) -> str:

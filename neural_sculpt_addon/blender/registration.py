@@ -3,14 +3,14 @@
 
 import bpy
 from bpy.props import PointerProperty
-from bpy.types import Object, Scene
+from bpy.types import Brush, Object, Scene
 
 from . import (
     fit_overlay,
     history,
+    kept_brush,
     menus,
     overlay,
-    scene_brushes,
     seen_surface,
     shape_choices,
     status_bar,
@@ -44,7 +44,6 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
-from .operators.make_curves import NEURAL_SCULPT_OT_make_curves
 from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
 from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.open_files import (
@@ -108,7 +107,6 @@ CLASSES = (
     NEURAL_SCULPT_OT_boolean,
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
-    NEURAL_SCULPT_OT_make_curves,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
@@ -145,9 +143,10 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
+    setattr(Brush, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     history.register()
-    scene_brushes.register()
+    kept_brush.register()
     seen_surface.register()
     menus.register()
     status_bar.register()
@@ -168,9 +167,10 @@ def unregister() -> None:
     status_bar.unregister()
     menus.unregister()
     seen_surface.unregister()
-    scene_brushes.unregister()
+    kept_brush.unregister()
     history.unregister()
     delattr(Scene, GROUP)
+    delattr(Brush, GROUP)
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -349,15 +349,18 @@ class Session:
         elif message.kind is MessageKind.ERROR:
             self._hear_error(job, message.fields)
         else:
-            self._held.update(_ids(message))
-            step = sculpt_steps.active()
-            if self._try(job, partial(job.apply, message)):
-                self._end(job, JobStatus.DONE, "")
-            else:
-                self._silence(job)
-            for other in self.jobs:  # were asked for after this one
-                if other.step == step:
-                    other.step = sculpt_steps.active()
+            self._hear_result(job, message)
+
+    def _hear_result(self, job: Job, message: Message) -> None:
+        self._held.update(_ids(message))
+        step = sculpt_steps.active()
+        if self._try(job, partial(job.apply, message)):
+            self._end(job, JobStatus.DONE, "")
+        else:
+            self._silence(job)
+        for other in self.jobs:  # were asked for after this one
+            if other.step == step:
+                other.step = sculpt_steps.active()
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]

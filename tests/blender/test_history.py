@@ -12,7 +12,6 @@ from harness import (
     arc,
     field,
     push_undo,
-    push_undo,
     redo,
     state,
     stroke,

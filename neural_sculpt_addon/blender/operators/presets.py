@@ -76,10 +76,10 @@ class NEURAL_SCULPT_OT_save_preset(Operator):
     def execute(self, context: Context) -> Outcome:
         """Write it; one of the same name is replaced."""
         brush = brush_of(context)
-        if brush.curves is None or getattr(brush, self.kind) != CURVE:
+        if getattr(brush, self.kind) != CURVE:
             return fail(self, "Only a curve can be saved. Choose Curve and shape it first.")
         try:
-            presets.save(curve_store.preset(brush.curves, self.kind, self.name))
+            presets.save(curve_store.preset(self.kind, self.name))
         except SculptError as error:
             return fail(self, error)
         return FINISHED
