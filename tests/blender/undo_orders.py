@@ -14,7 +14,12 @@ import harness
 
 native_edits = harness.module("blender.native_edits")
 
-LENGTH = 12
+LENGTH = 14
+BORDERS = [
+    *("toggle_mode", "neural", "native", "absorb", "native", "native", "absorb", "neural"),
+    *("neural", "toggle_mode"),
+]
+"""An order that has all kinds of steps beside each other."""
 REPORT = 4  # in harness.state; it comes when it comes
 Steps = Generator[float, None, None]
 
@@ -41,8 +46,19 @@ class Order:
 
     def play(self) -> Steps:
         """All of it, and then all the way back and forth."""
+        yield from self.do("toggle_mode")
         while len(self.told) < LENGTH:
             yield from self.do(self.random.choice(self.choices()))
+        yield from self.back_and_forth()
+
+    def play_borders(self) -> Steps:
+        """Not a random one, but BORDERS."""
+        for word in BORDERS:
+            yield from self.do(word)
+        yield from self.back_and_forth()
+
+    def back_and_forth(self) -> Steps:
+        """All the way back and all the way forth."""
         while self.at > 0:
             yield from self.do("undo")
         while self.at < len(self.states) - 1:
@@ -52,8 +68,9 @@ class Order:
         """What can be done now."""
         ob = harness.field(self.name)
         sculpting, edited = ob.mode == "SCULPT", native_edits.edited(ob)
-        words = ["toggle_mode"]
-        words += ["native"] * 2 * sculpting + ["absorb" if edited else "neural"] * 2
+        words = (
+            ["toggle_mode"] + ["absorb" if edited else "neural"] * 4 + ["native"] * 3 * sculpting
+        )
         words += ["undo"] * 3 * (self.at > 0)
         return words + ["redo"] * 2 * (self.at < len(self.states) - 1)
 
