@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -85,11 +85,15 @@ def window_command(
 
 
 def run(
-    command: Sequence[str], variables: Mapping[str, str], limit: float
+    command: Sequence[str],
+    variables: Mapping[str, str],
+    limit: float,
+    show: Callable[[str], object] = say,
 ) -> tuple[int, list[str], float]:
-    """Run a command, showing what it prints: exit code, lines, seconds.
+    """Run a command: exit code, the lines that it prints, seconds.
 
-    Lines that begin with PERSON are done instead of shown. Ends the command after `limit` seconds.
+    Lines that begin with PERSON are done instead of shown by `show`. Ends the command after `limit`
+    seconds.
     """
     lines, start = [], time.monotonic()
     environment = {**os.environ, **variables}
@@ -110,6 +114,6 @@ def run(
                 subprocess.run(line.split(), env=environment, check=False)
                 continue
             lines.append(line.rstrip())
-            say(lines[-1])
+            show(lines[-1])
         timer.cancel()
     return process.returncode, lines, time.monotonic() - start

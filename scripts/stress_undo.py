@@ -9,14 +9,14 @@ sequence that it was in. One sequence again, here with seed 1 and number 17:
     python scripts/sequences_in_blender.py -- module EMPTY_FOLDER 1 17 1
 """
 
-import os
 import signal
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import screen
 
 COUNT = 1000
 ROLE = "blender"
@@ -78,24 +78,10 @@ def _batch(
 ) -> tuple[list[str], str]:
     """The lines that told about sequences, and how the process ended."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        own = {**os.environ, **variables, "BLENDER_USER_RESOURCES": folder}
-        try:
-            done = subprocess.run(
-                command([folder, *given]),
-                env=own,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                timeout=LONGEST,
-                check=False,
-            )
-            output, code = done.stdout, done.returncode
-        except subprocess.TimeoutExpired as late:
-            output, code = late.stdout or b"", None
-    lines = [
-        line
-        for line in output.decode(errors="replace").splitlines()
-        if line.startswith(("sequence ", "version "))
-    ]
-    if code is None:
+        own = {**variables, "BLENDER_USER_RESOURCES": folder}
+        given = command([folder, *given])
+        code, printed, seconds = screen.run(given, own, LONGEST, show=lambda _: None)
+    lines = [line for line in printed if line.startswith(("sequence ", "version "))]
+    if seconds > LONGEST:
         return lines, f"hung for {LONGEST} s"
     return lines, f"ended with {signal.Signals(-code).name if code < 0 else code}"

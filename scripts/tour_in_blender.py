@@ -69,8 +69,8 @@ def steps() -> Steps:
     yield from hand.show_tab("Neural Sculpt")
     film = Film(Path(frames))
     for profile, modulation, radius, intensity, begin, end, bow in STROKES:
-        scene: Any = hand.window().scene
-        brush = scene.neural_sculpt
+        data_block: Any = bpy.data.brushes[".neural_sculpt"]
+        brush = data_block.neural_sculpt
         brush.profile, brush.modulation = profile, modulation
         brush.radius, brush.intensity = radius, intensity
         yield from draw(bowed(begin, end, bow), film, session)

@@ -3,7 +3,7 @@
 
 import bpy
 from bpy.props import PointerProperty
-from bpy.types import Object, Scene
+from bpy.types import Brush, Object, Scene
 
 from .locale import translations
 from .operators import install_worker
@@ -32,7 +32,6 @@ from .operators.install_worker import (
     NEURAL_SCULPT_OT_cancel_installation,
     NEURAL_SCULPT_OT_install_worker,
 )
-from .operators.make_curves import NEURAL_SCULPT_OT_make_curves
 from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
 from .operators.notice import NEURAL_SCULPT_OT_notice
 from .operators.open_files import (
@@ -64,7 +63,7 @@ from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .presets import shape_choices
-from .scene import history, scene_brushes
+from .scene import history, kept_brush
 from .scene.properties import (
     GROUP,
     NEURAL_SCULPT_PG_brush,
@@ -101,7 +100,6 @@ CLASSES = (
     NEURAL_SCULPT_OT_boolean,
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
-    NEURAL_SCULPT_OT_make_curves,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
@@ -135,7 +133,7 @@ PARTS = (
     session_display,
     history,
     live,
-    scene_brushes,
+    kept_brush,
     seen_surface,
     menus,
     status_bar,
@@ -154,6 +152,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     setattr(Object, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_field))
+    setattr(Brush, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     setattr(Scene, GROUP, PointerProperty(type=NEURAL_SCULPT_PG_brush))
     for part in PARTS:
         part.register()
@@ -166,6 +165,7 @@ def unregister() -> None:
     for part in reversed(PARTS):
         part.unregister()
     delattr(Scene, GROUP)
+    delattr(Brush, GROUP)
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -110,6 +110,11 @@ class SteeredCase(SculptCase):
         (self.folder / word).touch()
 
 
+def brush_settings() -> bpy.types.PropertyGroup:
+    """The brush of the next stroke; never kept, as little as any data-block."""
+    return bpy.data.brushes[".neural_sculpt"].neural_sculpt
+
+
 def add(kind: str = "SPHERE") -> Object:
     """A new field, active and selected."""
     assert bpy.ops.neural_sculpt.add(kind=kind) == {"FINISHED"}

@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import SculptCase, add, arc, module, push_undo, redo, stroke, undo
+from harness import SculptCase, brush_settings, module, push_undo, redo, undo
 
 PROFILE = [(-1.0, 0.0), (-0.6, -0.25), (0.0, 1.0), (0.6, -0.25), (1.0, 0.0)]
 
@@ -15,7 +15,7 @@ class Curves(SculptCase):
 
     @property
     def brush(self) -> bpy.types.PropertyGroup:
-        return bpy.context.scene.neural_sculpt
+        return brush_settings()
 
     def current(self) -> object:
         return module("blender.scene.brush").current_brush(bpy.context)
@@ -37,23 +37,14 @@ class Curves(SculptCase):
                 setattr(self.brush, word, name.upper())
                 self.assertEqual(getattr(self.current(), word).name, name)
 
-    def test_choosing_the_curve_makes_it_once(self) -> None:
-        self.assertIsNone(self.brush.curves)
-        self.choose_curves()
-        tree = self.brush.curves
-        self.brush.profile = "LINEAR"
-        self.brush.profile = "CURVE"
-        self.assertEqual(self.brush.curves, tree)
-        self.assertEqual(len(bpy.data.node_groups), 1)
-
     def test_table_is_what_the_widget_shows(self) -> None:
         self.choose_curves()
-        self.store.set_curve(self.brush.curves, "profile", PROFILE)
-        self.store.set_curve(self.brush.curves, "modulation", [(0.0, 0.25), (1.0, 0.75)])
+        self.store.set_curve("profile", PROFILE)
+        self.store.set_curve("modulation", [(0.0, 0.25), (1.0, 0.75)])
         brush = self.current()
         x, y = np.array(PROFILE).T
         np.testing.assert_allclose(brush.profile(x), y, atol=0.01)
-        widget = self.store.mapping(self.brush.curves, "profile")
+        widget = self.store.mapping("profile")
         for v in np.linspace(-1, 1, 41):
             shown = widget.evaluate(widget.curves[0], v)
             self.assertAlmostEqual(float(brush.profile(v)), shown, delta=2e-3)
@@ -62,81 +53,76 @@ class Curves(SculptCase):
 
     def test_overshoot_is_clipped(self) -> None:
         self.choose_curves()
-        self.store.set_curve(self.brush.curves, "profile", [(-1, 1), (-0.1, 1), (0.1, -1), (1, -1)])
-        for point in self.store.mapping(self.brush.curves, "profile").curves[0].points:
+        self.store.set_curve("profile", [(-1, 1), (-0.1, 1), (0.1, -1), (1, -1)])
+        for point in self.store.mapping("profile").curves[0].points:
             point.handle_type = "AUTO"
-        self.store.mapping(self.brush.curves, "profile").update()
+        self.store.mapping("profile").update()
         self.assertLessEqual(max(map(abs, self.current().profile.table)), 1.0)
 
-    def test_undo_and_reload_keep_the_curve(self) -> None:
-        self.choose_curves()
-        self.store.set_curve(self.brush.curves, "profile", PROFILE)
-        push_undo("Curve")
+    def test_reload_keeps_the_brush(self) -> None:
+        self.set_brush()
         before = self.current()
-        self.store.set_curve(self.brush.curves, "profile", [(-1, 0), (1, 1)])
-        push_undo("Other curve")
-        undo()
-        self.assertEqual(self.current(), before)
-        path = str(self.folder / "curves.blend")
+        path = str(self.folder / "brush.blend")
         bpy.ops.outliner.orphans_purge(do_recursive=True)
         bpy.ops.wm.save_as_mainfile(filepath=path)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertNotEqual(self.current(), before)
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertEqual(self.current(), before)
 
-    def test_curves_made_outside_an_undo_step_do_not_dangle(self) -> None:
+    def test_undo_and_redo_leave_the_brush(self) -> None:
         for name in ("One", "Two"):
             bpy.data.objects.new(name, None)
             push_undo(name)
-        self.choose_curves()
-        for step in (undo, redo, undo, redo):
+        first = self.current()
+        self.set_brush()
+        before = self.current()
+        self.assertNotEqual(before, first)
+        for step in (undo, undo, redo, redo):
             step()
-            self.assertIn(self.brush.curves, [None, *bpy.data.node_groups])
-            self.assertEqual(len(self.current().profile.table), 257)
+            self.assertEqual(self.current(), before)
 
-    def test_curves_follow_undo_and_redo(self) -> None:
-        push_undo("Before")
-        self.assertEqual(bpy.ops.neural_sculpt.make_curves(), {"FINISHED"})
-        self.assertIsNotNone(self.brush.curves)
-        self.store.set_curve(self.brush.curves, "profile", PROFILE)
-        push_undo("Shape")
-        bpy.data.objects.new("One", None)
-        push_undo("One")
-        shaped = self.store.table(self.brush.curves, "profile")
-        undo()
-        self.assertEqual(self.store.table(self.brush.curves, "profile"), shaped)
-        undo()
-        self.assertNotEqual(self.store.table(self.brush.curves, "profile"), shaped)
-        undo()
-        self.assertIsNone(self.brush.curves)
-        redo()
-        redo()
-        redo()
-        self.assertEqual(self.store.table(self.brush.curves, "profile"), shaped)
+    def test_undo_to_before_there_was_a_brush_leaves_it(self) -> None:
+        """The extension was enabled in between."""
+        for brush in [brush for brush in bpy.data.brushes if brush.name.startswith(".")]:
+            bpy.data.brushes.remove(brush)
+        for name in ("One", "Two"):
+            bpy.data.objects.new(name, None)
+            push_undo(name)
+        module("blender.scene.kept_brush").ensure()
+        push_undo("Enabled")
+        self.set_brush()
+        before = self.current()
+        for step in (undo, undo, redo, redo):
+            step()
+            self.assertEqual(self.current(), before)
 
-    def test_editing_a_stroke_makes_no_curves_by_itself(self) -> None:
-        scene = bpy.context.scene
-        ob = add("SPHERE")
-        self.assertIsNotNone(scene.neural_sculpt.curves, "a new field's undo step has them")
-        stroke(arc(ob), radius=0.1, intensity=0.03)
-        scene.neural_sculpt.curves = None
-        bpy.data.node_groups.remove(bpy.data.node_groups[0])
-        push_undo("As in an old file")
-        self.assertEqual(bpy.ops.neural_sculpt.edit_stroke(profile="CURVE"), {"FINISHED"})
-        self.assertEqual(len(bpy.data.node_groups), 0)
-        undo()
-        redo()
+    def test_the_brush_of_an_older_file_is_taken_over(self) -> None:
+        old = bpy.context.scene.neural_sculpt
+        old.radius, old.profile, old.modulation, old.ends = 0.3, "CURVE", "CURVE", "FLAT"
+        old.curves = bpy.data.node_groups.new(".neural_sculpt_curves", "ShaderNodeTree")
+        for name in self.store.BOUNDS:
+            node = old.curves.nodes.new("ShaderNodeFloatCurve")
+            node.name = name
+            node.mapping.clip_min_x = node.mapping.clip_min_y = -1
+            node.mapping.curves[0].points[0].location = (self.store.BOUNDS[name][0], 0.25)
+            node.mapping.update()
+        for brush in [brush for brush in bpy.data.brushes if brush.name.startswith(".")]:
+            bpy.data.brushes.remove(brush)
+        path = str(self.folder / "old.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        brush = self.current()
+        self.assertAlmostEqual(brush.radius, 0.3)
+        self.assertEqual(self.brush.ends, "FLAT")
+        for shape in (brush.profile, brush.modulation):
+            self.assertAlmostEqual(shape.table[0], 0.25, places=3)
+            self.assertAlmostEqual(shape.table[-1], 1.0, places=3)
 
-    def test_a_copied_scene_has_curves_of_its_own(self) -> None:
+    def set_brush(self) -> None:
+        """Set all that can be seen in a frozen brush."""
         self.choose_curves()
-        self.store.set_curve(self.brush.curves, "profile", PROFILE)
-        first, before = bpy.context.scene, self.current()
-        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-            bpy.ops.scene.new(type="FULL_COPY")
-        bpy.ops.mesh.primitive_cube_add()  # any update; a window updates what it shows
-        bpy.context.view_layer.update()
-        self.assertNotEqual(bpy.context.scene, first)
-        self.assertEqual(self.current(), before)
-        self.store.set_curve(self.brush.curves, "profile", [(-1, 0), (1, 1)])
-        bpy.context.window_manager.windows[0].scene = first
-        self.assertEqual(self.current(), before)
+        self.brush.radius, self.brush.intensity = 0.3, -0.2
+        self.store.set_curve("profile", PROFILE, ["VECTOR"] * len(PROFILE))
+        self.store.set_curve("modulation", [(0.0, 0.25), (1.0, 0.75)])

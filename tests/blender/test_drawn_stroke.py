@@ -6,7 +6,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, module
+from harness import SculptCase, brush_settings, module
 
 BRUSH = module("blender.scene.brush")
 Line = module("blender.viewport.recorder").StrokeRecorder
@@ -20,7 +20,7 @@ class DrawnStroke(SculptCase):
     def setUp(self) -> None:
         super().setUp()
         self.ob = bpy.data.objects.new("Field", bpy.data.meshes.new("Field"))
-        self.brush = bpy.context.scene.neural_sculpt
+        self.brush = brush_settings()
         self.brush.radius, self.brush.intensity = 0.2, 0.04
         self.brush.pressure_radius = self.brush.pressure_intensity = False
 
@@ -29,7 +29,7 @@ class DrawnStroke(SculptCase):
         return BRUSH.drawn_stroke(bpy.context, ob or self.ob, line, inverted)
 
     def set_curve(self, name: str, *points: tuple[float, float]) -> None:
-        module("blender.presets.curve_store").set_curve(self.brush.curves, name, points)
+        module("blender.presets.curve_store").set_curve(name, points)
 
     def test_without_pressure(self) -> None:
         stroke = self.drawn()

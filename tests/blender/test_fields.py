@@ -11,6 +11,7 @@ from harness import (
     SculptCase,
     add,
     arc,
+    brush_settings,
     field,
     module,
     push_undo,
@@ -228,7 +229,7 @@ class Stroke(Drawn):
         self.assertEqual(state(field("Sphere")), before)
 
     def test_brush_of_the_scene_and_pressure(self) -> None:
-        brush = bpy.context.scene.neural_sculpt
+        brush = brush_settings()
         brush.radius, brush.intensity = 0.2, -0.03
         brush.profile, brush.modulation = "CURVE", "LINEAR"
         points = [
@@ -254,7 +255,7 @@ class Stroke(Drawn):
         self.assertEqual(state(field("Sphere")), before)
 
     def test_scene_units(self) -> None:
-        brush = bpy.context.scene.neural_sculpt
+        brush = brush_settings()
         self.ob.scale = (2.0, 2.0, 2.0)
         bpy.context.view_layer.update()
         brush.radius = 0.1

@@ -248,17 +248,41 @@ class History(SculptCase):
             self.finish()
         self.assertEqual(state(self.ob), self.drawn)
 
-    def test_changes_that_wait_are_one_replay(self) -> None:
+    def test_changes_that_wait_are_undo_steps_of_their_own(self) -> None:
         with self.as_in_a_window():
             ops.delete_stroke(uid=self.uid("One"))
             ops.mute_stroke(uid=self.uid("Two"))
             ops.edit_stroke(uid=self.uid("Three"), intensity=-INTENSITY)
-            self.assertEqual(len(self.session.jobs), 1)
             self.finish()
         self.assertEqual(self.names(), ["Two", "Three"])
         self.assert_heights(One=0, Two=0, Three=-1)
         undo()
+        self.assert_heights(One=0, Two=0, Three=1)
+        undo()
+        self.assert_heights(One=0, Two=1, Three=1)
+        undo()
         self.assertEqual(state(field("Sphere")), self.drawn)
+        for _ in range(3):
+            redo()
+        self.assert_heights(One=0, Two=0, Three=-1)
+
+    def test_a_change_that_another_one_has_made_already_is_no_undo_step(self) -> None:
+        with self.as_in_a_window():
+            for _ in range(2):
+                ops.delete_stroke(uid=self.uid("One"))
+            self.finish()
+        self.assert_heights(One=0, Two=1, Three=1)
+        undo()
+        self.assertEqual(state(field("Sphere")), self.drawn)
+
+    def test_undo_takes_back_one_of_two_changes_that_wait(self) -> None:
+        push_undo("Opened")
+        with self.as_in_a_window():
+            ops.delete_stroke(uid=self.uid("One"))
+            ops.mute_stroke(uid=self.uid("Two"))
+            undo()
+            self.finish()
+        self.assert_heights(One=0, Two=1, Three=1)
 
     def test_a_stroke_drawn_meanwhile_comes_after(self) -> None:
         with self.as_in_a_window():

@@ -15,6 +15,7 @@ from harness import (
     field,
     module,
     push_undo,
+    redo,
     state,
     stroke,
     strokes_of,
@@ -32,12 +33,19 @@ class Jobs(SculptCase):
         self.before = state(self.ob)
 
     def stroke(self, tilt: float = 0.0, name: str = "") -> None:
-        result = stroke(arc(self.ob, tilt=tilt), radius=RADIUS, intensity=INTENSITY, name=name)
+        points = arc(field("Sphere"), tilt=tilt)
+        result = stroke(points, radius=RADIUS, intensity=INTENSITY, name=name)
         self.assertEqual(result, {"FINISHED"})
 
     def remesh(self) -> None:
         """A job that the worker does quickly."""
         self.assertEqual(bpy.ops.neural_sculpt.remesh(resolution=40), {"FINISHED"})
+
+    def move(self) -> None:
+        """Something else that the artist does."""
+        field("Sphere").location.x += 1.0
+        bpy.context.view_layer.update()
+        push_undo("Move")
 
     def top(self, tilt: float = 0.0) -> float:
         """Height of the sphere in the middle of the stroke that is turned by `tilt`."""
@@ -128,26 +136,59 @@ class Jobs(SculptCase):
             self.finish()
         self.assertEqual(state(field("Sphere")), self.before)
 
-    def test_undo_of_the_base_cancels(self) -> None:
+    def test_undo_takes_back_what_waits_before_what_it_waits_for(self) -> None:
         self.stroke(name="One")
+        drawn = state(self.ob)
         with self.as_in_a_window():
             self.remesh()
             undo()
             self.assertFalse(self.session.jobs)
             self.finish()
+            self.assertEqual(state(field("Sphere")), drawn)
+            undo()
         self.assertEqual(state(field("Sphere")), self.before)
 
-    def test_undo_of_something_else_does_not_cancel(self) -> None:
-        self.ob.location.x = 1.0
-        bpy.context.view_layer.update()
-        push_undo("Move")
+    def test_undo_of_the_base_cancels(self) -> None:
+        self.stroke(name="One")
         with self.as_in_a_window():
             self.remesh()
+            self.move()
+            for _ in range(2):
+                self.assertEqual(len(self.session.jobs), 1)
+                undo()
+            self.assertFalse(self.session.jobs)
+            undo()
+            self.finish()
+        self.assertEqual(state(field("Sphere")), self.before)
+
+    def test_undo_of_what_was_done_meanwhile_does_not_cancel(self) -> None:
+        with self.as_in_a_window():
+            self.remesh()
+            self.move()
             undo()
             self.assertEqual(len(self.session.jobs), 1)
             self.finish()
         self.assertEqual(field("Sphere").neural_sculpt.resolution, 40)
         self.assertEqual(field("Sphere").location.x, 0.0)
+
+    def test_redo_brings_back_what_had_no_result(self) -> None:
+        with self.as_in_a_window():
+            self.stroke(name="One")
+            self.finish()
+            drawn = state(field("Sphere"))
+            undo()
+            self.stroke(name="Two")
+            undo()
+            self.assertFalse(self.session.jobs)
+            self.assertEqual(state(field("Sphere")), self.before)
+            redo()
+            self.finish()
+            self.assertEqual(self.names(), ["Two"])
+            undo()
+            self.assertEqual(state(field("Sphere")), self.before)
+            redo()
+            self.assertEqual(self.names(), ["Two"])
+        self.assertNotEqual(state(field("Sphere")), drawn)
 
     def test_the_object_is_deleted(self) -> None:
         with self.as_in_a_window():

@@ -6,7 +6,7 @@ import shutil
 
 import bpy
 import numpy as np
-from harness import SculptCase, module
+from harness import SculptCase, brush_settings, module
 
 ops = bpy.ops.neural_sculpt
 KINDS = ("profile", "modulation")
@@ -20,13 +20,13 @@ class Presets(SculptCase):
             module("blender.presets.curve_store"),
         )
         self.files = module("blender.presets.preset_file")
-        self.brush = bpy.context.scene.neural_sculpt
+        self.brush = brush_settings()
         self.addCleanup(self.presets.refresh)
         self.addCleanup(shutil.rmtree, module("blender.folders").preset_folder(), True)
 
     def shown(self, kind: str) -> np.ndarray:
         """The widget's own curve, at 257 points of its domain."""
-        widget = self.store.mapping(self.brush.curves, kind)
+        widget = self.store.mapping(kind)
         return np.array([widget.evaluate(widget.curves[0], x) for x in self.domain(kind)])
 
     def built_in(self, kind: str) -> dict[str, object]:
@@ -81,7 +81,7 @@ class Presets(SculptCase):
 
     def test_save_choose_rename_delete(self) -> None:
         self.brush.profile = "GEM"
-        widget = self.store.mapping(self.brush.curves, "profile")
+        widget = self.store.mapping("profile")
         widget.curves[0].points[1].location.y = 0.5
         widget.update()
         mine = self.gets("profile")
@@ -117,7 +117,7 @@ class Presets(SculptCase):
         self.assertEqual(self.presets.own("modulation"), {})
         ops.import_preset(filepath=str(shared))
         (preset,) = self.presets.own("modulation").values()
-        self.assertEqual(preset, self.store.preset(self.brush.curves, "modulation", "Pearls"))
+        self.assertEqual(preset, self.store.preset("modulation", "Pearls"))
 
     def test_only_a_curve_can_be_saved(self) -> None:
         self.assert_fails("Choose Curve", ops.save_preset, kind="profile", name="Mine")

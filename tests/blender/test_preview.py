@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from harness import (
     SteeredCase,
+    brush_settings,
     field,
     module,
     push_undo,
@@ -128,7 +129,7 @@ class SquareCase(SteeredCase):
         self.flat = vertices(self.ob)
 
     def draw(self, name: str = "One") -> None:
-        brush = bpy.context.scene.neural_sculpt
+        brush = brush_settings()
         brush.radius, brush.intensity = 0.15, 0.06
         stroke(LINE, name=name)
 

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 import bpy
-from harness import EXTENSION, module
+from harness import EXTENSION, brush_settings, module
 
 
 def traces() -> dict[str, object]:
@@ -136,7 +136,7 @@ class Tool(unittest.TestCase):
         bpy.context.view_layer.objects.active = ob
         self.assertFalse(bpy.ops.neural_sculpt.resize.poll())
         ob.neural_sculpt.revision = "some"
-        brush = bpy.context.scene.neural_sculpt
+        brush = brush_settings()
         before = brush.radius
         bpy.ops.neural_sculpt.resize(length="RADIUS", factor=1.25)
         self.assertAlmostEqual(brush.radius, 1.25 * before, places=6)

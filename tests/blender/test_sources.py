@@ -6,7 +6,17 @@ import unittest
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, add, arc, module, strokes_of, to_path, undo, vertices
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    brush_settings,
+    module,
+    strokes_of,
+    to_path,
+    undo,
+    vertices,
+)
 from mathutils import Matrix
 
 ops = bpy.ops.neural_sculpt
@@ -159,7 +169,7 @@ class Strokes(SculptCase):
         super().setUp()
         self.ob = add("SPHERE")
         self.path = arc(self.ob)
-        brush = bpy.context.scene.neural_sculpt
+        brush = brush_settings()
         brush.radius, brush.intensity = 0.15, 0.06
 
     def test_a_line_above_the_surface_becomes_a_stroke_on_it(self) -> None:

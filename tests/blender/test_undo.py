@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
+from harness import SteeredCase, add, field, push_undo, redo, state, stroke, undo
+from undo_orders import Order, Steps
 from undo_sequences import Hands, Sequence
 
 
@@ -92,6 +93,48 @@ class Undo(SteeredCase):
         self.states.append(state(field("Sphere")))
         self.stroke()
         self.back_and_forth()
+
+
+class Orders(SteeredCase):
+    def test_random_orders(self) -> None:
+        for seed in range(10):
+            with self.subTest(seed=seed):
+                bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+                push_undo("Start")
+                self.session.waits = True
+                add("SPHERE")
+                self.session.waits = False
+                for seconds in Order(f"test {seed}", self).play():
+                    time.sleep(seconds)
+
+    def neural(self) -> Steps:
+        stroke(np.eye(3))
+        yield from self.end()
+
+    def absorb(self) -> Steps:
+        bpy.ops.neural_sculpt.absorb()
+        yield from self.end()
+
+    def end(self) -> Steps:
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        yield 0.0
+
+    def native(self) -> Steps:
+        bpy.ops.sculpt.mesh_filter("EXEC_DEFAULT", True, type="INFLATE", strength=0.5)
+        yield 0.0
+
+    def toggle_mode(self) -> Steps:
+        bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode="SCULPT", toggle=True)
+        yield 0.0
+
+    def undo(self) -> Steps:
+        undo()
+        yield 0.0
+
+    def redo(self) -> Steps:
+        redo()
+        yield 0.0
 
 
 class Sequences(SteeredCase):

@@ -397,8 +397,8 @@ def editing() -> bool:
 
 def steps() -> tuple[int, int]:
     """The place in Blender's history, and how many steps it has."""
-    lines = [line for line in sculpt_steps.printed().splitlines() if line.startswith("[")]
-    return next(i for i, line in enumerate(lines) if line.startswith("[*")), len(lines)
+    before, after = sculpt_steps.steps()
+    return len(before) - 1, len(before) + len(after)
 
 
 def scene() -> Scene:

@@ -12,7 +12,7 @@ import harness
 import numpy as np
 import simulated_input as hand
 from bpy.types import Object
-from harness import module, to_path, vertices
+from harness import brush_settings, module, to_path, vertices
 from numpy.typing import NDArray
 from simulated_input import Steps
 
@@ -130,11 +130,6 @@ def edited() -> bool:
 def moved_since(before: Array) -> bool:
     """Whether the vertices of the proxy are others than those (V, 3)."""
     return not np.array_equal(vertices(field()), before)
-
-
-def brush_settings() -> bpy.types.PropertyGroup:
-    """The brush of the scene."""
-    return hand.window().scene.neural_sculpt
 
 
 def choose_tool(name: str = "neural_sculpt.tool") -> None:

@@ -7,14 +7,13 @@ from drawing import (
     INTENSITY,
     RADIUS,
     WindowCase,
-    brush_settings,
     changed,
     corner,
     field,
     middle,
     still_picture,
 )
-from harness import module
+from harness import brush_settings, module
 from simulated_input import Steps
 
 
@@ -72,7 +71,7 @@ class Brush(WindowCase):
             path = np.linspace((x, top), (x, (top + bottom) / 2), 6)
             yield from hand.drag(map(tuple, path), pause=0.05)
         store = module("blender.presets.curve_store")
-        values = np.array(store.table(brush.curves, "modulation"))
+        values = np.array(store.table("modulation"))
         np.testing.assert_allclose(values, 0.5, atol=0.05)
         path = self.arc()
         yield from self.draw(path)
@@ -86,13 +85,13 @@ class Brush(WindowCase):
         yield from hand.show_tab("Neural Sculpt")
         left, bottom, right, top = yield from self.widget_of("profile")
         store = module("blender.presets.curve_store")
-        store.set_curve(brush.curves, "profile", ((-1, 0), (0, 1), (1, 0)))
+        store.set_curve("profile", ((-1, 0), (0, 1), (1, 0)))
         hand.region("UI").tag_redraw()
         yield from still_picture("UI")
         x = (left + right) / 2
         path = np.linspace((x, top), (x, bottom + 0.75 * (top - bottom)), 6)
         yield from hand.drag(map(tuple, path), pause=0.05)
-        values = np.array(store.table(brush.curves, "profile"))
+        values = np.array(store.table("profile"))
         self.assertAlmostEqual(values.max(), 0.5, delta=0.05)
         self.assertAlmostEqual(np.abs(values[[0, -1]]).max(), 0.0, delta=0.01)
         path = self.arc()
@@ -102,11 +101,11 @@ class Brush(WindowCase):
     def widget_of(self, curve: str) -> Steps:
         """Where the widget's plot is, as left, bottom, right, top in window pixels: what changes
         in the picture when the curve moves from its lower to its upper bound."""
-        store, tree = module("blender.presets.curve_store"), brush_settings().curves
+        store = module("blender.presets.curve_store")
         low, high = store.BOUNDS[curve]
         pictures = []
         for y in (low, high):
-            store.set_curve(tree, curve, ((low, y), (high, y)))
+            store.set_curve(curve, ((low, y), (high, y)))
             hand.region("UI").tag_redraw()
             hand.move(middle())
             pictures.append((yield from still_picture("UI")))

@@ -18,14 +18,13 @@ from drawing import (
     RESOLUTION,
     SECONDS,
     WindowCase,
-    brush_settings,
     changed,
     choose_tool,
     field,
     middle,
     still_picture,
 )
-from harness import to_path, vertices
+from harness import brush_settings, to_path, vertices
 from mathutils.bvhtree import BVHTree
 from simulated_input import Pixel, Steps
 

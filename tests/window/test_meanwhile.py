@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 import simulated_input as hand
 from drawing import (
+    RADIUS,
     SECONDS,
     WindowCase,
     changed,
@@ -30,7 +31,7 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import module, state, vertices
+from harness import brush_settings, module, state, vertices
 from simulated_input import Steps
 
 BUTTON = 20  # pixels of a button without words
@@ -111,19 +112,30 @@ class Meanwhile(WindowCase):
         _, bottom, right, top = changed(*pictures, hand.region("UI"))
         return right - 2.5 * BUTTON * SCALE, (bottom + top) / 2
 
-    def test_a_curve_is_shaped_in_the_dialog_of_a_scene_without_curves(self) -> Steps:
-        """The choice of a curve in the panel is one step, which undo takes back whole."""
+    def test_undo_leaves_the_brush(self) -> Steps:
+        """The wheel over the radius, F on the surface, a choice and a curve are no undo steps."""
         yield from self.add()
-        brush = hand.window().scene.neural_sculpt
-        self.assertIsNotNone(brush.curves)
+        before = state(field())
         yield from self.draw(self.arc(0.5))
-        yield from self.draw(self.arc(-0.5))
+        after = state(field())
+        brush = brush_settings()
         brush.profile = "CURVE"
-        yield from hand.show_tab("Neural Sculpt")
-        yield from undo()
-        yield from redo()
-        brush = hand.window().scene.neural_sculpt
-        self.assertIn(brush.curves, [*bpy.data.node_groups])
+        module("blender.presets.curve_store").set_curve("profile", ((-1, 0), (0, 0.5), (1, 0)))
+        hand.move(middle())
+        hand.tap("F", middle())
+        yield 3 * hand.DRAWN
+        x, y = middle()
+        hand.move((x + 40, y))
+        yield hand.DRAWN
+        hand.tap("LEFTMOUSE", (x + 40, y))
+        yield 3 * hand.DRAWN
+        self.assertGreater(brush.radius, 1.05 * RADIUS)
+        set_by_hand = module("blender.scene.brush").current_brush(bpy.context)
+        for step, expected in ((undo, before), (redo, after), (undo, before)):
+            yield from step()
+            self.assertEqual(state(field()), expected)
+            now = module("blender.scene.brush").current_brush(bpy.context)
+            self.assertEqual(now, set_by_hand)
 
     def test_edit_mode(self) -> Steps:
         """Tab while a stroke waits: no preview there, and the stroke comes after the next Tab."""

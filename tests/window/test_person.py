@@ -1,13 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stroke as a person draws it: through the screen's own mouse and keyboard, by xdotool.
+"""What a person does: through the screen's own mouse and keyboard, by xdotool.
 
 The program that started Blender runs the lines that begin with `xdotool`.
 """
 
+import random
+
+import bpy
 import simulated_input as hand
-from drawing import WindowCase, field, middle
-from harness import state
+from drawing import (
+    SECONDS,
+    Array,
+    WindowCase,
+    choose_native_brush,
+    choose_tool,
+    field,
+    middle,
+    moved_since,
+    operate,
+)
+from harness import state, vertices
 from simulated_input import Steps
+from undo_orders import Order
 
 
 class Person(WindowCase):
@@ -15,16 +29,112 @@ class Person(WindowCase):
         yield from self.add()
         before = state(field())
         path = self.arc()
-        person("search", "--onlyvisible", "--class", "Blender", "windowfocus")
-        points = hand.to_window(path)
-        person(*mouse(points[0]), "sleep", "0.2", "mousedown", "1")
-        for point in points[1:]:
-            person(*mouse(point), "sleep", "0.05")
-        person("mouseup", "1")
+        focus()
+        yield from draw(path)
         yield from self.strokes_are(1)
         self.assert_raised(path)
         person(*mouse(middle()), "key", "ctrl+z")
         yield from hand.until(lambda: state(field()) == before, 30, "the field without the stroke")
+
+    def test_orders(self) -> Steps:
+        """Each press of Ctrl Z takes back one thing, each of Shift Ctrl Z brings it back."""
+        yield from self.add()
+        yield from Order("person", PersonHands(self, 0), field().name).play_borders()
+
+    def test_random_order(self) -> Steps:
+        yield from self.add()
+        yield from Order("person", PersonHands(self, 0), field().name).play()
+
+
+class PersonHands:
+    """How a person does what is in an order."""
+
+    def __init__(self, case: WindowCase, seed: int) -> None:
+        self.case, self.random = case, random.Random(seed)
+        focus()
+
+    def native(self) -> Steps:
+        choose_native_brush()
+        yield hand.DRAWN
+        before = vertices(field())
+        yield from draw(self.path())
+
+        def drawn() -> bool:
+            return moved_since(before) and not hand.window().modal_operators
+
+        yield from hand.until(drawn, SECONDS, "a native stroke")
+        yield hand.DRAWN
+
+    def neural(self) -> Steps:
+        choose_tool()
+        yield hand.DRAWN
+        count = len(field().neural_sculpt.strokes)
+        yield from draw(self.path())
+        yield from self.until_entries(count + 1)
+
+    def absorb(self) -> Steps:
+        count = len(field().neural_sculpt.strokes)
+        operate(bpy.ops.neural_sculpt.absorb)
+        yield from self.until_entries(count + 1)
+
+    def until_entries(self, count: int) -> Steps:
+        """Wait for a result, but for no measure."""
+
+        def ended() -> bool:
+            listed = len(field().neural_sculpt.strokes)
+            return (listed == count and not self.case.session.jobs) or self.case.session.last_error
+
+        yield from hand.until(ended, SECONDS, f"{count} entries")
+        self.case.assertEqual(self.case.session.last_error, "")
+
+    def toggle_mode(self) -> Steps:
+        sculpting = field().mode == "SCULPT"
+        person(
+            *mouse(middle()), "key", "ctrl+Tab", "sleep", "0.5", "key", "o" if sculpting else "s"
+        )
+        yield from hand.until(
+            lambda: (field().mode == "SCULPT") != sculpting, SECONDS, "another mode"
+        )
+        yield 3 * hand.DRAWN
+
+    def undo(self) -> Steps:
+        yield from self.step("ctrl+z", bpy.app.handlers.undo_post)
+
+    def redo(self) -> Steps:
+        yield from self.step("ctrl+shift+z", bpy.app.handlers.redo_post)
+
+    def step(self, key: str, handlers: list) -> Steps:
+        """Press a key once and wait until Blender has taken the step."""
+        taken: list[bool] = []
+
+        def take(*_: object) -> None:
+            taken.append(True)
+
+        handlers.append(take)
+        try:
+            person(*mouse(middle()), "key", key)
+            yield from hand.until(lambda: bool(taken), SECONDS, f"what {key} does")
+            yield 2 * hand.DRAWN
+        finally:
+            handlers.remove(take)
+
+    def path(self) -> Array:
+        return self.case.arc(self.random.uniform(-0.7, 0.7))
+
+
+def draw(path: Array) -> Steps:
+    """Draw with the left button through points (K, 3)."""
+    points = hand.to_window(path)
+    person(*mouse(points[0]), "sleep", "0.2", "mousedown", "1")
+    for point in points[1:]:
+        person(*mouse(point), "sleep", "0.02")
+    person("mouseup", "1")
+    yield hand.DRAWN
+
+
+def focus() -> None:
+    """Let keys come to Blender."""
+    person("search", "--onlyvisible", "--class", "Blender", "windowfocus")
 
 
 def person(*words: str) -> None:

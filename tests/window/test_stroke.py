@@ -8,7 +8,6 @@ from drawing import (
     INTENSITY,
     SECONDS,
     WindowCase,
-    brush_settings,
     choose_tool,
     corner,
     field,
@@ -17,7 +16,7 @@ from drawing import (
     redo,
     undo,
 )
-from harness import state, vertices
+from harness import brush_settings, state, vertices
 from mathutils import Matrix
 from simulated_input import Steps
 from test_sources import LAYER, grease_pencil

@@ -23,7 +23,6 @@ from ..presets.shape_choices import CURVE, Shape, fixed_items
 from ..scene import stroke_list
 from ..scene.brush import modulation, profile
 from ..scene.properties import (
-    brush_of,
     direction_property,
     ends_property,
     intensity_property,
@@ -101,7 +100,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
-                draw_curve(self.layout, brush_of(context), word)  # pyright: ignore
+                draw_curve(self.layout, word)  # pyright: ignore
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")
@@ -120,15 +119,15 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
 
     def _changed(self, stroke: Stroke, context: Context) -> Stroke:
         given = self.properties.is_property_set
-        brush, curves = stroke.brush, brush_of(context).curves
+        brush = stroke.brush
         for length in ("radius", "intensity"):
             value = getattr(self, length)
             if given(length) and value != np.float32(getattr(brush, length)):
                 brush = replace(brush, **{length: value})
         if self.profile != KEEP:
-            brush = replace(brush, profile=profile(self.profile, curves))
+            brush = replace(brush, profile=profile(self.profile))
         if self.modulation != KEEP:
-            brush = replace(brush, modulation=modulation(self.modulation, curves))
+            brush = replace(brush, modulation=modulation(self.modulation))
         return replace(
             stroke,
             brush=brush,

@@ -86,9 +86,9 @@ class NEURAL_SCULPT_OT_save_preset(_PresetOperator):
     def execute(self, context: Context) -> Outcome:
         """Write it; one of the same name is replaced."""
         brush = brush_of(context)
-        if brush.curves is None or getattr(brush, self.kind) != CURVE:
+        if getattr(brush, self.kind) != CURVE:
             raise SculptError("Only a curve can be saved. Choose Curve and shape it first.")
-        presets.save(curve_store.preset(brush.curves, self.kind, self.name))
+        presets.save(curve_store.preset(self.kind, self.name))
         return FINISHED
 
 

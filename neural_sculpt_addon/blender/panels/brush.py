@@ -43,7 +43,7 @@ class NEURAL_SCULPT_PT_pressure(Sidebar):
         for word in (curve_store.PRESSURE_RADIUS, curve_store.PRESSURE_INTENSITY):
             self.layout.prop(brush, word)
             if getattr(brush, word):
-                draw_curve(self.layout, brush, word)
+                draw_curve(self.layout, word)
 
 
 def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
@@ -56,4 +56,4 @@ def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> No
     buttons.prop(brush, word, text="")
     buttons.menu(f"NEURAL_SCULPT_MT_{word}_presets", text="", icon="DOWNARROW_HLT")
     if getattr(brush, word) == CURVE:
-        draw_curve(layout, brush, word)
+        draw_curve(layout, word)

@@ -6,6 +6,7 @@
 from bpy.types import Object, UILayout
 
 from ...stroke.stroke import AXES
+from ..presets import curve_store
 from ..scene.properties import NEURAL_SCULPT_PG_brush
 
 
@@ -24,10 +25,7 @@ def draw_mirror(layout: UILayout, ob: Object) -> None:
         row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
 
 
-def draw_curve(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:
-    """A curve widget; while there are no curves, for nothing is made in drawing, a button that
-    makes them."""
-    if brush.curves is None:
-        layout.operator("neural_sculpt.make_curves", icon="FCURVE")
-    else:
-        layout.template_curve_mapping(brush.curves.nodes[word], "mapping")
+def draw_curve(layout: UILayout, word: str) -> None:
+    """A curve widget, when there are curves: nothing is made in drawing."""
+    if (owner := curve_store.owner(word)) is not None:
+        layout.template_curve_mapping(owner, curve_store.PROPERTY)

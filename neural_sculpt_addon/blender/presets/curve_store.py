@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The curve widgets of the brush, and what they show as tables.
 
-Blender has no curve property: the curves live in float curve nodes of a hidden node tree that the
-scene's brush points to. So they are saved, follow undo, and can be drawn in a panel.
+Blender has no curve property, but each of its brushes has a curve, which is saved, can be drawn in
+a panel, and is no part of undo steps. So each curve of ours is that of a brush data-block, which
+belongs to no mode, and no tool of Blender's offers.
 Profile: [-1, 1] x [-1, 1]. Modulation and what the pen's pressure does: [0, 1] x [0, 1].
 """
 
@@ -10,13 +11,15 @@ from collections.abc import Sequence
 
 import bpy
 import numpy as np
-from bpy.types import CurveMapping, NodeTree
+from bpy.types import Brush, CurveMapping
 
 from ...stroke.profile import Profile
 from . import preset_file
 from .preset_file import SMOOTH, Preset
 
-TREE = ".neural_sculpt_curves"  # a leading dot hides it from menus
+PROPERTY = "curve" if bpy.app.version < (5, 0, 0) else "curve_distance_falloff"
+"""Of a brush: its curve."""
+
 PROFILE = "profile"
 MODULATION = "modulation"
 PRESSURE_RADIUS = "pressure_radius"
@@ -39,25 +42,40 @@ _FIRST_SHAPES = {
 }
 
 
-def make_curves() -> NodeTree:
-    """A new hidden node tree with all curves in their first shape."""
-    tree = bpy.data.node_groups.new(TREE, "ShaderNodeTree")
+def data_block(name: str) -> Brush | None:
+    """A brush of this file."""
+    return bpy.data.brushes.get((name, None))
+
+
+def make_data_block(name: str) -> Brush:
+    """A new brush, which the file keeps."""
+    brush = bpy.data.brushes.new(name, mode="SCULPT")
+    brush.use_paint_sculpt = False
+    brush.use_fake_user = True
+    return brush
+
+
+def owner(name: str) -> Brush | None:
+    """The data-block that has a curve; `name` is one of BOUNDS."""
+    return data_block(f".neural_sculpt_{name}")  # a leading dot hides it from menus
+
+
+def ensure_curves() -> None:
+    """Make those curves that there are not yet, in their first shape; not while drawing."""
     for name, points in _FIRST_SHAPES.items():
-        node = tree.nodes.new("ShaderNodeFloatCurve")
-        node.name = name
-        set_curve(tree, name, points)
-    return tree
+        if owner(name) is None:
+            make_data_block(f".neural_sculpt_{name}")
+            set_curve(name, points)
 
 
-def mapping(tree: NodeTree, name: str) -> CurveMapping:
-    """The curve that a widget shows; `name` is one of BOUNDS."""
-    node = tree.nodes[name]
-    assert isinstance(node, bpy.types.ShaderNodeFloatCurve) and node.mapping is not None
-    return node.mapping
+def mapping(name: str) -> CurveMapping:
+    """The curve that a widget shows. KeyError when there is none yet."""
+    if (brush := owner(name)) is None:
+        raise KeyError(name)
+    return getattr(brush, PROPERTY)
 
 
 def set_curve(
-    tree: NodeTree,
     name: str,
     points: Sequence[tuple[float, float]],
     handles: Sequence[str] = (),
@@ -66,7 +84,7 @@ def set_curve(
 
     handles: one of `preset_file.HANDLES` for each point; smooth ones without overshoot if empty
     """
-    curves = mapping(tree, name)
+    curves = mapping(name)
     low, high = BOUNDS[name]
     curves.use_clip = False
     curves.clip_min_x = curves.clip_min_y = low
@@ -87,22 +105,22 @@ def set_curve(
     curves.reset_view()
 
 
-def preset(tree: NodeTree, name: str, title: str) -> Preset:
+def preset(name: str, title: str) -> Preset:
     """What a widget shows as a preset named `title`. SculptError when that is no name."""
-    line = mapping(tree, name).curves[0].points
+    line = mapping(name).curves[0].points
     points = tuple((round(knot.location.x, 6), round(knot.location.y, 6)) for knot in line)
     return Preset(name, title, points, tuple(knot.handle_type for knot in line))
 
 
-def table(tree: NodeTree | None, name: str) -> tuple[float, ...]:
+def table(name: str) -> tuple[float, ...]:
     """What a widget shows, sampled uniformly over its domain and clipped to its range.
 
     Without curves, what a widget shows at first.
     """
-    if tree is None:
+    if owner(name) is None:
         x, y = np.array(_FIRST_SHAPES[name]).T
         return tuple(np.round(np.interp(np.linspace(*BOUNDS[name], SAMPLES), x, y), 6).tolist())
-    curves = mapping(tree, name)
+    curves = mapping(name)
     curves.initialize()
     line = curves.curves[0]
     low, high = BOUNDS[name]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from bpy.types import Context, Mesh, NodeTree, Object
+from bpy.types import Context, Mesh, Object
 from numpy.typing import ArrayLike, NDArray
 
 from ...stroke.brush import Brush
@@ -27,38 +27,36 @@ def current_brush(context: Context) -> Brush:
     return Brush(
         settings.radius,
         settings.intensity,
-        profile(settings.profile, settings.curves),
-        modulation(settings.modulation, settings.curves),
+        profile(settings.profile),
+        modulation(settings.modulation),
     )
 
 
-def profile(choice: str, curves: NodeTree | None) -> Profile:
-    """What a choice of profile means; `curves` are looked at for CURVE alone."""
+def profile(choice: str) -> Profile:
+    """What a choice of profile means."""
     if choice == CURVE:
-        return Profile(table=curve_store.table(curves, curve_store.PROFILE))
+        return Profile(table=curve_store.table(curve_store.PROFILE))
     return Profile(choice.lower())
 
 
-def modulation(choice: str, curves: NodeTree | None) -> Modulation:
-    """What a choice of modulation means; `curves` are looked at for CURVE alone."""
+def modulation(choice: str) -> Modulation:
+    """What a choice of modulation means."""
     if choice == CURVE:
-        return Modulation(table=curve_store.table(curves, curve_store.MODULATION))
+        return Modulation(table=curve_store.table(curve_store.MODULATION))
     return Modulation(choice.lower())
 
 
 def pressure_factors(context: Context, length: str, pressures: Sequence[float]) -> NDArray | None:
     """Factors (K,) of "radius" or "intensity" for pressures (K,) in [0, 1].
 
-    None when the pen's pressure changes nothing; linear until its curve was made.
+    None when the pen's pressure changes nothing.
     """
     settings = brush_of(context)
     word = f"pressure_{length}"
     if not getattr(settings, word):
         return None
-    factors = np.asarray(pressures, float)
-    if settings.curves is not None:
-        table = curve_store.table(settings.curves, word)
-        factors = np.interp(factors, np.linspace(0, 1, len(table)), table)
+    table = curve_store.table(word)
+    factors = np.interp(np.asarray(pressures, float), np.linspace(0, 1, len(table)), table)
     if length == "radius":
         factors = np.maximum(factors, NARROWEST)
     return None if (factors == 1).all() else factors

@@ -24,7 +24,7 @@ from ...worker.answers import SNAPPED
 from ...worker.client import Message
 from ..viewport import preview
 from . import proxy_mesh, sculpt_steps, stroke_list
-from .properties import LOCAL, brush_of, ensure_curves, field_of
+from .properties import LOCAL, field_of
 from .proxy_mesh import Geometry
 from .stroke_list import Entry
 
@@ -65,8 +65,6 @@ def create_field(
         bpy.context.collection.objects.link(ob)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
-        if bpy.context.scene.library is None:
-            ensure_curves(brush_of(bpy.context))  # in this undo step, for all that follows
     group = field_of(ob)
     group.base_weights, group.base_id = base, result.fields["id"]
     group.source, group.solver = new.source, new.solver
@@ -283,8 +281,8 @@ def begin_change() -> None:
     """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
     with in_window():
         sculpting = bpy.context.mode == "SCULPT"
-    if sculpting and sculpt_steps.last_is_of_sculpt_mode():
-        push_undo("Sculpt")
+    if sculpting and sculpt_steps.needs_border():
+        push_undo(sculpt_steps.BORDER)
 
 
 def push_undo(label: str) -> None:

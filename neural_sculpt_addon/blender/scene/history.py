@@ -2,40 +2,76 @@
 """Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
 
 The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to show the reports that came after the undo step of their stroke, to cancel the jobs
-whose base is no longer there, and to keep previews out of undo steps and files.
+remains is to pass over borders (see `sculpt_steps`), to take back and bring back what has no result
+yet, to show the reports that came after the undo step of their stroke, to cancel the jobs whose
+base is no longer there, and to keep previews out of undo steps and files.
 """
+
+from collections.abc import Callable
 
 import bpy
 from bpy.app.handlers import persistent
 
+from ...stroke.errors import SculptError
+from ..operators import notice
 from ..session import live, reports
+from ..session.job import Job
 from ..session.worker_session import session
 from ..viewport import preview
-from . import native_steps
-from .commit import in_edit_mode, push_undo
+from . import native_steps, sculpt_steps
+from .commit import in_edit_mode, in_window, push_undo
+from .sculpt_steps import BORDER, Step
+
+
+class _State:
+    passing: bool = False  # over a border: the step that Blender takes is ours
+    undone: tuple[Step | None, Job] | None = None
+    """The job that undo cancelled last, and the border at which redo brings it back."""
 
 
 @persistent
-def undo_stroke(*_: object) -> None:
-    """Before undo: a stroke that has no result is what the artist did last, and no undo step yet.
+def prepare_undo(*_: object) -> None:
+    """Before undo: leave a border.
 
-    It is cancelled; the undo itself is given a step to take back that changes nothing. In Edit Mode
-    the artist has done something else since.
+    A change without a result is what the artist did last, when Blender's history has nothing newer.
+    It is cancelled; the undo itself is given a border to take back.
     """
     if native_steps.is_ours():
         return
     preview.hide()
-    if not in_edit_mode() and (job := session.newest_stroke()) is not None:
+    if _State.passing:
+        return
+    if not in_edit_mode() and (job := session.newest_change()) is not None:
         session.cancel_job(job, f"{job.label} was undone.")
-        push_undo(job.label)
+        push_undo(BORDER)
+        _State.undone = sculpt_steps.active(), job
+    elif sculpt_steps.undo_passes():
+        _pass(bpy.ops.ed.undo)
+
+
+@persistent
+def prepare_redo(*_: object) -> None:
+    """Before redo: go to a border first."""
+    if native_steps.is_ours():
+        return
+    preview.hide()
+    if not _State.passing and sculpt_steps.redo_passes():
+        _pass(bpy.ops.ed.redo)
+
+
+def _pass(step: Callable[[], object]) -> None:
+    _State.passing = True
+    try:
+        with in_window():
+            step()
+    finally:
+        _State.passing = False
 
 
 @persistent
 def hide(*_: object) -> None:
-    """Before redo and saving, and after loading what Blender saved by itself."""
-    if not native_steps.is_ours():
-        preview.hide()
+    """Before saving, and after loading what Blender saved by itself."""
+    preview.hide()
 
 
 @persistent
@@ -47,7 +83,7 @@ def show(*_: object) -> None:
 @persistent
 def follow(*_: object) -> None:
     """After undo and redo."""
-    if native_steps.is_ours():
+    if _State.passing or native_steps.is_ours():
         return
     live.leave()
     session.follow_history()
@@ -58,17 +94,32 @@ def follow(*_: object) -> None:
 
 
 @persistent
+def bring_back(*_: object) -> None:
+    """After redo: what undo cancelled is done after all."""
+    if _State.undone is None or _State.undone[0] != sculpt_steps.active():
+        return
+    job = _State.undone[1]
+    _State.undone = None
+    try:
+        session.submit_again(job)
+    except SculptError as error:
+        notice.tell(str(error))
+
+
+@persistent
 def leave(*_: object) -> None:
     """Before another file is loaded."""
+    _State.undone = None
     live.forget()
     session.leave_file()
 
 
 _HANDLERS = (
-    ("undo_pre", undo_stroke),
-    ("redo_pre", hide),
+    ("undo_pre", prepare_undo),
+    ("redo_pre", prepare_redo),
     ("undo_post", follow),
     ("redo_post", follow),
+    ("redo_post", bring_back),
     ("save_pre", hide),
     ("save_post", show),
     ("load_pre", leave),

@@ -7,18 +7,15 @@ before it: so the brush's is taken back before ours is made. What brushes change
 masks and face sets, is no part of the field and stays.
 """
 
-import logging
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 
 import bpy
 import numpy as np
 from bpy.types import Mesh
 
 from . import sculpt_steps
-
-log = logging.getLogger(__name__)
 
 KEPT = {
     ".sculpt_mask": ("FLOAT", "POINT", np.float32),
@@ -29,7 +26,6 @@ KEPT = {
 }
 """Attributes that brushes change and the field does not know: type, domain, type of an array."""
 
-_STEP = re.compile(r"^\[(?P<flags>.{4})\].*type='(?P<type>.*?)', name='(?P<name>.*)'$")
 _OURS = "ours"
 _state: set[str] = set()
 
@@ -44,19 +40,8 @@ def names() -> list[str]:
 
     None where Blender has no standard output to print them to.
     """
-    try:
-        printed = sculpt_steps.printed()
-    except OSError as error:
-        log.debug("Blender's history cannot be read: %s", error)
-        return []
-    steps = [step for line in printed.splitlines() if (step := _STEP.match(line))]
-    active = next((i for i, step in enumerate(steps) if "*" in step["flags"]), -1)
-    found = []
-    for step in reversed(steps[: active + 1]):
-        if step["type"] != "Sculpt":
-            break
-        found.append(step["name"])
-    return found
+    before, _ = sculpt_steps.steps()
+    return [step.name for step in takewhile(sculpt_steps.is_native, reversed(before))]
 
 
 def take_back(mesh: Callable[[], Mesh], is_back: Callable[[], bool]) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the .blend stores: a neural field on the object, the brush on the scene.
+"""What the .blend stores: a neural field on the object, the brush of the next stroke on a brush.
 
 The groups are reached through `field_of(object)` and `brush_of(context)`. The field lives in model
 space, which is the object's local space: world = object.matrix_world @ model.
@@ -29,7 +29,11 @@ from ..presets import curve_store
 from ..presets.shape_choices import CURVE, choice_property, chosen_preset
 
 GROUP = "neural_sculpt"
-"""Name of both groups: Object.neural_sculpt and Scene.neural_sculpt."""
+"""Name of all groups: Object.neural_sculpt, Brush.neural_sculpt, and Scene.neural_sculpt, where the
+brush is in older files."""
+
+BRUSH = ".neural_sculpt"
+"""Name of the data-block with the brush; a leading dot hides it from menus."""
 
 DEFAULT_RESOLUTION = 128
 
@@ -152,16 +156,13 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
 
 
 def _choose(brush: "NEURAL_SCULPT_PG_brush", context: Context) -> None:
-    """Load a preset that was chosen. The choice becomes an undo step: curves may be made here."""
+    """Load a preset that was chosen."""
+    curve_store.ensure_curves()
     for shape in (Profile, Modulation):
         choice = getattr(brush, shape.WORD)
         if (preset := chosen_preset(shape, choice)) is not None:
-            curve_store.set_curve(ensure_curves(brush), preset.kind, preset.points, preset.handles)
+            curve_store.set_curve(preset.kind, preset.points, preset.handles)
             setattr(brush, shape.WORD, CURVE)
-        elif choice == CURVE:
-            ensure_curves(brush)
-    if brush.pressure_radius or brush.pressure_intensity:
-        ensure_curves(brush)
 
 
 def _scene_units(length: str) -> dict[str, Any]:
@@ -262,7 +263,9 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
     scene_intensity: scene_intensity_property()
     profile: choice_property(Profile, "Cross-section of the stroke", "quintic", _choose)
     modulation: choice_property(Modulation, "Strength along the stroke", "identity", _choose)
-    curves: PointerProperty(type=NodeTree, options={"HIDDEN"})
+    curves: PointerProperty(
+        type=NodeTree, description="In older files: float curve nodes", options={"HIDDEN"}
+    )
     input: EnumProperty(
         name="Input",
         description="How a stroke is drawn",
@@ -295,24 +298,14 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
     pressure_radius: BoolProperty(
         name="Pressure on Radius",
         description="The pen's pressure changes the radius, by the curve",
-        update=_choose,
     )
     pressure_intensity: BoolProperty(
         name="Pressure on Intensity",
         description="The pen's pressure changes the intensity, by the curve",
         default=True,
-        update=_choose,
     )
     ends: ends_property()
     direction: direction_property()
-
-
-def ensure_curves(brush: NEURAL_SCULPT_PG_brush) -> NodeTree:
-    """The curves of the brush, made when there are none: what calls this is about to become an undo
-    step, so neither drawing nor a dialog that may be cancelled does."""
-    if brush.curves is None:
-        brush.curves = curve_store.make_curves()
-    return brush.curves
 
 
 class NEURAL_SCULPT_PG_point(PropertyGroup):
@@ -343,8 +336,8 @@ def field_of(ob: Object) -> NEURAL_SCULPT_PG_field:
 
 
 def brush_of(context: Context) -> NEURAL_SCULPT_PG_brush:
-    """The brush of the current scene."""
-    return getattr(context.scene, GROUP)
+    """The brush of the next stroke; until `kept_brush` has made it, what is in the scene."""
+    return getattr(curve_store.data_block(BRUSH) or context.scene, GROUP)
 
 
 def is_field(ob: Object | None) -> TypeGuard[Object]:

@@ -1,42 +1,94 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether the last step of Blender's history is one of Sculpt Mode's own.
+"""Steps of Blender's history, and borders among them: steps that undo and redo pass over.
 
-Blender takes back an ordinary undo step by loading the one before it, which it does only when that
-is an ordinary one, too. After a step of Sculpt Mode a change must therefore be preceded by an
-ordinary step that holds the scene as it was, or Ctrl Z would leave the change in place.
+Blender takes back an ordinary step by loading the ordinary step before it. Where a step of Sculpt
+Mode stands there it loads nothing, and the change would stay. So a change that follows such a step
+is preceded by a *border*: an ordinary step that holds the scene as the step of Sculpt Mode left it.
+Undo and redo go over a border and what is beyond it in one go, so the artist never meets one:
 
-Python can see the history only as text that Blender prints to its standard output.
+    native stroke, border, neural stroke     undo: to the border; then, as one, to the native
+                                             stroke, which loads nothing, and to what was before it
+                                             redo: to the native stroke; then, as one, to the
+                                             border, which looks the same, and to the neural stroke
+
+Python can see the history only as text that Blender prints to its standard output, in some 0.1 ms.
+Where it has none no step is passed over, and a border goes ahead of each change in Sculpt Mode.
 """
 
 import ctypes
 import logging
 import os
+import re
 import sys
 import tempfile
+from dataclasses import dataclass
 
 import bpy
 
 log = logging.getLogger(__name__)
 
+BORDER = "Border"
+"""Name of a border in the menu of the history."""
+
 _STDOUT = 1
-_OF_SCULPT_MODE = "type='Sculpt'"
+_LINE = re.compile(r"\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*)'")
+_OF_SCULPT_MODE = "Sculpt"
 
 
-def last_is_of_sculpt_mode() -> bool:
-    """Whether an ordinary step must go ahead of the next change; some 0.1 ms.
+@dataclass(frozen=True)
+class Step:
+    """A step of Blender's history; `address` tells steps of one name apart."""
 
-    Where Blender has no standard output to look at, yes: a step that changes nothing is no harm.
-    """
+    address: str
+    kind: str
+    name: str
+
+
+def active() -> Step | None:
+    """The step that the scene is at; None where the history cannot be read."""
+    before, _ = steps()
+    return before[-1] if before else None
+
+
+def needs_border() -> bool:
+    """Whether a border must go ahead of the next change."""
+    step = active()
+    return step is None or is_native(step)
+
+
+def is_native(step: Step) -> bool:
+    """Whether a step is one of Sculpt Mode's own, which hold nothing but the sculpted mesh."""
+    return step.kind == _OF_SCULPT_MODE
+
+
+def undo_passes() -> bool:
+    """Whether the scene is at a border, and undo must leave that first."""
+    step = active()
+    return step is not None and step.name == BORDER
+
+
+def redo_passes() -> bool:
+    """Whether a border is next and something behind it, and redo must go to the border first."""
+    _, after = steps()
+    return len(after) > 1 and after[0].name == BORDER
+
+
+def steps() -> tuple[list[Step], list[Step]]:
+    """The steps up to the active one, the oldest first, and those that redo would bring."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        if not bpy.ops.ed.undo_history.poll():  # Blender would crash  # pyright: ignore[reportCallIssue]
+            return [], []
     try:
-        steps = printed()
+        lines = [line for line in map(_LINE.match, _printed().splitlines()) if line]
     except OSError as error:
         log.debug("Blender's history cannot be read: %s", error)
-        return True
-    active = [line for line in steps.splitlines() if line.startswith("[*")]
-    return not active or _OF_SCULPT_MODE in active[-1]
+        lines = []
+    listed = [Step(line[2], line[3], line[4]) for line in lines]
+    place = 1 + next((i for i, line in enumerate(lines) if line[1] == "*"), -1)
+    return listed[:place], listed[place:]
 
 
-def printed() -> str:
+def _printed() -> str:
     """Blender's history as it prints it. OSError where it cannot print."""
     system = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
     with tempfile.TemporaryFile() as file:

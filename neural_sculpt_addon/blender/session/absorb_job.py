@@ -19,8 +19,11 @@ from .job import Job, Request, found
 LABEL = n_("Absorb")
 
 
-def absorb_job(ob: Object) -> Job:
-    """The job that makes one layer of all that differs between the proxy and the field."""
+def absorb_job(ob: Object, follows: bool = False) -> Job:
+    """The job that makes one layer of all that differs between the proxy and the field.
+
+    follows: see `Job`
+    """
     target = ob.session_uid
     absorbed: list[int] = []
 
@@ -41,4 +44,4 @@ def absorb_job(ob: Object) -> Job:
         native_edits.refuse_since(ob, absorbed[-1])
         add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
 
-    return Job(JobKind.ABSORB, LABEL, request, apply, target=target)
+    return Job(JobKind.ABSORB, LABEL, request, apply, target=target, follows=follows)

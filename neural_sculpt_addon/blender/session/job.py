@@ -13,6 +13,7 @@ from bpy.types import Object
 from ...stroke.stroke import Stroke
 from ...worker.client import JobKind, Message
 from ..locale.translations import translated
+from ..scene.sculpt_steps import Step
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,8 @@ class Job:
     request: makes the request when the job's turn comes
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
+    step:    of Blender's history, the last when the job was asked for, or a result of one before it
+    follows: whether the job only follows what is a step of Blender's history by itself
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
@@ -61,6 +64,8 @@ class Job:
     request: Callable[[], Request]
     apply: Callable[[Message], None]
     target: int | None = None
+    step: Step | None = None
+    follows: bool = False
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None

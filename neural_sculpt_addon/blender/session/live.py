@@ -121,7 +121,7 @@ def look() -> None:
     if proxy is None:
         if native_edits.edited(ob) and not session.pending(target):
             _left[target] = native_edits.mark(ob)  # if it cannot be, once is enough
-            _submit(absorb_job(ob))
+            _submit(absorb_job(ob, follows=True))
         return
     if proxy.has_failed:  # what is there is absorbed with the next stroke, or by Absorb
         proxy.strokes.clear()
@@ -239,7 +239,7 @@ def _job(target: int, proxy: _Proxy, stroke: _Stroke) -> Job:
         stroke.result = result
         _finish(target)
 
-    return Job(JobKind.BRUSHED, stroke.name, request, apply, target=target)
+    return Job(JobKind.BRUSHED, stroke.name, request, apply, target=target, follows=True)
 
 
 def _finish(target: int) -> None:
@@ -257,15 +257,16 @@ def _finish(target: int) -> None:
     preview.hide()
     if not np.array_equal(positions(), strokes[-1].seen):
         return  # more was done, which the next look will find
-    native_steps.take_back(
-        lambda: proxy_mesh.mesh_of(found(target)),
-        lambda: np.array_equal(positions(), proxy.positions),
-    )
-    del _proxies[target]
-    base = proxy.positions
-    for stroke in strokes:
-        assert stroke.result is not None
-        base = _commit(found(target), stroke, stroke.result, base)
+    with session.history_grows():
+        native_steps.take_back(
+            lambda: proxy_mesh.mesh_of(found(target)),
+            lambda: np.array_equal(positions(), proxy.positions),
+        )
+        del _proxies[target]
+        base = proxy.positions
+        for stroke in strokes:
+            assert stroke.result is not None
+            base = _commit(found(target), stroke, stroke.result, base)
     proxy_mesh.mesh_of(found(target)).update()
     _known(found(target), positions())  # for the next stroke, which may come at once
 

@@ -4,12 +4,11 @@ all.
 
 A change is a function from the old list to the new one. When it leaves the unmuted strokes as they
 are it is made at once; otherwise the worker adds up their layers, and computes again those that
-stand on others now. A change that is asked for while a replay still waits or runs joins it, so that
-many of them cost one replay.
+stand on others now. A change that is asked for while others wait or run is made on their result, as
+an undo step of its own.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 from bpy.types import Object
 
@@ -22,13 +21,6 @@ from .job import Job, Request, found
 from .worker_session import session
 
 Change = Callable[[Sequence[Entry]], Sequence[Entry]]
-
-
-@dataclass(eq=False)
-class Replay(Job):
-    """The job of one or more changes."""
-
-    changes: list[Change] = field(default_factory=list)
 
 
 def change_history(ob: Object, label: str, change: Change) -> Job | None:
@@ -47,25 +39,16 @@ def change_history(ob: Object, label: str, change: Change) -> Job | None:
             set_history(ob, wanted, label)
         return None
     live.refuse_edits(ob)
-    changes = [change]
-    if pending and isinstance(joined := pending[-1], Replay):
-        changes = [*joined.changes, change]
-        session.cancel_job(joined)
-    return _replay_job(target, label, changes)
 
-
-def _replay_job(target: int, label: str, changes: list[Change]) -> Replay:
     def changed() -> Sequence[Entry]:
-        listed: Sequence[Entry] = stroke_list.entries(found(target))
-        for change in changes:
-            listed = change(listed)
-        return listed
+        return change(stroke_list.entries(found(target)))
 
     def request() -> Request:
         return states.replay_request(found(target), changed(), new_revision())
 
     def apply(result: Message) -> None:
         native_edits.refuse(found(target))
-        set_history(found(target), changed(), label, result)
+        if (listed := changed()) != stroke_list.entries(found(target)):
+            set_history(found(target), listed, label, result)
 
-    return Replay(JobKind.REPLAY, label, request, apply, target=target, changes=changes)
+    return Job(JobKind.REPLAY, label, request, apply, target=target)

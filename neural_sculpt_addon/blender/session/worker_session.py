@@ -21,7 +21,8 @@ A `Watcher` hears what happens and shows it; the session knows nothing of window
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -35,7 +36,7 @@ from ...worker.client import Client, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
 from ...worker.protocol import ProtocolError
 from .. import preferences
-from ..scene import proxy_mesh
+from ..scene import proxy_mesh, sculpt_steps
 from ..scene.commit import in_edit_mode
 from ..scene.properties import field_of
 from .job import Job, JobStatus, find
@@ -78,10 +79,17 @@ class Session:
         self._ensure_worker()
         self.last_error = ""
         self.drop_behind()
+        job.step = sculpt_steps.active()
         self.jobs.append(job)
         self._advance()
         self._tell_waiting()  # while the worker begins
         self.watcher.work_came()
+
+    def submit_again(self, job: Job) -> None:
+        """Queue a job that was cancelled. SculptError when there is no worker to run it."""
+        job.base = ""
+        self._queue_again(job)
+        self.submit(job)
 
     def submit_behind(self, job: Job) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be."""
@@ -127,9 +135,13 @@ class Session:
         """The jobs on an object that have no result yet."""
         return [job for job in self.jobs if job.target == target and job.pending]
 
-    def newest_stroke(self) -> Job | None:
-        """The job of the last strokes drawn, while it has no result."""
-        return next((job for job in reversed(self.jobs) if job.pending and job.strokes), None)
+    def newest_change(self) -> Job | None:
+        """The job of the last change of a field, while it has no result, and nothing that is in
+        Blender's history was done after it was asked for."""
+        pending = (job for job in reversed(self.jobs) if job.pending)
+        changes = (job for job in pending if job.target is not None and not job.follows)
+        job = next(changes, None)
+        return job if job is not None and job.step == sculpt_steps.active() else None
 
     @property
     def hangs(self) -> bool:
@@ -324,10 +336,21 @@ class Session:
             self._hear_error(job, message.fields)
         else:
             self.worker.keep(message)
-            if self._try(job, partial(job.apply, message)):
-                self._end(job, JobStatus.DONE, "")
-            else:
-                self._silence(job)
+            with self.history_grows():
+                if self._try(job, partial(job.apply, message)):
+                    self._end(job, JobStatus.DONE, "")
+                else:
+                    self._silence(job)
+
+    @contextmanager
+    def history_grows(self) -> Iterator[None]:
+        """While results reach Blender's history: the jobs that wait were asked for after them."""
+        before = sculpt_steps.active()
+        yield
+        after = sculpt_steps.active()
+        for job in self.jobs:
+            if job.step == before:
+                job.step = after
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]
