@@ -38,7 +38,7 @@ from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
 from ..threads import join
-from .edit_rows import EditedSurface
+from .edit_rows import AROUND, EditedSurface
 from .spline_system import Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
@@ -199,9 +199,15 @@ class LocalEdit:
         """The layer without surface where `islands` are, which it has but nobody asked for.
 
         Rows are added at their vertices, and those that lie close by are brought to the same side.
+        There may be coarse nodes alone, which cannot be told to do otherwise there and the same
+        around: fine ones are added.
         """
         level, rows = self.resolution.level, self._rows
-        h = spacing(level)
+        h, field = spacing(level), self._field.plus(self._layer)
+        added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
+        self._active = np.union1d(self._active, added)
+        middles = centres(places(added, level), level)
+        rows.add(middles, values(field, middles), np.zeros(len(added), np.float32), AROUND)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
         tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
@@ -211,7 +217,7 @@ class LocalEdit:
         rows.residuals[some] += wanted - now
         rows.targets[some] = wanted
         targets = np.float32(CLEAR * h) * side
-        before = values(self._field.plus(self._layer), islands.points)
+        before = values(field, islands.points)
         rows.add(islands.points, targets, targets - before, HEAVIER)
         self._add(level, self._active)
         return self._layer
