@@ -63,7 +63,7 @@ from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .presets import shape_choices
-from .scene import history, kept_brush
+from .scene import history, kept_brush, sound_strings
 from .scene.properties import (
     GROUP,
     NEURAL_SCULPT_PG_brush,
@@ -130,6 +130,7 @@ CLASSES = (
 
 
 PARTS = (
+    sound_strings,
     session_display,
     history,
     live,
