@@ -45,7 +45,9 @@ class Tampered(SculptCase):
         self.assertIn("base_weights was damaged", self.said)
 
     def test_bytes_where_text_should_be(self) -> None:
-        group = self.opened_with(source=b"\xff\xfe", stroke_data=b"\xff" * 1000, stroke_name=b"\xff")
+        group = self.opened_with(
+            source=b"\xff\xfe", stroke_data=b"\xff" * 1000, stroke_name=b"\xff"
+        )
         self.assertEqual(group.source, "")
         self.assertEqual((group.strokes[0].data, group.strokes[0].name), ("", ""))
 

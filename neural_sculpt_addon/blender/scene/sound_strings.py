@@ -20,7 +20,6 @@ from .properties import GROUP
 log = logging.getLogger(__name__)
 
 
-
 @persistent
 def look(*_: object) -> None:
     """Look at all that is ours in this file."""
