@@ -25,7 +25,8 @@ def look(*_: object) -> None:
     """Look at all that is ours in this file."""
     for owner in (*bpy.data.objects, *bpy.data.brushes, *bpy.data.scenes):
         if (stored := _stored(owner)) is not None:
-            for name in _dropped(stored, owner.bl_rna.properties[GROUP].fixed_type):
+            group: Any = owner.bl_rna.properties[GROUP]
+            for name in _dropped(stored, group.fixed_type):
                 log.warning("%s: its %s was damaged, and is empty now", owner.name, name)
 
 
