@@ -65,6 +65,21 @@ class DrawnStroke(SculptCase):
         stroke = self.drawn()
         np.testing.assert_allclose(stroke.radius_factors, [BRUSH.NARROWEST, 0.5, 1.0], atol=1e-3)
 
+    def test_the_right_of_the_widget_is_the_right_of_the_stroke(self) -> None:
+        """Seen from the front, a stroke upwards over the sphere has positive x at its right."""
+        self.brush.profile = "CURVE"
+        self.set_curve("profile", (-1.0, 0.0), (0.0, 0.0), (0.5, 1.0), (1.0, 0.0))
+        angle = np.linspace(-0.3, 0.3, 9)
+        points = 0.6 * np.stack([0 * angle, -np.cos(angle), np.sin(angle)], axis=1)
+        line = Line(0.1, [tuple(p) for p in points], [1.0] * 9)
+        stroke = BRUSH.drawn_stroke(bpy.context, self.ob, line, False)
+        path = module("stroke.path").make_path(points, points / 0.6)
+        sides = np.array([[0.1, -(0.35**0.5), 0.0], [-0.1, -(0.35**0.5), 0.0]])
+        displace = module("stroke.displacement").displace
+        right, left = displace(stroke, path, sides, sides / 0.6).amount
+        self.assertAlmostEqual(right, stroke.brush.intensity, delta=2e-3)
+        self.assertAlmostEqual(left, 0.0, delta=1e-3)
+
     def test_a_mouse_presses_fully(self) -> None:
         self.brush.pressure_radius = self.brush.pressure_intensity = True
         for name in ("pressure_radius", "pressure_intensity"):

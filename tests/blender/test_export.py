@@ -2,10 +2,12 @@
 """Export: each kind of file read back, and what cannot be written."""
 
 import importlib.util
+import types
+from pathlib import Path
 
 import bpy
 import numpy as np
-from harness import RESOLUTION, SculptCase, add, in_world, stroke, vertices
+from harness import RESOLUTION, SculptCase, add, in_world, module, stroke, vertices
 from mathutils import Euler, Matrix
 
 
@@ -87,6 +89,34 @@ class Export(SculptCase):
             len(ob.data.polygons) / len(self.ob.data.polygons) / 2, 4.0, delta=0.2
         )
         self.assertTrue(ob.data.materials[0].name.startswith("Clay"))
+
+    def test_without_modifiers_and_as_text(self) -> None:
+        self.ob.modifiers.new("Twice", "ARRAY").count = 2
+        faces = len(self.ob.data.polygons)
+        given = {"resolution": RESOLUTION, "modifiers": False}
+        path = self.export("plain.stl", text=True, **given)
+        with open(path, encoding="ascii") as file:
+            facets = sum(line.split()[:1] == ["facet"] for line in file)
+        self.assertEqual(facets, faces)
+
+    def test_the_format_of_the_dialog_is_the_suffix(self) -> None:
+        operator = bpy.types.NEURAL_SCULPT_OT_export
+        for given, chosen, wanted in (
+            ("/a/Torus", "SAFETENSORS", "/a/Torus.safetensors"),
+            ("/a/Torus.safetensors", "VDB", "/a/Torus.vdb"),
+            ("/a/Torus.OBJ", "OBJ", "/a/Torus.OBJ"),
+            ("/a/v1.2", "STL", "/a/v1.2.stl"),
+        ):
+            shown = types.SimpleNamespace(filepath=given, format=chosen)
+            changed = operator.check(shown, bpy.context)
+            self.assertEqual(Path(shown.filepath), Path(wanted))
+            self.assertEqual(changed, given != wanted)
+
+    def test_every_format_has_a_suffix_of_its_own(self) -> None:
+        properties = bpy.ops.neural_sculpt.export.get_rna_type().properties
+        kinds = module("blender.operators.export").KINDS
+        names = {f".{item.identifier.lower()}" for item in properties["format"].enum_items}
+        self.assertEqual(names, set(kinds))
 
     def test_level_set(self) -> None:
         path = self.folder / "field.vdb"

@@ -37,9 +37,10 @@ class Presets(SculptCase):
         return np.linspace(*self.files.BOUNDS[kind], 257)
 
     def gets(self, kind: str) -> np.ndarray:
-        """What a stroke gets at the same points."""
+        """What a stroke gets at the same points, the right of the widget at its right."""
+        to_left = -1 if kind == "profile" else 1
         return getattr(module("blender.scene.brush").current_brush(bpy.context), kind)(
-            self.domain(kind)
+            to_left * self.domain(kind)
         )
 
     def test_the_paper_and_more_can_be_chosen(self) -> None:

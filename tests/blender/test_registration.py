@@ -103,6 +103,7 @@ class Tool(unittest.TestCase):
 
     def test_keys(self) -> None:
         expected = [
+            ("gpencil.annotate", "LEFTMOUSE", False, False),  # with D
             ("neural_sculpt.draw", "LEFTMOUSE", False, False),
             ("neural_sculpt.draw", "LEFTMOUSE", True, False),
             ("neural_sculpt.draw", "LEFTMOUSE", False, True),

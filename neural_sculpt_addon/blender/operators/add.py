@@ -34,7 +34,7 @@ class NEURAL_SCULPT_OT_add(Operator):
         description="What the field is made of",
         items=[
             *((name, name.title(), f"A {name.lower()} as a neural field") for name in PRIMITIVES),
-            (FILE, "From File", "A network from a .safetensors or .pth file"),
+            (FILE, "From File…", "A network from a .safetensors or .pth file"),
         ],
     )
     filepath: StringProperty(

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
-from bpy.props import BoolProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ...stroke.errors import SculptError
@@ -24,18 +24,25 @@ from ..session import states
 from ..session.job import Job, Request, find
 from .launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 
-NETWORK = ".safetensors"
-KINDS = {
-    **dict.fromkeys((NETWORK, ".pth"), JobKind.SAVE),
-    **dict.fromkeys((".obj", ".ply", ".stl", ".glb", ".gltf"), JobKind.MESH),
-    level_set.SUFFIX: JobKind.SAMPLE,
-}
+FORMATS = (
+    ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),
+    ("PTH", "Network (.pth)", "The format of the paper's authors, for fields without detail"),
+    ("OBJ", "Wavefront (.obj)", "A mesh as text, with materials"),
+    ("PLY", "Stanford (.ply)", "A mesh"),
+    ("STL", "STL (.stl)", "A mesh for 3D printing"),
+    ("GLB", "glTF Binary (.glb)", "A mesh with materials in one file"),
+    ("GLTF", "glTF Separate (.gltf)", "A mesh with materials in several files"),
+    ("VDB", "OpenVDB Level Set (.vdb)", "Signed distances on a grid"),
+)
+KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
+KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
 """What the worker makes for a file of each suffix."""
+WITH_TEXT = {".ply", ".stl"}  # whose default is binary
 DEFAULT_RESOLUTION = 256
 
 
 class NEURAL_SCULPT_OT_export(Operator):
-    """Export the active neural field as a network, a mesh or a level set"""
+    """Export the active neural field as a field, a network, a mesh or a level set"""
 
     bl_idname = "neural_sculpt.export"
     bl_label = "Export Neural Field"
@@ -48,9 +55,21 @@ class NEURAL_SCULPT_OT_export(Operator):
         subtype="FILE_PATH",
         options={"SKIP_SAVE"},
     )
+    format: EnumProperty(
+        name="Format",
+        description="What is written; in scripts the suffix of the file tells",
+        items=FORMATS,
+        options={"SKIP_SAVE"},
+    )
     resolution: resolution_property(
         "Cells along an edge of the field's box, for a mesh or a level set", DEFAULT_RESOLUTION
     )
+    modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description="Write the mesh with the modifiers of the object",
+        default=True,
+    )
+    text: BoolProperty(name="ASCII", description="Write text, which is larger and slower")
     filter_glob: StringProperty(
         default=";".join(f"*{suffix}" for suffix in KINDS), options={"HIDDEN"}
     )
@@ -64,14 +83,33 @@ class NEURAL_SCULPT_OT_export(Operator):
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for the file."""
         if not self.filepath:
-            self.filepath = bpy.path.clean_name(active_field(context).name) + NETWORK
+            self.filepath = bpy.path.clean_name(active_field(context).name)
+            self.check(context)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
+    def check(self, context: Context) -> bool:
+        """Give the file the suffix of the format; whether it had another one."""
+        path, suffix = Path(self.filepath), f".{self.format.lower()}"
+        if path.suffix.lower() == suffix:
+            return False
+        stem = path.stem if path.suffix.lower() in KINDS else path.name
+        self.filepath = str(path.with_name(stem + suffix))
+        return True
+
     def draw(self, context: Context) -> None:
-        """Draw the resolution and its cost, beside the files."""
-        self.layout.prop(self, "resolution")
-        estimate.draw(self.layout, active_field(context), self.resolution)
+        """Draw the format and what can be chosen for it, beside the files."""
+        layout = self.layout
+        layout.prop(self, "format", text="")
+        suffix = f".{self.format.lower()}"
+        if KINDS[suffix] is JobKind.SAVE:
+            return
+        layout.prop(self, "resolution")
+        estimate.draw(layout, active_field(context), self.resolution)
+        if KINDS[suffix] is JobKind.MESH:
+            layout.prop(self, "modifiers")
+        if suffix in WITH_TEXT:
+            layout.prop(self, "text")
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
@@ -87,6 +125,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             level_set.check()
         target = active_field(context).session_uid
         fields = {"path": str(path), "resolution": self.resolution}
+        modifiers, text = self.modifiers, self.text  # the operator is gone when the worker is done
 
         def exported() -> Object:
             if (ob := find(target)) is None:
@@ -103,23 +142,31 @@ class NEURAL_SCULPT_OT_export(Operator):
             if kind is JobKind.SAMPLE:
                 level_set.write(path, result.arrays["band"], ob.matrix_world, world_scale(ob))
             else:
-                _write_mesh(path, ob, result)
+                _write_mesh(path, ob, result, modifiers, text)
 
         return launch(self, Job(kind, f"Export {path.name}", request, write))
 
 
-def _write_mesh(path: Path, ob: Object, result: Message) -> None:
+def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:
     """Write the result's mesh as if it were the object's: its place, materials, modifiers."""
+    suffix = path.suffix.lower()
     with in_window(), _stand_in(ob, result):
         try:
-            if path.suffix.lower() in (".glb", ".gltf"):
-                kind = "GLB" if path.suffix.lower() == ".glb" else "GLTF_SEPARATE"
+            if suffix in (".glb", ".gltf"):
                 bpy.ops.export_scene.gltf(
-                    filepath=str(path), export_format=kind, use_selection=True, export_apply=True
+                    filepath=str(path),
+                    export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
+                    use_selection=True,
+                    export_apply=modifiers,
                 )
             else:
-                export = getattr(bpy.ops.wm, f"{path.suffix.lower()[1:]}_export")
-                export(filepath=str(path), export_selected_objects=True)
+                given = {"ascii_format": text} if suffix in WITH_TEXT else {}
+                getattr(bpy.ops.wm, f"{suffix[1:]}_export")(
+                    filepath=str(path),
+                    export_selected_objects=True,
+                    apply_modifiers=modifiers,
+                    **given,
+                )
         except RuntimeError as error:  # an operator's error report
             cause = str(error).strip().removeprefix("Error: ")
             raise SculptError(

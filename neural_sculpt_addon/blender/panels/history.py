@@ -38,10 +38,11 @@ class NEURAL_SCULPT_UL_strokes(UIList):
         name.active = not item.muted
         is_stroke = bool(item.data)
         sign = "CURVE_DATA" if is_stroke else "SCULPTMODE_HLT"
+        alone = len(data.strokes) > 1 and [s.uid for s in data.strokes if not s.muted] == [item.uid]
         name.prop(item, "name", text="", emboss=False, icon=sign)
         for operator, sign in (
             *((("edit_stroke", "GREASEPENCIL"),) if is_stroke else ()),
-            ("solo_stroke", "SOLO_OFF"),
+            ("solo_stroke", "SOLO_ON" if alone else "SOLO_OFF"),
             ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF"),
         ):
             button = row.operator(f"neural_sculpt.{operator}", text="", icon=sign, emboss=False)

@@ -24,10 +24,18 @@ def draw_object(menu: Menu, context: Context) -> None:
     menu.layout.operator("neural_sculpt.boolean", icon="MOD_BOOLEAN")
 
 
+def draw_export(menu: Menu, context: Context) -> None:
+    """File, Export, Neural Field."""
+    menu.layout.operator(
+        "neural_sculpt.export", text="Neural Field (.safetensors, .pth, .obj, .stl, .vdb, …)"
+    )
+
+
 _ENTRIES = (
     ("VIEW3D_MT_add", draw_add),
     ("VIEW3D_MT_object_convert", draw_convert),
     ("VIEW3D_MT_object", draw_object),
+    ("TOPBAR_MT_file_export", draw_export),
 )
 
 

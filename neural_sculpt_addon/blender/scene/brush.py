@@ -33,9 +33,10 @@ def current_brush(context: Context) -> Brush:
 
 
 def profile(choice: str) -> Profile:
-    """What a choice of profile means."""
+    """What a choice of profile means: the right of its widget is the right of the stroke, where
+    v is -1."""
     if choice == CURVE:
-        return Profile(table=curve_store.table(curve_store.PROFILE))
+        return Profile(table=curve_store.table(curve_store.PROFILE)[::-1])
     return Profile(choice.lower())
 
 

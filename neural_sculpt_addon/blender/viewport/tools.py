@@ -24,6 +24,11 @@ def _press(key: str, **modifiers: bool) -> dict[str, object]:
 
 
 KEYS = (
+    (  # Blender's own, which stands behind the keys of tools
+        "gpencil.annotate",
+        {**_press("LEFTMOUSE"), "key_modifier": "D"},
+        {"properties": [("mode", "DRAW"), ("wait_for_input", False)]},
+    ),
     (DRAW, _press("LEFTMOUSE"), None),
     (DRAW, _press("LEFTMOUSE", ctrl=True), {"properties": [("invert", True)]}),
     (DRAW, _press("LEFTMOUSE", shift=True), {"properties": [("clicks", True)]}),
