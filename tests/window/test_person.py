@@ -36,6 +36,17 @@ class Person(WindowCase):
         person(*mouse(middle()), "key", "ctrl+z")
         yield from hand.until(lambda: state(field()) == before, 30, "the field without the stroke")
 
+    def test_d_annotates(self) -> Steps:
+        """As with Blender's own tools, while ours is chosen."""
+        yield from self.add()
+        before = state(field())
+        focus()
+        person("keydown", "d")
+        yield from draw(self.arc())
+        person("keyup", "d")
+        yield from hand.until(lambda: annotated() == 1, 30, "an annotation")
+        self.assertEqual(state(field()), before)
+
     def test_orders(self) -> Steps:
         """Each press of Ctrl Z takes back one thing, each of Shift Ctrl Z brings it back."""
         yield from self.add()
@@ -120,6 +131,13 @@ class PersonHands:
 
     def path(self) -> Array:
         return self.case.arc(self.random.uniform(-0.7, 0.7))
+
+
+def annotated() -> int:
+    """How many strokes annotations have."""
+    blocks = bpy.data.annotations if hasattr(bpy.data, "annotations") else bpy.data.grease_pencils
+    layers = [layer for block in blocks for layer in block.layers]
+    return sum(len(frame.strokes) for layer in layers for frame in layer.frames)
 
 
 def draw(path: Array) -> Steps:
