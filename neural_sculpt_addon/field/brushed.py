@@ -189,20 +189,19 @@ def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Pa
     margin = REACH * max(spacing(COARSEST), deepest)
     low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
     inside = ((proxy.vertices > low) & (proxy.vertices < high)).all(axis=1)
-    chosen = proxy.triangles[inside[proxy.triangles].all(axis=1)]
-    used, corners = np.unique(chosen, return_inverse=True)
-    rest = bent(proxy.vertices[used], corners.reshape(-1, 3), np.zeros(len(used), bool))
-    points = rest.points.astype(float)
     tree = igl.AABB()
     before, triangles = brushed.before.astype(float), brushed.triangles.astype(np.int64)
     tree.init(before, triangles)
     edge = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
-    square = np.asarray(tree.squared_distance(before, triangles, points)[0])
-    beyond = square > (WITHIN * edge) ** 2
+    points = proxy.vertices[inside].astype(float)
+    inside[inside] = tree.squared_distance(before, triangles, points)[0] > (WITHIN * edge) ** 2
+    chosen = proxy.triangles[inside[proxy.triangles].all(axis=1)]
+    used, corners = np.unique(chosen, return_inverse=True)
+    rest = bent(proxy.vertices[used], corners.reshape(-1, 3), np.zeros(len(used), bool))
     return Patch(
-        np.concatenate([new.points, rest.points[beyond]]),
-        np.concatenate([new.gradients, rest.gradients[beyond]]),
-        np.concatenate([new.moved, rest.moved[beyond]]),
+        np.concatenate([new.points, rest.points]),
+        np.concatenate([new.gradients, rest.gradients]),
+        np.concatenate([new.moved, rest.moved]),
     )
 
 

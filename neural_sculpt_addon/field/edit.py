@@ -15,7 +15,7 @@ from typing import Any
 
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, rising, silent, sub_progress
-from ..stroke.stroke import Stroke
+from ..stroke.stroke import Kind, Stroke
 from . import metrics
 from .detail import Coefficients, spacing, support
 from .field import Field
@@ -23,8 +23,10 @@ from .pieces import Asked, components, find_islands
 from .prepare import CELLS, Preparation, prepare
 from .problem import Problem, pose
 from .proxy import Proxy, extract, update
+from .reshape import reshape
 from .solvers import gauss_newton, paper
 from .solvers.local import LocalEdit, resolution
+from .surface import Samples
 
 REPAIRS = 8
 """How often at most islands are looked for and solved away."""
@@ -46,6 +48,8 @@ class Edit:
     """What one stroke made of a field.
 
     layer:   the detail that it added; None of a solver that changes the network
+    goal:    the surface that was asked for, of a stroke that reshapes what is there
+    height:  the longest way to it
     seconds: from the stroke's end to the new field, without its proxy
     """
 
@@ -55,6 +59,8 @@ class Edit:
     layer: Coefficients | None
     proxy: Proxy
     seconds: float
+    goal: Samples | None = None
+    height: float = 0.0
 
     @cached_property
     def preparation(self) -> Preparation:
@@ -73,18 +79,29 @@ class Edit:
             reached, floor = support(self.layer), HELD * spacing(max(self.layer))
         tell = rising(progress)
         problem = replace(self.problem, check=lambda: tell(0.0, metrics.MEASURING))
-        measures = metrics.measure(problem, self.field, self.proxy, reached, floor, tell)
-        if chamfer:
+        if self.goal is None:
+            measures = metrics.measure(problem, self.field, self.proxy, reached, floor, tell)
+        else:
+            measures = metrics.measure_goal(
+                problem, self.field, self.proxy, reached, floor, self.goal, self.height, tell
+            )
+        if chamfer and self.goal is None:
             measures |= metrics.chamfer(problem, self.field, self.proxy)
         return {
             "stroke": problem.stroke.name,
             "solver": self.solver.value,
             "seconds": self.seconds,
             "levels": sorted(self.layer or ()),
-            "limited": self.layer is not None and resolution(problem).is_limited,
+            "limited": self._is_limited,
             "widths": list(self.field.network.widths),
             **measures,
         }
+
+    @property
+    def _is_limited(self) -> bool:
+        if self.layer is None or self.goal is not None:
+            return False
+        return resolution(self.problem).is_limited
 
 
 def sculpt(
@@ -107,6 +124,8 @@ def sculpt(
     started = time.perf_counter()
     progress = rising(progress)
     problem = pose(preparation, stroke, lambda: progress(0.0, "Sculpting"))
+    if stroke.kind is not Kind.DRAW:
+        return _reshape(problem, chosen, started, sub_progress(progress, 0.1, 1.0))
     if chosen is Solver.LOCAL:
         return _sculpt_detail(problem, started, sub_progress(progress, 0.1, 1.0))
     share = sub_progress(progress, 0.1, 0.8)
@@ -119,6 +138,19 @@ def sculpt(
     seconds = time.perf_counter() - started
     proxy = extract(Field(network), CELLS, sub_progress(progress, 0.8, 1.0))
     return Edit(problem, chosen, Field(network), None, proxy, seconds)
+
+
+def _reshape(problem: Problem, solver: Solver, started: float, progress: Progress) -> Edit:
+    """The edit of a stroke that reshapes what is there."""
+    if solver is not Solver.LOCAL:
+        raise SculptError(
+            f"A stroke that is to {problem.stroke.kind} adds detail, which the solver {solver} does"
+            " not. Use the solver local; in Blender, choose Detail for the field."
+        )
+    (preparation, layer, _, _), goal, height = reshape(problem, progress)
+    seconds = time.perf_counter() - started
+    field, proxy = preparation.field, preparation.proxy
+    return Edit(problem, solver, field, layer, proxy, seconds, goal, height)
 
 
 def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit:

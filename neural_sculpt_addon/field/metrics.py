@@ -86,7 +86,6 @@ def measure(
 
     A measure over an empty region (a closed stroke has no cap) is None.
     """
-    before = problem.preparation
     progress(0.0, MEASURING)
     share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
@@ -102,10 +101,7 @@ def measure(
     )
     cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
     progress(0.4, MEASURING)
-    near = problem.nearness(before.surface)
-    far = near > FAR
-    moved, turned = _moved(problem, edited, reached)
-    worst = int(np.argmax(np.where(far, turned, 0)))
+    elsewhere = _elsewhere(problem, edited, proxy, reached)
     progress(0.8, MEASURING)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
@@ -113,18 +109,62 @@ def measure(
         **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
+        **elsewhere,
+        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "gradient": float(np.abs(found.slope[core] - 1).mean()),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
+    }
+    return {**measures, "tolerance_met": _is_met(measures)}
+
+
+def measure_goal(
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None,
+    floor: float,
+    goal: Samples,
+    height: float,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """The measures of a stroke that reshapes what is there; the tube is the `goal`, the surface
+    asked for where the stroke moves it, and `height` the longest way. Others as of `measure`."""
+    progress(0.0, MEASURING)
+    found = in_pieces(
+        lambda part: find_surface(edited, goal.points[part]), len(goal.points), problem.check
+    )
+    cosine = np.einsum("ij,ij->i", found.normals, goal.normals)
+    progress(0.4, MEASURING)
+    measures = {
+        **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
+        "height": height,
+        "gain": 1.0,
+        **_elsewhere(problem, edited, proxy, reached),
+        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "gradient": float(np.abs(found.slope - 1).mean()),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), floor),
+    }
+    return {**measures, "tolerance_met": _is_met({**measures, "reverse_p95": None})}
+
+
+def _elsewhere(
+    problem: Problem, edited: Field, proxy: Proxy, reached: NDArray[np.int32] | None
+) -> dict[str, Any]:
+    """What has changed beside the stroke, and the pieces."""
+    before = problem.preparation
+    near = problem.nearness(before.surface)
+    far = near > FAR
+    moved, turned = _moved(problem, edited, reached)
+    worst = int(np.argmax(np.where(far, turned, 0)))
+    return {
         **_summary("rim", moved[(near > 1) & ~far], mean="mean"),
         **_summary("drift", moved[far], mean="mean", p99=99, max="max"),
         "untouched_normal_rms": float(np.sqrt((turned[far] ** 2).mean())) if far.any() else 0.0,
         "untouched_normal_max": float(turned[worst]) if far.any() else 0.0,
         "untouched_worst": before.surface.points[worst].tolist(),
-        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
-        "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "components_before": components(before.proxy),
         "components_after": components(proxy),
-        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
     }
-    return {**measures, "tolerance_met": _is_met(measures)}
 
 
 def _is_met(measures: dict[str, Any]) -> bool:

@@ -230,13 +230,18 @@ class Problem:
         Normals that turn within less than the way to go fan out, and cross each other.
         """
         field = self.field
-        coarse = field.detail.up_to(round(-math.log2(GUIDED * self._radius)))
-        if coarse.levels == field.detail.levels:
+        if self.coarse.detail.levels == field.detail.levels:
             return field
         tubes = [sample_tube(field, *one, *GUIDING, check=self.check) for one in self.laid]
         if not crossings(field, *join([(t.surface, t.target) for t in tubes]), self.check).any():
             return field
-        return replace(field, detail=coarse)
+        return self.coarse
+
+    @cached_property
+    def coarse(self) -> Field:
+        """The field without detail that is fine for the stroke."""
+        detail = self.field.detail.up_to(round(-math.log2(GUIDED * self._radius)))
+        return replace(self.field, detail=detail)
 
     def gaps(self, surface: Samples, spacing: float) -> tuple[Samples, Samples]:
         """Samples of the unedited surface under the stroke of which the tube's samples `surface`

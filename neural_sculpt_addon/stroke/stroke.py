@@ -29,6 +29,21 @@ AXES = "XYZ"
 T = TypeVar("T")
 
 
+class Kind(StrEnum):
+    """What a stroke does to the surface.
+
+    DRAW:    displaces it by the intensity, a length
+    SMOOTH, FLATTEN, PINCH: bring it a share of the way to what it would be without what is finer
+             than the stroke, flat, or drawn together. The share is the intensity; a negative one
+             goes the other way
+    """
+
+    DRAW = "draw"
+    SMOOTH = "smooth"
+    FLATTEN = "flatten"
+    PINCH = "pinch"
+
+
 class Ends(StrEnum):
     """What an open stroke does beyond its first and last point."""
 
@@ -55,6 +70,7 @@ class Stroke:
     radius_factors, intensity_factors: (K,) or None, pen pressure at each control point, >= 0
     mirror:  the axes across whose planes (x = 0, ...) the stroke is repeated
     seed:    of all random numbers that its edit draws
+    kind:    what it does; the brush's intensity is a length or a share accordingly
     """
 
     points: NDArray[np.float64]
@@ -67,6 +83,7 @@ class Stroke:
     mirror: frozenset[str] = frozenset()
     name: str = ""
     seed: int = 0
+    kind: Kind = Kind.DRAW
 
     def __post_init__(self) -> None:
         """Bring arrays to float64 and refuse what is no stroke. SculptError."""
@@ -132,6 +149,8 @@ class Stroke:
         for word in ("radius_factors", "intensity_factors"):
             if (factors := getattr(self, word)) is not None:
                 data[word] = factors.tolist()
+        if self.kind is not Kind.DRAW:
+            data["kind"] = self.kind.value
         if self.ends is not Ends.ROUND:
             data["ends"] = self.ends.value
         if self.direction is not Direction.SURFACE:
@@ -170,12 +189,13 @@ class Stroke:
             mirror=frozenset(_read(reading.text, data, "mirror", "")),
             name=_read(reading.text, data, "name", ""),
             seed=_read(reading.integer, data, "seed", 0),
+            kind=_read(Kind, data, "kind", Kind.DRAW),
         )
 
 
 _WORDS = {
     *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
-    *("intensity_factors", "ends", "direction", "mirror", "name", "seed"),
+    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind"),
 }
 
 
