@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Goals of strokes that reshape what is there: smooth, flatten, pinch (docs/method.md, section 5).
+"""Goals of strokes that reshape what is there: smooth, flatten, pinch (docs/method.md, section 6).
 
 smooth   x' minimises |x' - x|^2 + s^4 |curvature of x'|^2: the biharmonic fairing of Desbrun et al.
          1999. What is shorter than some 6 s goes, what is longer stays, and round shapes do not

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes that reshape what is there become layers (docs/method.md, section 5).
+"""Strokes that reshape what is there become layers (docs/method.md, section 6).
 
     patch of triangles under the stroke -> goals -> a share of the way -> as a brush of Blender's
 

@@ -52,6 +52,24 @@ class DrawnStroke(SculptCase):
     def test_inverted(self) -> None:
         self.assertAlmostEqual(self.drawn(inverted=True).brush.intensity, -0.04, places=6)
 
+    def test_kinds(self) -> None:
+        """The panel's kind with its strength; smoothing by a key leaves the panel alone."""
+        self.brush.strength = 0.25
+        line = Line(0.1, list(POINTS), list(PRESSURES))
+        smooth = module("stroke.stroke").Kind.SMOOTH
+        stroke = BRUSH.drawn_stroke(bpy.context, self.ob, line, False, smooth)
+        self.assertEqual((stroke.kind, stroke.brush.intensity), ("smooth", 0.25))
+        self.assertEqual(stroke.name, "Smooth")
+        sharpened = BRUSH.drawn_stroke(bpy.context, self.ob, line, True, smooth)
+        self.assertEqual(sharpened.brush.intensity, -0.25)
+        drawn = self.drawn()
+        self.assertEqual((drawn.kind, drawn.name), ("draw", ""))
+        self.assertAlmostEqual(drawn.brush.intensity, 0.04, places=6)
+        self.brush.kind = "PINCH"
+        pinched = self.drawn()
+        self.assertEqual((pinched.kind, pinched.brush.intensity), ("pinch", 0.25))
+        self.assertEqual(BRUSH.seen(pinched.brush, pinched.kind).intensity, 0.0)
+
     def test_pressure_goes_through_its_curve(self) -> None:
         self.brush.pressure_intensity = True
         self.set_curve("pressure_intensity", (0.0, 1.0), (1.0, 0.0))

@@ -10,6 +10,7 @@ from harness import (
     SculptCase,
     add,
     arc,
+    brush_settings,
     field,
     push_undo,
     redo,
@@ -176,6 +177,28 @@ class History(SculptCase):
         self.assertEqual(changed, {"intensity", "profile"})
         undo()
         self.assertEqual(state(field("Sphere")), self.drawn)
+
+    def test_a_stroke_that_smooths(self) -> None:
+        """It is edited and muted as all strokes are, and computed again on what is below."""
+        top = arc(self.ob) * (SIZE + INTENSITY) / SIZE
+        settings = brush_settings()
+        settings.kind, settings.strength = "SMOOTH", 1.0
+        stroke(top, radius=0.3)
+        smooth = strokes_of(self.ob)[-1]
+        self.assertEqual((smooth["kind"], smooth["intensity"]), ("smooth", 1.0))
+        self.assertEqual(self.names()[-1], "Smooth")
+        faired = self.heights()["One"]
+        self.assertLess(faired, 0.75)
+        self.assert_heights(Two=1, Three=1)
+        ops.edit_stroke(uid=self.uid("Smooth"), strength=0.5)
+        self.assertEqual(strokes_of(self.ob)[-1], {**smooth, "intensity": 0.5})
+        self.assertAlmostEqual(self.heights()["One"], (1 + faired) / 2, delta=0.1)
+        ops.mute_stroke(uid=self.uid("Smooth"))
+        before = np.frombuffer(self.drawn[5], np.float32).reshape(-1, 3)
+        np.testing.assert_allclose(vertices(self.ob), before, atol=1e-3)
+        ops.mute_stroke(uid=self.uid("Smooth"))
+        ops.mute_stroke(uid=self.uid("One"))
+        self.assert_heights(One=0, Two=1, Three=1)
 
     def test_edit_again_without_pressure(self) -> None:
         pressed = [

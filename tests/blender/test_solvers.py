@@ -5,7 +5,19 @@ import json
 
 import bpy
 import numpy as np
-from harness import SculptCase, add, arc, field, module, state, stroke, undo, vertices
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    brush_settings,
+    collection,
+    field,
+    module,
+    state,
+    stroke,
+    undo,
+    vertices,
+)
 
 ops = bpy.ops.neural_sculpt
 RADIUS, INTENSITY = 0.2, 0.05
@@ -51,6 +63,9 @@ class Solvers(SculptCase):
         self.assertGreater(len(group.weights), 0)
         self.assertFalse(ops.absorb.poll())
         drawn = group.weights
+        brush_settings().kind = "SMOOTH"
+        self.assert_fails("Detail", ops.stroke, points=collection(arc(self.ob, tilt=1.0)))
+        self.assertEqual(group.weights, drawn)
         ops.mute_stroke()
         self.assertEqual(group.weights, b"")
         self.assertAlmostEqual(self.top(), 0.0, delta=0.1)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strokes by hand: drawn, cancelled, undone, saved."""
 
+from functools import partial
+
 import bpy
 import numpy as np
 import simulated_input as hand
@@ -61,9 +63,9 @@ class Strokes(WindowCase):
         yield from self.add()
         before = state(field())
         points = hand.to_window(self.arc())
-        for held in ((), ("shift",)):
+        for begin in (hand.press, partial(hand.tap, "P")):
             hand.move(points[0])
-            hand.press(points[0], held)
+            begin(points[0])
             for point in points[1:]:
                 hand.move(point)
             yield hand.DRAWN
@@ -91,15 +93,33 @@ class Strokes(WindowCase):
         self.assertEqual(tuple(bpy.context.view_layer.objects.active.location), (0, 0, 0))
         self.assertFalse(self.session.jobs)
 
+    def test_shift_smooths(self) -> Steps:
+        """What was raised goes down under a stroke across it; once more is back at Ctrl Z."""
+        yield from self.add()
+        path = self.arc()
+        yield from self.draw(path)
+        raised = state(field())
+        before = self.highest()
+        yield from hand.drag(hand.to_window(path), ("shift",))
+        yield from self.strokes_are(2)
+        self.assertEqual(field().neural_sculpt.strokes[1].name, "Smooth")
+        self.assertLess(self.highest(), before - 0.1 * INTENSITY)
+        yield from undo()
+        self.assertEqual(state(field()), raised)
+
+    def highest(self) -> float:
+        """Of all vertices, the largest distance to the middle."""
+        return float(np.linalg.norm(vertices(field()), axis=1).max())
+
     def test_control_points(self) -> Steps:
-        """Clicked with Shift, one of them dragged, confirmed with Enter."""
+        """Begun with P, clicked, one of them dragged, confirmed with Enter."""
         yield from self.add()
         path = self.arc()
         clicks = hand.to_window(path[::7])
         aside = hand.to_window(self.arc(0.4)[7:8])[0]
         for place in (clicks[0], aside, clicks[2]):
             hand.move(place)
-            hand.tap("LEFTMOUSE", place, ("shift",) if place == clicks[0] else ())
+            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
             yield hand.DRAWN
         yield from hand.drag([aside, clicks[1]], pause=0.05)
         self.assertEqual(len(field().neural_sculpt.strokes), 0)
@@ -115,7 +135,7 @@ class Strokes(WindowCase):
         aside = hand.to_window(self.arc(0.4)[7:8])[0]
         for place in (clicks[0], aside, clicks[2]):
             hand.move(place)
-            hand.tap("LEFTMOUSE", place, ("shift",) if place == clicks[0] else ())
+            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
             yield hand.DRAWN
         hand.tap("RET", clicks[2])
         yield from self.strokes_are(1)

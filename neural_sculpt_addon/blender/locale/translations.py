@@ -37,14 +37,16 @@ MESSAGE = "Message"
 """Context in a PO file of what is told while or after something happens. A message may have been
 put together, each {} from something else."""
 
-_GERMAN = read_po(Path(__file__).with_name("de.po"))
-GERMAN = {text: said for (_, text), said in _GERMAN.items()}
+OURS = "Neural Sculpt"
+"""Context of words that mean something else elsewhere."""
+
+GERMAN = read_po(Path(__file__).with_name("de.po"))
 
 CONTEXTS = ("*", "Operator")
 """Blender looks up the names of operators apart from all else."""
 LANGUAGES = {"de": GERMAN, "de_DE": GERMAN}
 """By locale; which of the two is German's depends on the Blender."""
-_MESSAGES = [text for context, text in _GERMAN if context == MESSAGE]
+_MESSAGES = [text for context, text in GERMAN if context == MESSAGE]
 _PATTERNS = [
     (text, re.compile(re.escape(text).replace(r"\{\}", "(.+)"), re.DOTALL))
     for text in sorted(_MESSAGES, key=len, reverse=True)  # the one that leaves least to fill in
@@ -67,7 +69,11 @@ def _put_together(message: str) -> str:
 def register() -> None:
     """Add the languages."""
     table = {
-        locale: {(context, text): said for context in CONTEXTS for text, said in texts.items()}
+        locale: {
+            (context, text): said
+            for (given, text), said in texts.items()
+            for context in ((OURS,) if given == OURS else CONTEXTS)
+        }
         for locale, texts in LANGUAGES.items()
     }
     bpy.app.translations.register(ADDON, table)

@@ -13,7 +13,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
-from ...stroke.stroke import Stroke
+from ...stroke.stroke import Kind, Stroke
 from ..panels import status_bar
 from ..scene import proxy_mesh, stroke_list
 from ..scene.brush import drawn_stroke, redrawn_stroke, strengths
@@ -51,6 +51,7 @@ HINTS = {
 NAVIGATION = ("MIDDLEMOUSE", "WHEEL", "TRACKPAD", "MOUSEROTATE", "MOUSESMARTZOOM", "NDOF", "NUMPAD")
 BRUSH_KEYS = ("F", "LEFT_BRACKET", "RIGHT_BRACKET")
 """Keys of Blender's and of ours that work while control points are edited."""
+POINTS_KEY = "P"
 
 
 class NEURAL_SCULPT_OT_draw(Operator):
@@ -64,6 +65,9 @@ class NEURAL_SCULPT_OT_draw(Operator):
         name="Invert", description="Carve where the brush raises", options={"SKIP_SAVE"}
     )
     clicks: BoolProperty(name="Points", description="Click control points", options={"SKIP_SAVE"})
+    smooth: BoolProperty(
+        name="Smooth", description="Smooth, whatever the brush does", options={"SKIP_SAVE"}
+    )
     uid: uid_property()
 
     @classmethod
@@ -155,6 +159,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if not session.jobs:  # otherwise the field will be another one
             session.submit(prepare_job(ob))
         self._drawing = Drawing(habits, hit, mouse, event.pressure)
+        self._drawing.dragging &= event.type.endswith("MOUSE")  # a key holds no point
         return None
 
     def _begin_again(self, context: Context, ob: Object) -> None:
@@ -207,7 +212,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
         """What would be sculpted."""
         if self._listed is None:
-            return drawn_stroke(context, ob, drawing.line, self.invert)
+            kind = Kind.SMOOTH if self.smooth else None
+            return drawn_stroke(context, ob, drawing.line, self.invert, kind)
         return redrawn_stroke(self._listed, drawing.line.points)
 
     def _show(self, context: Context) -> None:
@@ -224,7 +230,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
 def _is_press_of_tool(context: Context, event: Event) -> bool:
     """Whether it all began in the view; otherwise a button or the search did."""
     in_view = context.region is not None and context.region.type == "WINDOW"
-    return in_view and event.value == "PRESS" and event.type.endswith("MOUSE")
+    of_tool = event.type.endswith("MOUSE") or event.type == POINTS_KEY
+    return in_view and event.value == "PRESS" and of_tool
 
 
 def _is_for_blender(context: Context, event: Event) -> bool:

@@ -16,7 +16,7 @@ from bpy.types import Context, Event, Operator
 from ...stroke.errors import SculptError
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
-from ...stroke.stroke import AXES, Direction, Ends, Stroke
+from ...stroke.stroke import AXES, Direction, Ends, Kind, Stroke
 from ..panels.brush_widgets import draw_curve
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE, Shape, fixed_items
@@ -29,6 +29,7 @@ from ..scene.properties import (
     radius_property,
     scene_intensity_property,
     scene_radius_property,
+    strength_of_kind_property,
 )
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail, reports_errors
@@ -55,6 +56,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     intensity: intensity_property()
     scene_radius: scene_radius_property()
     scene_intensity: scene_intensity_property()
+    strength: strength_of_kind_property(-1.0)
     profile: _choices(Profile, "Cross-section of the stroke")
     modulation: _choices(Modulation, "Strength along the stroke")
     ends: ends_property()
@@ -84,7 +86,11 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             stroke = self._stroke(context)
         except SculptError as error:
             return fail(self, error)
-        self.radius, self.intensity = stroke.brush.radius, stroke.brush.intensity
+        self.radius = stroke.brush.radius
+        if stroke.kind is Kind.DRAW:
+            self.intensity = stroke.brush.intensity
+        else:
+            self.strength = stroke.brush.intensity
         self.profile = stroke.brush.profile.name.upper() or KEEP
         self.modulation = stroke.brush.modulation.name.upper() or KEEP
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
@@ -96,7 +102,8 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "scene_radius")
-        layout.prop(self, "scene_intensity")
+        draws = self._stroke(context).kind is Kind.DRAW
+        layout.prop(self, "scene_intensity" if draws else "strength")
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
@@ -120,9 +127,10 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     def _changed(self, stroke: Stroke, context: Context) -> Stroke:
         given = self.properties.is_property_set
         brush = stroke.brush
-        for length in ("radius", "intensity"):
-            value = getattr(self, length)
-            if given(length) and value != np.float32(getattr(brush, length)):
+        second = "intensity" if stroke.kind is Kind.DRAW else "strength"
+        for name, length in (("radius", "radius"), (second, "intensity")):
+            value = getattr(self, name)
+            if given(name) and value != np.float32(getattr(brush, length)):
                 brush = replace(brush, **{length: value})
         if self.profile != KEEP:
             brush = replace(brush, profile=profile(self.profile))

@@ -85,6 +85,6 @@ class NEURAL_SCULPT_OT_stroke(Operator):
                 stroke,
                 radius_factors=radius_factors if (radius_factors != 1).any() else None,
                 intensity_factors=intensity_factors if (intensity_factors != 1).any() else None,
-                name=self.name,
+                name=self.name or stroke.name,
             ),
         )

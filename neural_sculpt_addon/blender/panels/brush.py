@@ -23,6 +23,7 @@ class NEURAL_SCULPT_PT_brush(Sidebar):
         layout, brush = self.layout, brush_of(context)
         layout.use_property_split = True
         layout.use_property_decorate = False
+        layout.prop(brush, "kind")
         draw_lengths(layout, brush)
         draw_shape(layout, brush, curve_store.PROFILE)
         draw_shape(layout, brush, curve_store.MODULATION)

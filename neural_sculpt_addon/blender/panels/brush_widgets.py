@@ -5,17 +5,18 @@
 
 from bpy.types import Object, UILayout
 
-from ...stroke.stroke import AXES
+from ...stroke.stroke import AXES, Kind
 from ..presets import curve_store
 from ..scene.properties import NEURAL_SCULPT_PG_brush
 
 
 def draw_lengths(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:
-    """Radius and intensity, each beside whether the pen's pressure changes it."""
-    for length in ("radius", "intensity"):
+    """Radius, and intensity or strength, each beside whether the pen's pressure changes it."""
+    second = "scene_intensity" if brush.kind == Kind.DRAW.name else "strength"
+    for name, pressure in (("scene_radius", "radius"), (second, "intensity")):
         row = layout.row(align=True)
-        row.prop(brush, f"scene_{length}")
-        row.prop(brush, f"pressure_{length}", text="", icon="STYLUS_PRESSURE")
+        row.prop(brush, name)
+        row.prop(brush, f"pressure_{pressure}", text="", icon="STYLUS_PRESSURE")
 
 
 def draw_mirror(layout: UILayout, ob: Object) -> None:

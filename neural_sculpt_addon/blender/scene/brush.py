@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Mesh, Object
 from numpy.typing import ArrayLike, NDArray
 
 from ...stroke.brush import Brush
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
-from ...stroke.stroke import AXES, Direction, Ends, Stroke
+from ...stroke.stroke import AXES, Direction, Ends, Kind, Stroke
+from ..locale.translations import OURS
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE
 from ..viewport.recorder import Point, StrokeRecorder
@@ -21,12 +23,18 @@ NARROWEST = 0.05
 """The least radius factor, for a tube needs some width."""
 
 
-def current_brush(context: Context) -> Brush:
-    """The brush as the panel shows it; lengths in model space."""
+def current_kind(context: Context) -> Kind:
+    """What the next stroke does."""
+    return Kind[brush_of(context).kind]
+
+
+def current_brush(context: Context, kind: Kind | None = None) -> Brush:
+    """The brush as the panel shows it, or would for another kind; lengths in model space."""
     settings = brush_of(context)
+    draws = (kind or current_kind(context)) is Kind.DRAW
     return Brush(
         settings.radius,
-        settings.intensity,
+        settings.intensity if draws else settings.strength,
         profile(settings.profile),
         modulation(settings.modulation),
     )
@@ -63,21 +71,33 @@ def pressure_factors(context: Context, length: str, pressures: Sequence[float]) 
     return None if (factors == 1).all() else factors
 
 
-def brush_stroke(context: Context, ob: Object, points: ArrayLike) -> Stroke:
-    """A stroke through points (K, 3) in model space, as the panel says; SculptError when none."""
-    settings = brush_of(context)
+def seen(brush: Brush, kind: Kind) -> Brush:
+    """The brush as it is drawn over the surface: what is no displacement is flat."""
+    return brush if kind is Kind.DRAW else replace(brush, intensity=0.0)
+
+
+def brush_stroke(
+    context: Context, ob: Object, points: ArrayLike, kind: Kind | None = None
+) -> Stroke:
+    """A stroke through points (K, 3) in model space, as the panel says, or of another kind;
+    SculptError when none."""
+    settings, kind = brush_of(context), kind or current_kind(context)
     return Stroke(
         np.asarray(points, float).reshape(-1, 3),
-        current_brush(context),
+        current_brush(context, kind),
         ends=Ends[settings.ends],
         direction=Direction[settings.direction],
         mirror=mirror_of(ob),
+        name="" if kind is Kind.DRAW else iface_(kind.title(), OURS),
+        kind=kind,
     )
 
 
-def drawn_stroke(context: Context, ob: Object, line: StrokeRecorder, inverted: bool) -> Stroke:
-    """The stroke of a line drawn by hand, with the pen's pressure; SculptError when none."""
-    stroke = brush_stroke(context, ob, line.points)
+def drawn_stroke(
+    context: Context, ob: Object, line: StrokeRecorder, inverted: bool, kind: Kind | None = None
+) -> Stroke:
+    """The stroke of a line drawn by hand, with the pen's pressure, as of `brush_stroke`."""
+    stroke = brush_stroke(context, ob, line.points, kind)
     brush = stroke.brush
     return replace(
         stroke,

@@ -24,7 +24,8 @@ from bpy.types import Context, NodeTree, Object, PropertyGroup
 
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
-from ...stroke.stroke import Direction, Ends
+from ...stroke.stroke import Direction, Ends, Kind
+from ..locale.translations import OURS
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE, choice_property, chosen_preset
 
@@ -224,6 +225,40 @@ def scene_intensity_property() -> Any:
     )
 
 
+def kind_property() -> Any:
+    """Name of a `stroke.Kind`."""
+    return EnumProperty(
+        name="Kind",
+        description="What the stroke does to the surface",
+        items=[
+            (Kind.DRAW.name, "Draw", "Raise or carve by the intensity", "BRUSH_DATA", 0),
+            (
+                Kind.SMOOTH.name,
+                "Smooth",
+                "Take away what is finer than the stroke",
+                "MOD_SMOOTH",
+                1,
+            ),
+            (Kind.FLATTEN.name, "Flatten", "Bring the surface to a plane", "MESH_PLANE", 2),
+            (Kind.PINCH.name, "Pinch", "Draw the surface together", "MOD_CAST", 3),
+        ],
+        default=Kind.DRAW.name,
+        translation_context=OURS,
+    )
+
+
+def strength_of_kind_property(least: float = 0.0) -> Any:
+    """The share of its way that a stroke goes that smooths, flattens or pinches."""
+    return FloatProperty(
+        name="Strength",
+        description="How far smoothing, flattening and pinching go",
+        default=0.5,
+        min=least,
+        max=1.0,
+        subtype="FACTOR",
+    )
+
+
 def ends_property() -> Any:
     """Name of a `stroke.Ends`."""
     return EnumProperty(
@@ -255,8 +290,13 @@ def direction_property() -> Any:
 
 
 class NEURAL_SCULPT_PG_brush(PropertyGroup):
-    """The brush of the next stroke; lengths are stored in model space."""
+    """The brush of the next stroke; lengths are stored in model space.
 
+    strength: of smoothing and of all kinds but Draw, which has an intensity
+    """
+
+    kind: kind_property()
+    strength: strength_of_kind_property()
     radius: radius_property()
     intensity: intensity_property()
     scene_radius: scene_radius_property()

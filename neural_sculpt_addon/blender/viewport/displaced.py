@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...stroke.curve import Array, arc_length, fit_curve
 from ...stroke.displacement import displace
 from ...stroke.path import Path, make_path
-from ...stroke.stroke import Stroke
+from ...stroke.stroke import Kind, Stroke
 
 Vectors = NDArray[np.float32]
 Triangles = NDArray[np.int32]
@@ -49,9 +49,9 @@ class Displaced:
         return self._normals[self._touched]
 
     def add(self, stroke: Stroke) -> None:
-        """Displace by one more stroke and its mirror images."""
+        """Displace by one more stroke and its mirror images; other kinds show when done."""
         self.strokes += (stroke,)
-        for copy in stroke.copies():
+        for copy in stroke.copies() if stroke.kind is Kind.DRAW else ():
             self._add(copy)
 
     def _add(self, stroke: Stroke) -> None:

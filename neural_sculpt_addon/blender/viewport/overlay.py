@@ -25,7 +25,7 @@ from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
 from ...stroke.stroke import Stroke
 from .. import preferences
-from ..scene.brush import current_brush, mirror_of
+from ..scene.brush import current_brush, current_kind, mirror_of, seen
 from ..scene.properties import is_field
 from ..session.job import find
 from .recorder import Mouse, Point
@@ -86,7 +86,8 @@ def show_stroke(
         return
     line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0] if sculpted else nothing
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
-    _State.stroke = _Shown(source, ob.session_uid, stroke.brush, shown, line, knots, chosen)
+    brush = seen(stroke.brush, stroke.kind)
+    _State.stroke = _Shown(source, ob.session_uid, brush, shown, line, knots, chosen)
 
 
 def hide_stroke() -> None:
@@ -169,7 +170,10 @@ def _draw_brush(mouse: Mouse) -> None:
     else:
         return
     shown = _State.stroke
-    brush = shown.brush if shown is not None and anchor is None else current_brush(context)
+    if shown is not None and anchor is None:
+        brush = shown.brush
+    else:
+        brush = seen(current_brush(context), current_kind(context))
     shape = cursor(brush, center, normal, view.axes(), partial(lay, ob))
     colors = preferences.overlay_colors()
     gpu.state.blend_set("ALPHA")

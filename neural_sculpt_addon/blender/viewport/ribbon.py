@@ -17,7 +17,7 @@ from ...stroke.brush import Brush
 from ...stroke.curve import Array, fit_curve
 from ...stroke.displacement import displace, local_radius
 from ...stroke.path import make_path
-from ...stroke.stroke import AXES, Stroke
+from ...stroke.stroke import AXES, Kind, Stroke
 
 ROWS, COLUMNS = 40, 7
 RIM = 32  # points of the circle
@@ -31,7 +31,7 @@ class Ribbon(NamedTuple):
     """The tube of one stroke, or of one of its mirror images."""
 
     points: Array  # (ROWS, COLUMNS, 3)
-    height: Array  # (ROWS, COLUMNS), signed displacement
+    height: Array  # (ROWS, COLUMNS), signed displacement, or share of the way
     strength: Array  # (ROWS,), in [0, 1]: the modulation, 1 where it is strongest
 
 
@@ -45,7 +45,8 @@ def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
     flat = path.points[:, None] + across[..., None] * path.laterals[:, None]  # (R, C, 3)
     laid, normals = lay(flat.reshape(-1, 3))
     height = displace(stroke, path, laid, normals).amount.reshape(ROWS, COLUMNS)
-    raised = np.maximum(height, 0)[..., None] + LIFT
+    displaced = np.maximum(height, 0) if stroke.kind is Kind.DRAW else np.zeros_like(height)
+    raised = displaced[..., None] + LIFT
     points = laid.reshape(flat.shape) + raised * _smooth(normals.reshape(flat.shape))
     strength = np.abs(stroke.brush.modulation(path.u))
     strength = strength / max(strength.max(), 1.0)

@@ -31,12 +31,14 @@ KEYS = (
     ),
     (DRAW, _press("LEFTMOUSE"), None),
     (DRAW, _press("LEFTMOUSE", ctrl=True), {"properties": [("invert", True)]}),
-    (DRAW, _press("LEFTMOUSE", shift=True), {"properties": [("clicks", True)]}),
+    (DRAW, _press("LEFTMOUSE", shift=True), {"properties": [("smooth", True)]}),
     (
         DRAW,
         _press("LEFTMOUSE", ctrl=True, shift=True),
-        {"properties": [("invert", True), ("clicks", True)]},
+        {"properties": [("invert", True), ("smooth", True)]},
     ),
+    (DRAW, _press("P"), {"properties": [("clicks", True)]}),
+    (DRAW, _press("P", shift=True), {"properties": [("invert", True), ("clicks", True)]}),
     (NO_DRAG, {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
     (RESIZE, _press("F"), {"properties": [("length", "RADIUS")]}),
     (RESIZE, _press("F", shift=True), {"properties": [("length", "INTENSITY")]}),
@@ -58,7 +60,7 @@ class _NeuralStroke(WorkSpaceTool):
     bl_idname = TOOL
     bl_label = "Neural Stroke"
     bl_description = (
-        "Draw strokes on a neural field. Ctrl inverts, Shift clicks control points;"
+        "Draw strokes on a neural field. Ctrl inverts, Shift smooths, P sets control points;"
         " F and Shift F change radius and intensity"
     )
     bl_icon = "ops.curve.draw"
@@ -69,6 +71,7 @@ class _NeuralStroke(WorkSpaceTool):
     def draw_settings(context: Context, layout: UILayout, tool: object) -> None:
         """Draw the brush in the header, and in the sidebar's Tool tab."""
         brush = brush_of(context)
+        layout.prop(brush, "kind", text="")
         draw_lengths(layout, brush)
         layout.prop(brush, "profile", text="")
         layout.prop(brush, "modulation", text="")
