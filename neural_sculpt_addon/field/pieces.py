@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .components import signed_volumes
 from .nearest import search_tree
 from .proxy import Proxy
 
@@ -71,17 +72,9 @@ def find_islands(proxy: Proxy, asked: Asked) -> Islands:
         spurious |= small | ~shared.any(axis=0)
     chosen = spurious[labels]
     points = proxy.vertices[chosen]
+    volumes = signed_volumes(proxy.vertices, proxy.triangles, labels, count)
     distance = (
         np.maximum(search_tree(everywhere).query(points)[0], LEAST)
-        * np.where(_volumes(proxy, labels, count) > 0, 1, -1)[labels[chosen]]
+        * np.where(volumes > 0, 1, -1)[labels[chosen]]
     )
     return Islands(points, distance)
-
-
-def _volumes(proxy: Proxy, labels: NDArray[np.int32], count: int) -> NDArray[np.float64]:
-    """Signed volume of each piece (count,): negative for a bubble, whose normals point inward."""
-    a, b, c = proxy.vertices[proxy.triangles].astype(float).swapaxes(0, 1)  # (F, 3) each
-    tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
-    volumes = np.zeros(count)
-    np.add.at(volumes, labels[proxy.triangles[:, 0]], tetrahedra)
-    return volumes

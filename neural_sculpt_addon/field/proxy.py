@@ -33,6 +33,7 @@ from .detail import spacing as level_spacing
 from .evaluate import values_and_gradients
 from .field import Field
 from .march import RawMesh, march, weld_caps
+from .specks import find_specks
 from .splice import splice
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
@@ -55,6 +56,7 @@ class Proxy:
     triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
     edges: NDArray[np.int64]  # (V,), rising: the lattice edges that the vertices come from
     active: ActiveCells
+    marched: RawMesh  # the same with its specks, from which an update starts
 
     @cached_property
     def components(self) -> Components:
@@ -95,7 +97,7 @@ def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
     _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 1))
-    return _proxy(mesh, active)
+    return _proxy(mesh, active, field, progress)
 
 
 def update(
@@ -115,13 +117,13 @@ def update(
     again = find_again(known, changed, guesses, field, sub_progress(progress, 0, 0.6))
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
-    mesh, source = splice(_raw(proxy), known, again)
+    mesh, source = splice(proxy.marched, known, again)
     if mesh.cap.any():
         return extract(field, known.cells, sub_progress(progress, 0.6, 1))
-    fresh = source >= len(proxy.vertices)
+    fresh = source >= len(proxy.marched.vertices)
     _relax(mesh, fresh, spacing)
     _snap(mesh, fresh, field, spacing, sub_progress(progress, 0.7, 1))
-    return _proxy(mesh, again.active)
+    return _proxy(mesh, again.active, field, progress)
 
 
 def check_cells(cells: int) -> None:
@@ -139,21 +141,17 @@ def _mesh(active: ActiveCells) -> RawMesh:
     return weld_caps(mesh) if mesh.cap.any() else mesh
 
 
-def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
+def _proxy(mesh: RawMesh, active: ActiveCells, field: Field, progress: Progress) -> Proxy:
+    """The proxy whose mesh is ready, without its specks."""
     np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
-    return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active)
-
-
-def _raw(proxy: Proxy) -> RawMesh:
-    """The mesh of a proxy without caps, to be changed."""
-    return RawMesh(
-        proxy.vertices.copy(),
-        proxy.normals.copy(),
-        proxy.triangles,
-        proxy.edges,
-        np.zeros_like(proxy.vertices, bool),
-        np.zeros(len(proxy.vertices), bool),
-    )
+    vertices, normals, triangles, edges = mesh.vertices, mesh.normals, mesh.triangles, mesh.edges
+    specks = find_specks(field, vertices, triangles, active.spacing, lambda: progress(1, "Meshing"))
+    if specks.any():
+        left = ~specks
+        number = (np.cumsum(left) - 1).astype(np.int32)
+        triangles = number[triangles[left[triangles[:, 0]]]]
+        vertices, normals, edges = vertices[left], normals[left], edges[left]
+    return Proxy(vertices, normals, triangles, edges, active, mesh)
 
 
 def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:

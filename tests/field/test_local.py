@@ -7,15 +7,22 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.field import threads
-from neural_sculpt_addon.field.detail import SUPPORT, cells_of, linear, quantised, support
+from neural_sculpt_addon.field.detail import (
+    SUPPORT,
+    Level,
+    cells_of,
+    linear,
+    quantised,
+    support,
+)
 from neural_sculpt_addon.field.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.pieces import components
-from neural_sculpt_addon.field.prepare import prepare
+from neural_sculpt_addon.field.pieces import Islands, components
+from neural_sculpt_addon.field.prepare import Preparation, prepare
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import pose
-from neural_sculpt_addon.field.proxy import extract
+from neural_sculpt_addon.field.proxy import extract, update
 from neural_sculpt_addon.field.solvers.local import LocalEdit, resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
@@ -313,3 +320,30 @@ def test_a_high_thin_stroke_counts_as_a_cell_wide_on_each_side():
     found = resolution(pose(prepare(ball(0.5)), Stroke(points, Brush(1e-3, 1.0))))
     assert found.is_limited
     assert found.level == 8
+
+
+def test_islands_are_solved_away_and_the_stroke_stays():
+    """A drop above the place of a dab: forbidden, it is gone, and the dab is as high as before."""
+    nodes = (
+        cells_of(np.array([[0, 0, 0.6]], np.float32), 5) + np.indices((2, 2, 2)).reshape(3, -1).T
+    )
+    index = np.sort(linear(nodes.astype(np.int32), 5))
+    drop = {5: Level(index, quantised(np.full(8, -0.15)))}
+    field = ball(0.5).plus(drop)
+    before = Preparation(field, update(extract(ball(0.5), 128), field, support(drop)))
+    assert components(before.proxy) == 2
+    edit = LocalEdit(pose(before, Stroke(POLE, brush := Brush(0.15, 0.03))))
+    layer = edit.solve()
+    for _ in range(3):
+        after = field.plus(layer)
+        proxy = update(before.proxy, after, support(layer))
+        points = proxy.vertices[proxy.vertices[:, 2] > 0.54]
+        if not len(points):
+            break
+        layer = edit.forbid(Islands(points, np.full(len(points), 0.02)))
+        assert (values(field.plus(layer), points) > 0).all()
+    assert components(proxy) == 1 and not len(points)
+    away = np.linspace(0, 0.2, 30)
+    directions = on_ball(0, np.pi / 2 - away, 1.0).astype(np.float32)
+    reached = distance_from_middle(after, directions, 0.5 + height(brush, away))
+    np.testing.assert_allclose(reached, 0.5 + height(brush, away), atol=1e-3)

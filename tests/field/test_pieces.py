@@ -11,7 +11,7 @@ from neural_sculpt_addon.field.pieces import LEAST, Asked, components, find_isla
 from neural_sculpt_addon.field.proxy import Proxy, extract
 from tests.field.analytic import ball
 
-ACTIVE = extract(ball(0.5), 16).active  # of any proxy; nobody looks at it
+ANY = extract(ball(0.5), 16)  # its lattice is that of a proxy put together; nobody looks at it
 
 
 def proxy_of(*spheres, inward=()):
@@ -24,7 +24,7 @@ def proxy_of(*spheres, inward=()):
     vertices, triangles = np.concatenate(corners, dtype=np.float32), np.concatenate(faces)
     normals = np.zeros_like(vertices)
     edges = np.arange(len(vertices), dtype=np.int64)
-    return Proxy(vertices, normals, triangles, edges, ACTIVE)
+    return Proxy(vertices, normals, triangles, edges, ANY.active, ANY.marched)
 
 
 def ball_samples(count, center=(0, 0, 0), radius=0.5):
