@@ -100,7 +100,7 @@ class Sequence:
         self.possible: dict[int, list[Scene]] = {}
         """What the scene may be at each step of Blender's history."""
         self.jobs: list = []
-        """All that were asked for, until they have ended."""
+        """All that were asked for, or began by themselves, until they have ended."""
 
     def play(self) -> Steps:
         """All of it."""
@@ -163,6 +163,7 @@ class Sequence:
 
     def _look(self) -> None:
         """See what the scene is after an operation or a result, and keep it by its step."""
+        self.jobs += [job for job in self.session.jobs if job not in self.jobs]
         (before, at), now, (place, count) = self.last, scene(), steps()
         self.last = now, place
         if place == at:
