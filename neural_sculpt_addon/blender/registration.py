@@ -38,6 +38,7 @@ from .operators.open_files import (
     NEURAL_SCULPT_OT_open_log,
     NEURAL_SCULPT_OT_open_presets,
 )
+from .operators.pick_stroke import NEURAL_SCULPT_OT_pick_stroke
 from .operators.presets import (
     NEURAL_SCULPT_OT_delete_preset,
     NEURAL_SCULPT_OT_import_preset,
@@ -85,6 +86,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_from_mesh,
     NEURAL_SCULPT_OT_draw,
     NEURAL_SCULPT_OT_no_drag,
+    NEURAL_SCULPT_OT_pick_stroke,
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
     NEURAL_SCULPT_OT_strokes_from_lines,

@@ -39,7 +39,7 @@ GUIDED = 0.5  # radii: cells of the finest detail whose normals guide a stroke t
 GUIDING = ROWS // 4, COLUMNS // 4  # of the tube that tells whether it does
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
-DIVISIONS, MOST_UNDER = 8, 40_000  # of those, and their vertices about
+DIVISIONS, MOST_UNDER = 8, 15_000  # of those, and their vertices about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 

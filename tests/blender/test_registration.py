@@ -110,6 +110,7 @@ class Tool(unittest.TestCase):
             ("neural_sculpt.draw", "LEFTMOUSE", True, True),
             ("neural_sculpt.draw", "P", False, False),
             ("neural_sculpt.draw", "P", False, True),
+            ("neural_sculpt.pick_stroke", "J", False, False),
             ("neural_sculpt.no_drag", "LEFTMOUSE", -1, -1),  # a drag, with whatever is held
             ("neural_sculpt.resize", "F", False, False),
             ("neural_sculpt.resize", "F", False, True),

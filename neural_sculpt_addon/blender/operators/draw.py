@@ -15,16 +15,17 @@ from bpy.types import Context, Event, Object, Operator
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Kind, Stroke
 from ..panels import status_bar
-from ..scene import proxy_mesh, stroke_list
+from ..scene import commit, proxy_mesh, stroke_list
 from ..scene.brush import drawn_stroke, redrawn_stroke, strengths
-from ..scene.properties import brush_of
+from ..scene.properties import brush_of, is_field
 from ..session import live
 from ..session.job import find
 from ..session.stroke_jobs import edit_job, prepare_job
 from ..session.worker_session import session
 from ..viewport import overlay
 from ..viewport.drawing import Drawing, Habits, Nowhere, Phase
-from ..viewport.view import over_interface, view_under
+from ..viewport.recorder import Mouse
+from ..viewport.view import object_under, over_interface, view_under
 from .history import launch_change, uid_property
 from .launch import (
     CANCELLED,
@@ -142,6 +143,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         take it. SculptError when a stroke would lose what other brushes did to the proxy.
         """
         mouse = event.mouse_x, event.mouse_y
+        ob = _turn_to(context, mouse, ob)
+        self._target = ob.session_uid
         view = view_under(context.area, mouse, ob)
         if view is None or over_interface(context.area, mouse):
             return PASS
@@ -225,6 +228,18 @@ class NEURAL_SCULPT_OT_draw(Operator):
             editing, again = drawing.phase is Phase.EDITING, self._listed is not None
             overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=again)
             context.area.tag_redraw()
+
+
+def _turn_to(context: Context, mouse: Mouse, ob: Object) -> Object:
+    """The field to draw on: in Object Mode another one than `ob` under the mouse becomes active."""
+    if context.mode != "OBJECT" or over_interface(context.area, mouse):
+        return ob
+    other = object_under(context, mouse)
+    if other is None or other == ob or not is_field(other):
+        return ob
+    commit.select(other)
+    commit.push_undo("Select")
+    return other
 
 
 def _is_press_of_tool(context: Context, event: Event) -> bool:

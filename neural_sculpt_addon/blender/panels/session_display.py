@@ -26,7 +26,7 @@ class Display(Watcher):
     def __init__(self) -> None:
         """Nothing is shown yet."""
         self._timer = self._tick  # one object, as Blender knows a timer by it
-        self._told = False  # of a slow job, in the status bar
+        self._told = False, 0  # of a slow job and of strokes that wait, in the status bar
 
     def work_came(self) -> None:
         """Poll from now on."""
@@ -72,8 +72,9 @@ class Display(Watcher):
         now = session.worker.state
         if heard or now is not before:
             redraw.tag_panels()
-        told, self._told = self._told, session.slow_job() is not None
-        if told is not self._told or (self._told and (heard or now is not before)):
+        slow = session.slow_job() is not None
+        told, self._told = self._told, (slow, status_bar.strokes_that_wait())
+        if told != self._told or (slow and (heard or now is not before)):
             status_bar.refresh()
         busy = session.jobs or session.behind or now is WorkerState.STARTING
         return TICK if busy else None

@@ -1,18 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The status bar: what can be done now, and, as of Blender's own jobs, how far a slow job is.
+"""The status bar: what can be done now, how many strokes wait, and how far a slow job is.
 
 Blender draws it again only when it is told so.
 """
 
 # pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
 
+from typing import Any
+
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Header, STATUSBAR_HT_header
 
+from ..scene.properties import is_field
 from ..session.worker_session import session
+from ..viewport.overlay import active_tool
 from .sidebar import draw_job
 
 WIDTH = 16  # times the height of a button
+
+KEYS: tuple[tuple[Any, str], ...] = (
+    ("MOUSE_LMB", n_("Sculpt")),
+    ("EVENT_CTRL", n_("Invert")),
+    ("EVENT_SHIFT", n_("Smooth")),
+    ("EVENT_P", n_("Control Points")),
+    ("EVENT_F", n_("Radius")),
+    ("EVENT_J", n_("Pick Stroke")),
+)
+"""What can be done with the tool: signs of keys, and words."""
 
 
 class _State:
@@ -36,8 +52,25 @@ def refresh() -> None:
             window.workspace.status_text_set_internal(_State.hint)
 
 
+def strokes_that_wait() -> int:
+    """How many strokes have no result yet."""
+    return sum(len(job.strokes) for job in session.jobs)
+
+
+def _draw_keys(header: Header, context: Context) -> None:
+    """Before what Blender draws: what the keys do while the tool is at rest."""
+    if _State.hint is not None or not is_field(context.active_object) or not active_tool(context):
+        return
+    row = header.layout.row(align=True)
+    for sign, text in KEYS:
+        row.label(text=text, icon=sign)
+
+
 def _draw_slow_job(header: Header, context: Context) -> None:
     """After what Blender draws: how far it is, and a button that cancels."""
+    if (count := strokes_that_wait()) > 1:
+        text = iface_("{} strokes wait").format(count)
+        header.layout.label(text=text, icon="SORTTIME", translate=False)
     if (job := session.slow_job()) is not None:
         row = header.layout.row()
         row.ui_units_x = WIDTH
@@ -45,10 +78,12 @@ def _draw_slow_job(header: Header, context: Context) -> None:
 
 
 def register() -> None:
-    """Add the slow job."""
+    """Add what is ours."""
+    STATUSBAR_HT_header.prepend(_draw_keys)
     STATUSBAR_HT_header.append(_draw_slow_job)
 
 
 def unregister() -> None:
     """Remove it."""
     STATUSBAR_HT_header.remove(_draw_slow_job)
+    STATUSBAR_HT_header.remove(_draw_keys)

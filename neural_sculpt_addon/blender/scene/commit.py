@@ -261,11 +261,8 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Make the object the only selected and the active one, in the place of another."""
-    for other in bpy.context.selected_objects or ():
-        other.select_set(False)
-    ob.select_set(True)
-    bpy.context.view_layer.objects.active = ob
+    """Select the object, in the place of another."""
+    select(ob)
     _hide(replaced)
 
 
@@ -275,6 +272,14 @@ def _hide(ob: Object | None) -> None:
         if ob is not None and ob.name in bpy.context.view_layer.objects:
             ob.hide_set(True)
             ob.hide_render = True
+
+
+def select(ob: Object) -> None:
+    """Make the object the only selected and the active one."""
+    for other in bpy.context.selected_objects or ():
+        other.select_set(False)
+    ob.select_set(True)
+    bpy.context.view_layer.objects.active = ob
 
 
 def begin_change() -> None:

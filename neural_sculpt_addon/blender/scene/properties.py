@@ -28,6 +28,7 @@ from ...stroke.stroke import Direction, Ends, Kind
 from ..locale.translations import OURS
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE, choice_property, chosen_preset
+from . import chosen
 
 GROUP = "neural_sculpt"
 """Name of all groups: Object.neural_sculpt, Brush.neural_sculpt, and Scene.neural_sculpt, where the
@@ -134,7 +135,9 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
         name="Strokes",
         description="All strokes since the base",
     )
-    active_stroke: IntProperty(name="Active Stroke", default=-1, options={"HIDDEN"})
+    active_stroke: IntProperty(
+        name="Active Stroke", default=-1, options={"HIDDEN"}, update=chosen.choose
+    )
     revision: StringProperty(
         name="Revision", description="Names this state of the field", options={"HIDDEN"}
     )

@@ -18,6 +18,7 @@ from bpy.types import Object
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
+from . import chosen
 from .properties import NEURAL_SCULPT_PG_listed_stroke, field_of
 
 SCULPTED = n_("Sculpted")
@@ -157,6 +158,7 @@ def write(ob: Object, listed: Sequence[Entry], layers: Mapping[str, bytes]) -> N
         group.strokes.remove(place)
     order = order[: len(listed)]
     group.active_stroke = order.index(active) if active in order else min(index, len(order) - 1)
+    chosen.forget()
 
 
 def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> None:
@@ -167,6 +169,7 @@ def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> N
         item.uid = entry.uid
         _put(item, entry, layers, f"Stroke {len(group.strokes)}")
     group.active_stroke = len(group.strokes) - 1
+    chosen.forget()
 
 
 def active_uid(ob: Object) -> str:

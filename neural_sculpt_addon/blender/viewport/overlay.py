@@ -25,12 +25,14 @@ from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
 from ...stroke.stroke import Stroke
 from .. import preferences
+from ..scene import chosen, stroke_list
 from ..scene.brush import current_brush, current_kind, mirror_of, seen
-from ..scene.properties import is_field
+from ..scene.properties import field_of, is_field
 from ..session.job import find
 from .recorder import Mouse, Point
 from .ribbon import ROWS, Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
 from .seen_surface import grid_of
+from .trace import trace
 from .view import View, lay, view_under
 
 TOOL = "neural_sculpt.tool"
@@ -40,6 +42,9 @@ WEAKEST = 0.45
 """How bright the strongest part of a ribbon is, the weakest being 1."""
 FAINTEST = 0.3
 """How opaque a ribbon is where it moves nothing, the highest part being 1."""
+
+EDGE = 0.5
+"""How opaque the edges of a line are, by its own."""
 
 Color = tuple[float, float, float, float]
 
@@ -69,6 +74,8 @@ class Anchor:
 class _State:
     stroke: _Shown | None = None
     anchor: Anchor | None = None
+    chosen: tuple[tuple[Any, ...], tuple[NDArray[np.float64], ...]] = (), ()
+    """What the lines of the chosen stroke were made of, and these lines."""
 
 
 def show_stroke(
@@ -106,8 +113,33 @@ def active_tool(context: Context) -> bool:
     return tool is not None and tool.idname == TOOL
 
 
+def _draw_chosen() -> None:
+    """In the scene, in world space: where the stroke runs that the artist pointed at."""
+    ob = bpy.context.active_object
+    if _State.stroke is not None or ob is None or not is_field(ob) or not ob.visible_get():
+        return
+    strokes, place = field_of(ob).strokes, field_of(ob).active_stroke
+    if not (chosen.is_chosen(ob, place) and 0 <= place < len(strokes) and strokes[place].data):
+        return
+    item = strokes[place]
+    source = ob.session_uid, item.uid, item.data, grid_of(ob)
+    if _State.chosen[0] != source:
+        listed = [entry for entry in stroke_list.readable(ob) if entry.uid == item.uid]
+        _State.chosen = source, trace(listed[0].stroke, partial(lay, ob)) if listed else ()
+    *color, alpha = preferences.overlay_colors().cursor
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(ob.matrix_world)
+        for line in _State.chosen[1]:
+            _draw_line(line, 2.5, (*color, alpha * (FAINTEST if item.muted else 1.0)))
+    gpu.state.depth_test_set("NONE")
+    gpu.state.blend_set("NONE")
+
+
 def _draw_stroke() -> None:
     """In the scene, in world space."""
+    _draw_chosen()
     shown = _State.stroke
     ob = None if shown is None else find(shown.target)
     if shown is None or ob is None or not ob.visible_get():
@@ -198,12 +230,16 @@ def _pixels(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _draw_line(points: NDArray[np.float64], width: float, color: Color) -> None:
-    """A line through points (N, 2) or (N, 3)."""
+    """A line through points (N, 2) or (N, 3), with edges that part it from any material."""
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    shader.uniform_float("lineWidth", width * bpy.context.preferences.system.pixel_size)
-    shader.uniform_float("color", color)
-    batch_for_shader(shader, "LINE_STRIP", {"pos": _deep(points)}).draw(shader)
+    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": _deep(points)})
+    *rgb, alpha = color
+    edge = (*([0.0] if sum(rgb) > 1.5 else [1.0]) * 3, EDGE * alpha)
+    for wide, shade in ((width + 2, edge), (width, color)):
+        shader.uniform_float("lineWidth", wide * bpy.context.preferences.system.pixel_size)
+        shader.uniform_float("color", shade)
+        batch.draw(shader)
 
 
 def _draw_strip(one: NDArray[np.float64], other: NDArray[np.float64], color: Color) -> None:

@@ -16,6 +16,7 @@ from .overlay import TOOL
 
 DRAW = "neural_sculpt.draw"
 NO_DRAG = "neural_sculpt.no_drag"
+PICK = "neural_sculpt.pick_stroke"
 RESIZE = "neural_sculpt.resize"
 
 
@@ -39,6 +40,7 @@ KEYS = (
     ),
     (DRAW, _press("P"), {"properties": [("clicks", True)]}),
     (DRAW, _press("P", shift=True), {"properties": [("invert", True), ("clicks", True)]}),
+    (PICK, _press("J"), None),
     (NO_DRAG, {"type": "LEFTMOUSE", "value": "CLICK_DRAG", "any": True}, None),
     (RESIZE, _press("F"), {"properties": [("length", "RADIUS")]}),
     (RESIZE, _press("F", shift=True), {"properties": [("length", "INTENSITY")]}),
@@ -60,8 +62,8 @@ class _NeuralStroke(WorkSpaceTool):
     bl_idname = TOOL
     bl_label = "Neural Stroke"
     bl_description = (
-        "Draw strokes on a neural field. Ctrl inverts, Shift smooths, P sets control points;"
-        " F and Shift F change radius and intensity"
+        "Draw strokes on a neural field. Ctrl inverts, Shift smooths, P sets control points, J"
+        " chooses the stroke under the mouse; F and Shift F change radius and intensity"
     )
     bl_icon = "ops.curve.draw"
     bl_cursor = "CROSSHAIR"

@@ -9,7 +9,7 @@ Points are in model space, the object's local space; the mouse is in pixels of t
 from dataclasses import dataclass
 
 import numpy as np
-from bpy.types import Area, Object, Region, RegionView3D
+from bpy.types import Area, Context, Object, Region, RegionView3D
 from bpy_extras import view3d_utils
 from mathutils import Vector
 from numpy.typing import ArrayLike, NDArray
@@ -71,6 +71,21 @@ def view_under(area: Area | None, mouse: Mouse, ob: Object) -> View | None:
             camera = region.data
             if isinstance(camera, RegionView3D) and _inside(region, mouse):
                 return View(ob, region, camera)
+    return None
+
+
+def object_under(context: Context, mouse: Mouse) -> Object | None:
+    """The first object of any kind that a 3D viewport shows under the mouse."""
+    area = context.area
+    for region in () if area is None or area.type != "VIEW_3D" else area.regions:
+        camera = region.data
+        if isinstance(camera, RegionView3D) and _inside(region, mouse):
+            at = mouse[0] - region.x, mouse[1] - region.y
+            start = view3d_utils.region_2d_to_origin_3d(region, camera, at)
+            ahead = view3d_utils.region_2d_to_vector_3d(region, camera, at)
+            depsgraph = context.evaluated_depsgraph_get()
+            found = context.scene.ray_cast(depsgraph, start, ahead)
+            return found[4].original if found[0] else None
     return None
 
 

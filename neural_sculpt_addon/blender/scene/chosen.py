@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The entry of a history that the artist has pointed at, in the list or on the surface.
+
+It is shown on the surface until the history changes. What the history itself makes the active
+entry, as each new stroke, was not pointed at.
+"""
+
+from typing import Any
+
+from bpy.types import Context, Object
+
+
+class _State:
+    chosen: tuple[int, int] | None = None  # session_uid of the object, place in its history
+
+
+def choose(group: Any, context: Context) -> None:
+    """Of `active_stroke`, after it was set."""
+    ob = group.id_data
+    _State.chosen = ob.session_uid, group.active_stroke
+
+
+def forget() -> None:
+    """The history has changed."""
+    _State.chosen = None
+
+
+def is_chosen(ob: Object, place: int) -> bool:
+    """Whether it is that entry of the object."""
+    return _State.chosen == (ob.session_uid, place)

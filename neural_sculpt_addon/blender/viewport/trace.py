@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where strokes of the history run over the surface: lines to be drawn, and which one is meant.
+
+A stroke and each of its mirror images has a line along its middle; a dab has its rim. `Lay` is as
+for ribbons. NumPy alone; model space.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...stroke.curve import Array, fit_curve
+from ...stroke.stroke import Stroke
+from .ribbon import LIFT, RIM, Lay, mirror_signs
+
+ROWS = 80
+"""Points of a line."""
+
+
+def trace(stroke: Stroke, lay: Lay) -> tuple[Array, ...]:
+    """The lines (N, 3) of the stroke and of its mirror images, a little above the surface."""
+    middle = _middle(stroke)
+    line = middle if len(middle) > 1 else _rim(middle[0], stroke.brush.radius, lay)
+    lines = []
+    for sign in mirror_signs(stroke.mirror):
+        laid, normals = lay(line * sign)
+        lines.append(laid + LIFT * normals)
+    return tuple(lines)
+
+
+def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
+    """Which of the strokes covers the `point` (3,): the last one, which lies on top of the others.
+
+    None when no one does.
+    """
+    point = np.asarray(point, float)
+    for number in reversed(range(len(strokes))):
+        stroke, middle = strokes[number], _middle(strokes[number])
+        images = np.stack([point * sign for sign in mirror_signs(stroke.mirror)])  # (M, 3)
+        reach = stroke.brush.radius * stroke.largest_factor + abs(stroke.brush.intensity)
+        if np.linalg.norm(images[:, None] - middle, axis=2).min() <= reach:
+            return number
+    return None
+
+
+def _middle(stroke: Stroke) -> Array:
+    """Points (N, 3) along the stroke, where it was drawn; one of a dab."""
+    curve = fit_curve(stroke.points, stroke.closed)
+    return curve.resample(ROWS)[0] if len(curve.points) > 1 else curve.points[:1]
+
+
+def _rim(center: Array, radius: float, lay: Lay) -> Array:
+    """A circle (RIM + 1, 3) around `center` (3,), in the tangent plane."""
+    normal = lay(center)[1][0]
+    aside = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    aside /= max(float(np.linalg.norm(aside)), 1e-12)
+    angle = np.linspace(0, 2 * np.pi, RIM + 1)[:, None]
+    return center + radius * (np.cos(angle) * aside + np.sin(angle) * np.cross(normal, aside))

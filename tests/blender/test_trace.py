@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where strokes of the history run over a sphere, and which of them a place belongs to."""
+
+import unittest
+
+import numpy as np
+from harness import module
+
+TRACE = module("blender.viewport.trace")
+LIFT = module("blender.viewport.ribbon").LIFT
+Brush = module("stroke.brush").Brush
+Stroke = module("stroke.stroke").Stroke
+
+
+def sphere(points):
+    """Of radius 0.6."""
+    points = np.array(points, float).reshape(-1, 3)
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    return 0.6 * normals, normals
+
+
+def arc(latitude: float, **given: object) -> object:
+    angle = np.linspace(0.2, 1.2, 9)
+    around = np.stack([np.cos(angle), np.sin(angle)], axis=1) * np.cos(latitude)
+    points = 0.6 * np.column_stack([around, np.full(9, np.sin(latitude))])
+    return Stroke(points, Brush(0.1, 0.02), **given)
+
+
+class Trace(unittest.TestCase):
+    def test_a_line_runs_along_the_stroke_above_the_surface(self) -> None:
+        (line,) = TRACE.trace(arc(0.3), sphere)
+        np.testing.assert_allclose(np.linalg.norm(line, axis=1), 0.6 + LIFT)
+        np.testing.assert_allclose(np.arcsin(line[:, 2] / (0.6 + LIFT)), 0.3, atol=2e-3)
+        angle = np.arctan2(line[:, 1], line[:, 0])
+        np.testing.assert_allclose(angle[[0, -1]], (0.2, 1.2), atol=1e-6)
+        self.assertTrue((np.diff(angle) > 0).all())
+
+    def test_each_mirror_image_has_one(self) -> None:
+        lines = TRACE.trace(arc(0.3, mirror=frozenset("XZ")), sphere)
+        signs = {tuple(np.sign(line[40]).astype(int)) for line in lines}
+        self.assertEqual(signs, {(1, 1, 1), (-1, 1, 1), (1, 1, -1), (-1, 1, -1)})
+
+    def test_a_dab_has_its_rim(self) -> None:
+        (rim,) = TRACE.trace(Stroke(np.array([[0, 0, 0.6]]), Brush(0.1, 0.02)), sphere)
+        np.testing.assert_allclose(rim[0], rim[-1], atol=1e-12)
+        around = np.hypot(rim[:, 0], rim[:, 1])
+        np.testing.assert_allclose(around, 0.1 * (0.6 + LIFT) / np.hypot(0.6, 0.1), rtol=1e-6)
+
+    def test_the_last_stroke_that_covers_a_place_is_meant(self) -> None:
+        strokes = [arc(0.0), arc(0.1), arc(0.8, mirror=frozenset("Z"))]
+        self.assertEqual(TRACE.under(sphere([0.5, 0.5, 0.0])[0][0], strokes), 1)
+        self.assertEqual(TRACE.under(sphere([0.5, 0.5, -0.11])[0][0], strokes), 0)
+        self.assertEqual(TRACE.under(sphere([0.5, 0.5, -0.7])[0][0], strokes), 2)
+        self.assertIsNone(TRACE.under(sphere([0.5, 0.5, 0.35])[0][0], strokes))
+        self.assertIsNone(TRACE.under(sphere([-0.5, -0.5, 0.0])[0][0], strokes))
+        self.assertIsNone(TRACE.under(sphere([0.5, 0.5, 0.0])[0][0], []))
