@@ -82,6 +82,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Begin where the tool was pressed; from a button, wait for the press."""
         self._target = active_field(context).session_uid
+        self._turned = False  # to another field than the active one
         self._drawing: Drawing | None = None
         self._listed: Stroke | None = None
         try:
@@ -144,6 +145,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         """
         mouse = event.mouse_x, event.mouse_y
         ob = _turn_to(context, mouse, ob)
+        self._turned = ob.session_uid != self._target
         self._target = ob.session_uid
         view = view_under(context.area, mouse, ob)
         if view is None or over_interface(context.area, mouse):
@@ -208,6 +210,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def _sculpt(self, drawing: Drawing, context: Context, ob: Object) -> Outcome:
         stroke = self._stroke(drawing, context, ob)
         self.cancel(context)
+        if self._turned and not drawing.habits.clicks and len(stroke.points) == 1:
+            return CANCELLED  # a click on another field selects it
         if self._listed is None:
             return launch(self, edit_job(ob, (stroke,)))
         return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)

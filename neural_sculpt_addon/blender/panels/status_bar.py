@@ -29,6 +29,8 @@ KEYS: tuple[tuple[Any, str], ...] = (
     ("EVENT_J", n_("Pick Stroke")),
 )
 """What can be done with the tool: signs of keys, and words."""
+WIDE = ("EVENT_CTRL",)
+"""Signs that reach beyond their place."""
 
 
 class _State:
@@ -63,7 +65,10 @@ def _draw_keys(header: Header, context: Context) -> None:
         return
     row = header.layout.row(align=True)
     for sign, text in KEYS:
-        row.label(text=text, icon=sign)
+        row.label(text="", icon=sign)
+        if sign in WIDE:
+            row.separator(factor=1.5)
+        row.label(text=text)
 
 
 def _draw_slow_job(header: Header, context: Context) -> None:

@@ -122,17 +122,19 @@ def _draw_chosen() -> None:
     if not (chosen.is_chosen(ob, place) and 0 <= place < len(strokes) and strokes[place].data):
         return
     item = strokes[place]
-    source = ob.session_uid, item.uid, item.data, grid_of(ob)
+    share = 0.0 if item.muted else item.strength
+    source = ob.session_uid, item.uid, item.data, share, grid_of(ob)
     if _State.chosen[0] != source:
         listed = [entry for entry in stroke_list.readable(ob) if entry.uid == item.uid]
-        _State.chosen = source, trace(listed[0].stroke, partial(lay, ob)) if listed else ()
+        _State.chosen = source, trace(listed[0].stroke, share, partial(lay, ob)) if listed else ()
     *color, alpha = preferences.overlay_colors().cursor
     gpu.state.blend_set("ALPHA")
-    gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(ob.matrix_world)
-        for line in _State.chosen[1]:
-            _draw_line(line, 2.5, (*color, alpha * (FAINTEST if item.muted else 1.0)))
+        for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
+            gpu.state.depth_test_set(depth)
+            for line in _State.chosen[1]:
+                _draw_line(line, 2.5, (*color, alpha * share))
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
 

@@ -11,22 +11,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...stroke.curve import Array, fit_curve
-from ...stroke.stroke import Stroke
+from ...stroke.stroke import Kind, Stroke
 from .ribbon import LIFT, RIM, Lay, mirror_signs
 
-ROWS = 80
-"""Points of a line."""
+ROWS, AROUND = 80, 8
+"""Points of a line, and of how many to each side the mean normal is."""
 
 
-def trace(stroke: Stroke, lay: Lay) -> tuple[Array, ...]:
-    """The lines (N, 3) of the stroke and of its mirror images, a little above the surface."""
-    middle = _middle(stroke)
-    line = middle if len(middle) > 1 else _rim(middle[0], stroke.brush.radius, lay)
-    lines = []
-    for sign in mirror_signs(stroke.mirror):
-        laid, normals = lay(line * sign)
-        lines.append(laid + LIFT * normals)
-    return tuple(lines)
+def trace(stroke: Stroke, share: float, lay: Lay) -> tuple[Array, ...]:
+    """The lines (N, 3) of the stroke and of its mirror images, a little above the surface.
+
+    share: of its displacement that the surface shows
+
+    A point on a ridge has no one nearest point of the surface, so the line where the stroke was
+    drawn is displaced as its middle is, along normals that are the mean of those around it.
+    """
+    middle, brush = _middle(stroke), stroke.brush
+    line = middle if len(middle) > 1 else _rim(middle[0], brush.radius, lay)
+    raised = LIFT + np.zeros(len(line))
+    if len(middle) > 1 and stroke.kind is Kind.DRAW:
+        strength = brush.modulation(np.linspace(0, 1, len(line)))
+        raised += share * brush.intensity * float(brush.profile(np.zeros(1))[0]) * strength
+    above = line + raised[:, None] * _mean(lay(line)[1])
+    return tuple(above * sign for sign in mirror_signs(stroke.mirror))
 
 
 def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
@@ -48,6 +55,13 @@ def _middle(stroke: Stroke) -> Array:
     """Points (N, 3) along the stroke, where it was drawn; one of a dab."""
     curve = fit_curve(stroke.points, stroke.closed)
     return curve.resample(ROWS)[0] if len(curve.points) > 1 else curve.points[:1]
+
+
+def _mean(normals: Array) -> Array:
+    """Of normals (N, 3) and those within AROUND places of them."""
+    sums = np.cumsum(np.pad(normals, ((AROUND + 1, AROUND), (0, 0)), mode="edge"), axis=0)
+    mean = sums[2 * AROUND + 1 :] - sums[: -2 * AROUND - 1]
+    return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
 
 
 def _rim(center: Array, radius: float, lay: Lay) -> Array:
