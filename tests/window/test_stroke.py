@@ -8,6 +8,7 @@ import numpy as np
 import simulated_input as hand
 from drawing import (
     INTENSITY,
+    RADIUS,
     SECONDS,
     WindowCase,
     choose_tool,
@@ -100,6 +101,7 @@ class Strokes(WindowCase):
         yield from self.draw(path)
         raised = state(field())
         before = self.height_at(path[7])
+        brush_settings().radius = 2 * RADIUS  # what is finer goes
         yield from hand.drag(hand.to_window(path), ("shift",))
         yield from self.strokes_are(2)
         self.assertEqual(field().neural_sculpt.strokes[1].name, "Smooth")
