@@ -25,11 +25,6 @@ def _press(key: str, **modifiers: bool) -> dict[str, object]:
 
 
 KEYS = (
-    (  # Blender's own, which stands behind the keys of tools
-        "gpencil.annotate",
-        {**_press("LEFTMOUSE"), "key_modifier": "D"},
-        {"properties": [("mode", "DRAW"), ("wait_for_input", False)]},
-    ),
     (DRAW, _press("LEFTMOUSE"), None),
     (DRAW, _press("LEFTMOUSE", ctrl=True), {"properties": [("invert", True)]}),
     (DRAW, _press("LEFTMOUSE", shift=True), {"properties": [("smooth", True)]}),
@@ -54,7 +49,14 @@ KEYS = (
         {**_press("RIGHT_BRACKET"), "repeat": True},
         {"properties": [("length", "RADIUS"), ("factor", 1.25)]},
     ),
+    (  # Blender's own, which stands behind the keys of tools
+        "gpencil.annotate",
+        {**_press("LEFTMOUSE"), "key_modifier": "D"},
+        {"properties": [("mode", "DRAW"), ("wait_for_input", False)]},
+    ),
 )
+"""The last one is asked first: Blender turns the keys of an add-on around. The annotation must be
+asked before what any press of the mouse does."""
 
 
 class _NeuralStroke(WorkSpaceTool):
