@@ -25,6 +25,8 @@ RADIUS, INTENSITY = 0.12, 0.06
 NEAR, FAR = 0.35, 1.35  # radii from the path: within, the stroke is high; beyond, nothing moved
 STILL = 0.006  # how far the surface may stray where nothing was drawn
 RESOLUTION = 64
+BRUSHES = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
+"""Blender's own, in its asset library."""
 
 
 class WindowCase(harness.SculptCase):
@@ -148,14 +150,34 @@ def enter_sculpt_mode() -> Steps:
 
 
 def choose_native_brush() -> None:
-    """Take one of Blender's in hand; Debian packs 4.3 without any, so the test brings its own."""
+    """Take one of Blender's in hand."""
     choose_tool("builtin.brush")
     if bpy.context.tool_settings.sculpt.brush is None:
-        brush = bpy.data.brushes.new("Draw", mode="SCULPT")
-        brush.strength = 0.5  # as Blender's own has
-        brush.asset_mark()
-        given = {"asset_library_type": "LOCAL", "relative_asset_identifier": "Brush/Draw"}
-        operate(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", **given)
+        take_native_brush("Draw")
+
+
+def take_native_brush(kind: str) -> None:
+    """Take one in hand by its name; Debian packs 4.3 without any, so the test brings its own."""
+    choose_tool("builtin.brush")
+    if bpy.utils.system_resource("DATAFILES", path="assets/brushes"):
+        given = {"asset_library_type": "ESSENTIALS", "relative_asset_identifier": BRUSHES + kind}
+    else:
+        make_native_brushes(kind)
+        given = {"asset_library_type": "LOCAL", "relative_asset_identifier": f"Brush/{kind}"}
+    operate(bpy.ops.brush.asset_activate, "EXEC_DEFAULT", **given)
+
+
+def make_native_brushes(*kinds: str) -> None:
+    """Brushes of these names and kinds in the file. Undo forgets those made after its step."""
+    for kind in kinds:
+        if kind not in bpy.data.brushes:
+            brush = bpy.data.brushes.new(kind, mode="SCULPT")
+            brush.strength = 0.5  # as Blender's own has
+            if hasattr(brush, "sculpt_tool"):
+                brush.sculpt_tool = kind.upper()
+            else:  # from 5.0 on
+                brush.sculpt_brush_type = kind.upper()
+            brush.asset_mark()
 
 
 def operate(operator: object, how: str = "INVOKE_DEFAULT", **given: object) -> None:

@@ -131,13 +131,18 @@ def move(
     Until `Mesh.update` Blender draws what it was, and pushes an undo step 30 ms sooner: it need not
     sort the vertices again for its brushes.
     """
-    _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
+    put(mesh, vertices)
     if "custom_normal" in mesh.attributes:
         every = np.empty(3 * len(vertices), np.float32)
         mesh.attributes["custom_normal"].data.foreach_get("vector", every)  # pyright: ignore
         every.reshape(-1, 3)[some] = normals
         _write(mesh, "custom_normal", "vector", every)
     mesh[FILLED] = f"{fingerprint(vertices):08x}"
+
+
+def put(mesh: Mesh, vertices: NDArray[np.float32]) -> None:
+    """Put the vertices (V, 3) of a mesh where they are to be, model space."""
+    _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
 
 
 def mesh_of(ob: Object) -> Mesh:

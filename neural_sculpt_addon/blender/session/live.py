@@ -43,6 +43,9 @@ log = logging.getLogger(__name__)
 LOST = 3e-4
 """Mean distance, model units, from which on the artist is told that a stroke was too fine."""
 
+ROUNDING = 1e-7
+"""What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
+
 AGAIN = 0.05  # seconds between two looks while a brush is at work
 _AT_WORK = ("SCULPT_OT_", "TRANSFORM_OT_", "NEURAL_SCULPT_OT_draw")
 _SUFFIX = " Brush"
@@ -150,6 +153,8 @@ def leave() -> None:
     ob = bpy.context.active_object
     if ob is None or not _can_absorb(ob):
         return
+    if (known := _proxies.get(ob.session_uid)) is not None:
+        _without_rounding(ob, known)
     if native_edits.edited(ob):
         _left[ob.session_uid] = native_edits.mark(ob)
     else:
@@ -183,6 +188,18 @@ def _known(ob: Object, now: NDArray[np.float32]) -> _Proxy | None:
     corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
     _proxies[target] = _Proxy(filled, now, corners)
     return _proxies[target]
+
+
+def _is_back(now: NDArray[np.float32], proxy: _Proxy) -> bool:
+    """Whether vertices (V, 3) are those that the field made, but for ROUNDING."""
+    made = proxy.positions
+    return now.shape == made.shape and float(np.abs(now - made).max(initial=0)) <= ROUNDING
+
+
+def _without_rounding(ob: Object, proxy: _Proxy) -> None:
+    """Give a mesh that is back the vertices that the field made, to the bit."""
+    if _is_back(proxy_mesh.positions(ob), proxy):
+        proxy_mesh.put(proxy_mesh.mesh_of(ob), proxy.positions)
 
 
 def _drop(target: int, why: str) -> None:
@@ -260,8 +277,9 @@ def _finish(target: int) -> None:
     with session.history_grows():
         native_steps.take_back(
             lambda: proxy_mesh.mesh_of(found(target)),
-            lambda: np.array_equal(positions(), proxy.positions),
+            lambda: _is_back(positions(), proxy),
         )
+        _without_rounding(found(target), proxy)
         del _proxies[target]
         base = proxy.positions
         for stroke in strokes:
