@@ -116,8 +116,9 @@ class Problem:
             tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
         if not any(len(tube.surface.points) for tube in tubes):
             raise SculptError(
-                "The stroke leaves nothing of the surface under it: its radius is too small, or its"
-                " intensity so large that the surface runs through itself. Change one of them."
+                "The stroke leaves nothing of the surface under it: a mask keeps all of it, its"
+                " radius is too small, or its intensity so large that the surface runs through"
+                " itself. Change one of them."
             )
         return DisplacedTubes(tubes, swept)
 

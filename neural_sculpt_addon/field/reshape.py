@@ -64,7 +64,8 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
     moves = np.linalg.norm(way, axis=1) > STILL
     if not moves.any():
         raise SculptError(
-            "The stroke changes nothing: the surface is as it would make it, or its strength is 0."
+            "The stroke changes nothing: the surface is as it would make it, a mask keeps it, or"
+            " its strength is 0."
         )
     after = np.where(moves[:, None], points + way, points).astype(np.float32)
     chosen = moves[triangles].any(axis=1)

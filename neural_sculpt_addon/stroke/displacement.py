@@ -5,7 +5,7 @@ v is the signed distance from the path. Around a round end the profile of both s
 the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
 other sheet of a thin part, whose normal turns away from n(u), is not displaced, and what is turned
 by more than 60 degrees only in part: around an edge the displacement fades, and has no cliff. Model
-space.
+space. A mask weakens it by the factor 1 - m.
 """
 
 from typing import NamedTuple
@@ -20,6 +20,9 @@ from .stroke import Direction, Ends, Stroke
 FACING = 0.5
 """Cosine between a normal and that of the path, from which on a point is displaced in full."""
 
+MASKED = 1.2
+"""Radii: the least nearness of what is masked in full. It stays, as what lies beside a stroke."""
+
 
 class Displacement(NamedTuple):
     """What a stroke does to surface points (M, 3)."""
@@ -27,6 +30,7 @@ class Displacement(NamedTuple):
     amount: Array  # (M,), signed length
     direction: Array  # (M, 3), unit
     nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
+    # and at least MASKED where a mask keeps the surface
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
 
@@ -65,6 +69,11 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
+    if stroke.mask is not None:
+        near = np.flatnonzero(nearness < MASKED)
+        mask = stroke.mask(np.asarray(points, float)[near])
+        amount[near] *= 1 - mask
+        nearness[near[mask == 1]] = MASKED
     direction = place.normals if stroke.direction is Direction.STROKE else normals
     return Displacement(amount, direction, nearness, place.beyond, normals)
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from . import reading
 from .brush import Brush
 from .errors import SculptError
+from .mask import Mask
 from .modulation import Modulation
 from .profile import Profile
 
@@ -71,6 +72,7 @@ class Stroke:
     mirror:  the axes across whose planes (x = 0, ...) the stroke is repeated
     seed:    of all random numbers that its edit draws
     kind:    what it does; the brush's intensity is a length or a share accordingly
+    mask:    what it leaves where it is; of the surface under its mirror images, too
     """
 
     points: NDArray[np.float64]
@@ -84,6 +86,7 @@ class Stroke:
     name: str = ""
     seed: int = 0
     kind: Kind = Kind.DRAW
+    mask: Mask | None = None
 
     def __post_init__(self) -> None:
         """Bring arrays to float64 and refuse what is no stroke. SculptError."""
@@ -160,6 +163,8 @@ class Stroke:
         for word in ("closed", "name", "seed"):
             if value := getattr(self, word):
                 data[word] = value
+        if self.mask is not None:
+            data["mask"] = self.mask.to_json()
         return data
 
     @staticmethod
@@ -190,12 +195,13 @@ class Stroke:
             name=_read(reading.text, data, "name", ""),
             seed=_read(reading.integer, data, "seed", 0),
             kind=_read(Kind, data, "kind", Kind.DRAW),
+            mask=Mask.from_json(data["mask"]) if "mask" in data else None,
         )
 
 
 _WORDS = {
     *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
-    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind"),
+    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind", "mask"),
 }
 
 

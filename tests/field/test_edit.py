@@ -2,6 +2,7 @@
 """Edits of one stroke and of several, their reports, and how they end early."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from neural_sculpt_addon.field.threads import PIECE
 from neural_sculpt_addon.field.tube import COLUMNS, ROWS
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
-from neural_sculpt_addon.stroke.stroke import Stroke
+from neural_sculpt_addon.stroke.mask import Mask
+from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 
 MEASURES = {
     *("stroke", "solver", "seconds", "levels", "limited", "widths", "height", "gain"),
@@ -181,3 +183,45 @@ def test_bad_choices(preparation, words, match):
         sculpt(preparation, arc(0.0), **words)
     with pytest.raises(SculptError, match=match):
         edit(preparation.field, [], **words)
+
+
+@pytest.mark.parametrize(("kind", "strength"), [(Kind.DRAW, 0.05), (Kind.SMOOTH, 1.0)])
+def test_the_masked_half_of_a_sphere_stays_and_the_other_is_as_without_a_mask(
+    ready, kind, strength
+):
+    """The stroke runs along the equator; what lies to the right of x = 0 is masked."""
+    turn = np.linspace(0.5, np.pi - 0.5, 9)
+    points = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    if kind is Kind.SMOOTH:  # something to smooth
+        ridge = Stroke(points, Brush(0.04, 0.02))
+        ready = sculpt(ready, ridge).preparation
+    vertices, spacing = ready.proxy.vertices, 1 / 64
+    mask = Mask.of(vertices, vertices[:, 0] > 0, spacing)
+    free = Stroke(points, Brush(0.12, strength), kind=kind)
+    whole = sculpt(ready, free)
+    masked = sculpt(ready, replace(free, mask=mask))
+    before, after = ready.surface.points, find_surface(masked.field, ready.surface.points)
+    near = np.linalg.norm(before - [0, 0.6, 0], axis=1) < 0.5
+    x = before[:, 0]
+    assert after.distance[near & (x > 8 * spacing)].max() < 1e-6  # as anywhere else
+    assert after.distance[near & (x > spacing)].max() < 5e-4  # beside a cliff as high as the stroke
+    assert after.distance[near & (x > 0)].mean() < 3e-5
+    alike = np.abs(after.distance - find_surface(whole.field, before).distance)
+    left = near & (x < -4 * spacing)
+    assert after.distance[left].max() > 0.008
+    assert alike[left].max() < 1.5e-3
+    assert alike[left].mean() < 5e-5
+    report = masked.report()
+    assert report["tolerance_met"]
+    assert report["gain"] == pytest.approx(1, abs=0.01)
+    assert report["drift_mean"] < 1e-6
+    assert report["untouched_normal_rms"] < 0.02
+
+
+def test_a_stroke_whose_mask_leaves_nothing_is_refused(preparation):
+    points = preparation.proxy.vertices
+    mask = Mask.of(points, np.ones(len(points)), 1 / 32)
+    with pytest.raises(SculptError, match="a mask keeps all of it"):
+        sculpt(preparation, arc(0.0, mask=mask))
+    with pytest.raises(SculptError, match="a mask keeps it"):
+        sculpt(preparation, arc(0.0, mask=mask, kind=Kind.SMOOTH))

@@ -7,6 +7,8 @@ operator would.
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+from dataclasses import replace
+
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.props import BoolProperty
@@ -18,6 +20,7 @@ from ..panels import status_bar
 from ..scene import commit, proxy_mesh, stroke_list
 from ..scene.brush import drawn_stroke, redrawn_stroke, strengths
 from ..scene.properties import brush_of, is_field
+from ..scene.protect import protected
 from ..session import live
 from ..session.job import find
 from ..session.stroke_jobs import edit_job, prepare_job
@@ -214,6 +217,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
             return CANCELLED  # a click on another field selects it
         if self._listed is None:
             return launch(self, edit_job(ob, (stroke,)))
+        (stroke,) = protected(ob, (replace(stroke, mask=None),))  # as the artist sees it now
         return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:

@@ -31,10 +31,11 @@ from ..scene.properties import (
     scene_radius_property,
     strength_of_kind_property,
 )
+from ..scene.protect import protected
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail, reports_errors
 
-KEEP = "KEEP"
+KEEP, NOW = "KEEP", "NOW"
 
 
 def _choices(shape: Shape, description: str) -> Any:
@@ -66,6 +67,14 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         name="Pen Pressure",
         description="Keep what the pen's pressure made of the stroke",
         default=True,
+    )
+    mask: EnumProperty(
+        name="Mask",
+        description="What masks and hidden faces keep the stroke away from",
+        items=[
+            (KEEP, "As It Was", "What was masked or hidden when the stroke was drawn"),
+            (NOW, "As It Is Now", "What is masked or hidden on the proxy now"),
+        ],
     )
     mirror: EnumProperty(
         name="Mirror",
@@ -113,12 +122,15 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout.row().prop(self, "mirror")
         layout.prop(self, "closed")
         layout.prop(self, "pressure")
+        layout.prop(self, "mask")
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Replay the strokes with what was given; the rest of the stroke stays as it is."""
         uid = chosen_uid(self, context)
         stroke = self._changed(self._stroke(context), context)
+        if self.mask == NOW:
+            (stroke,) = protected(active_field(context), (replace(stroke, mask=None),))
         return launch_change(self, context, stroke_list.changed, uid=uid, stroke=stroke)
 
     def _stroke(self, context: Context) -> Stroke:

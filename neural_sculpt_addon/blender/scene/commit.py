@@ -23,7 +23,7 @@ from ...stroke.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
 from ..viewport import preview
-from . import proxy_mesh, sculpt_steps, stroke_list
+from . import carried, proxy_mesh, sculpt_steps, stroke_list
 from .properties import LOCAL, field_of
 from .proxy_mesh import Geometry
 from .stroke_list import Entry
@@ -179,7 +179,7 @@ def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> Non
     """Replace the proxy by another one of the same field. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     group = field_of(ob)
-    geometry = _geometry(result, smooth)
+    geometry = _next_geometry(ob, result, smooth)
     begin_change()
     _fill(ob, geometry)
     group.resolution, group.smooth = resolution, smooth
@@ -204,7 +204,7 @@ def _edited(ob: Object, result: Message) -> _State:
     """The state that a result leads to."""
     fields, group = result.fields, field_of(ob)
     report = json.dumps(fields["report"]) if "report" in fields else ""
-    state = _State(fields["revision"], report, _geometry(result, group.smooth))
+    state = _State(fields["revision"], report, _next_geometry(ob, result, group.smooth))
     if fields.get("base", group.base_id) == group.base_id:
         return state
     return replace(state, weights=_bytes(result, "field"), weights_id=fields["base"])
@@ -236,6 +236,13 @@ def _bytes(result: Message, name: str) -> bytes:
 
 def _geometry(result: Message, smooth: bool) -> Geometry:
     return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
+
+
+def _next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
+    """The mesh of a result, with what brushes painted on that of the object."""
+    geometry, mesh = _geometry(result, smooth), proxy_mesh.mesh_of(ob)
+    painted = carried.carried(mesh, lambda: preview.true_positions(mesh), geometry)
+    return replace(geometry, painted=painted)
 
 
 def _write(ob: Object, state: _State) -> None:

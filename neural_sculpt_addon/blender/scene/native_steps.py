@@ -12,19 +12,9 @@ from contextlib import contextmanager
 from itertools import takewhile
 
 import bpy
-import numpy as np
 from bpy.types import Mesh
 
-from . import sculpt_steps
-
-KEPT = {
-    ".sculpt_mask": ("FLOAT", "POINT", np.float32),
-    ".sculpt_face_set": ("INT", "FACE", np.int32),
-    ".hide_vert": ("BOOLEAN", "POINT", np.bool_),
-    ".hide_edge": ("BOOLEAN", "EDGE", np.bool_),
-    ".hide_poly": ("BOOLEAN", "FACE", np.bool_),
-}
-"""Attributes that brushes change and the field does not know: type, domain, type of an array."""
+from . import brush_attributes, sculpt_steps
 
 _OURS = "ours"
 _state: set[str] = set()
@@ -49,7 +39,7 @@ def take_back(mesh: Callable[[], Mesh], is_back: Callable[[], bool]) -> bool:
 
     Otherwise all is as before. mesh: the mesh that is sculpted, which undo makes another reference
     """
-    kept, taken = _read(mesh()), 0
+    kept, taken = brush_attributes.read(mesh()), 0
     with _ours():
         for _ in names():
             if is_back():
@@ -60,7 +50,7 @@ def take_back(mesh: Callable[[], Mesh], is_back: Callable[[], bool]) -> bool:
         for _ in range(0 if back else taken):
             bpy.ops.ed.redo()
     if back and taken:
-        _write(mesh(), kept)
+        brush_attributes.write(mesh(), kept)
     return back
 
 
@@ -73,25 +63,3 @@ def _ours() -> Iterator[None]:
             yield
     finally:
         _state.discard(_OURS)
-
-
-def _read(mesh: Mesh) -> dict[str, np.ndarray]:
-    """The attributes that are there."""
-    found = {}
-    for name, (_, _, dtype) in KEPT.items():
-        if (attribute := mesh.attributes.get(name)) is not None:
-            found[name] = np.empty(len(attribute.data), dtype)  # pyright: ignore
-            attribute.data.foreach_get("value", found[name])  # pyright: ignore
-    return found
-
-
-def _write(mesh: Mesh, kept: dict[str, np.ndarray]) -> None:
-    """Bring the attributes back to what they were."""
-    now = _read(mesh)
-    for name, values in kept.items():
-        if name not in now:
-            kind, domain, _ = KEPT[name]
-            mesh.attributes.new(name, kind, domain)  # pyright: ignore
-        elif np.array_equal(now[name], values):
-            continue
-        mesh.attributes[name].data.foreach_set("value", values)  # pyright: ignore

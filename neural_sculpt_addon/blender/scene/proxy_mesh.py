@@ -2,7 +2,8 @@
 """The proxy: triangles of the field's surface written into a Blender mesh, in model space."""
 
 import zlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -11,6 +12,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from ...stroke.errors import SculptError
+from . import brush_attributes
 
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
 """Earlier Blenders ignore the attribute; their own smooth normals serve."""
@@ -51,7 +53,7 @@ def in_dyntopo(ob: Object) -> bool:
 class Geometry:
     """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
 
-    normals are None, or flat is, as they are shaded
+    normals are None, or flat is, as they are shaded; painted is what Blender's brushes painted
     """
 
     vertices: NDArray[np.float32]  # (3 V,)
@@ -62,6 +64,7 @@ class Geometry:
     starts: NDArray[np.int32]  # (F,)
     flat: NDArray[np.bool_] | None  # (F,)
     filled: str
+    painted: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
 
 
 def geometry(
@@ -115,6 +118,7 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     if new.normals is not None:
         mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
         _write(mesh, "custom_normal", "vector", new.normals)
+    brush_attributes.write(mesh, new.painted)
     mesh[FILLED] = new.filled
     mesh.update()
 

@@ -6,6 +6,8 @@ of second order in the size of a triangle. Only what lies near the path is touch
 triangles a stroke takes some 6 ms. NumPy alone; model space.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,24 @@ Triangles = NDArray[np.int32]
 LEAST, MOST = 48, 512  # points of a path
 CELLS = 3  # of the grid, in the reach of a stroke
 MOST_CELLS = 96  # along an axis
+
+
+class Surroundings(NamedTuple):
+    """The part of a mesh around a stroke, and the stroke laid on it.
+
+    within:    (V,) vertices of the mesh that may be within the stroke's reach, all that are
+    positions: (M, 3) of the corners of all triangles with such a vertex
+    corners:   (T, 3) those triangles
+    near:      (M,) which of these vertices are within
+    upright:   (I, 3) unit normals of those that are
+    """
+
+    within: NDArray[np.bool_]
+    positions: Array
+    corners: Triangles
+    near: NDArray[np.bool_]
+    upright: Array
+    path: Path
 
 
 class Displaced:
@@ -55,28 +75,47 @@ class Displaced:
             self._add(copy)
 
     def _add(self, stroke: Stroke) -> None:
-        points = _path_points(stroke)  # (N, 3)
-        spacing = arc_length(points)[-1] / len(points)
-        reach = stroke.brush.radius * stroke.largest_factor + spacing
-        within = _within(self._positions, points, reach)
-        if not within.any():
+        around = surroundings(stroke, self._positions, self._triangles)
+        if around is None:
             return
-        a, b, c = self._triangles.T
-        around = self._triangles[within.take(a) | within.take(b) | within.take(c)]  # (T, 3)
-        used = np.zeros(len(within), bool)
-        used[around.ravel()] = True
-        chosen = np.flatnonzero(used)  # (M,), all else is as if it were not there
-        place = np.empty(len(within), np.int32)
-        place[chosen] = np.arange(len(chosen))
-        corners = place[around]  # (T, 3)
-        moving, near = self._positions[chosen].astype(float), within[chosen]
-        upright = _normals(moving, corners)[near]
-        path = _lay(points, moving[near], upright, stroke.closed)
+        within, moving, corners, near, upright, path = around
         shift = displace(stroke, path, moving[near], upright)
         moving[near] += shift.amount[:, None] * shift.direction
         self._positions[within] = moving[near]
         self._normals[within] = _normals(moving, corners)[near]
         self._touched |= within
+
+
+def surroundings(stroke: Stroke, positions: Vectors, triangles: Triangles) -> Surroundings | None:
+    """What is around a stroke on a mesh (V, 3), (F, 3); None when nothing is."""
+    points, reach = _reach(stroke)
+    within = _within(positions, points, reach)
+    if not within.any():
+        return None
+    a, b, c = triangles.T
+    around = triangles[within.take(a) | within.take(b) | within.take(c)]  # (T, 3)
+    used = np.zeros(len(within), bool)
+    used[around.ravel()] = True
+    chosen = np.flatnonzero(used)  # (M,), all else is as if it were not there
+    place = np.empty(len(within), np.int32)
+    place[chosen] = np.arange(len(chosen))
+    corners = place[around]  # (T, 3)
+    moving, near = positions[chosen].astype(float), within[chosen]
+    upright = _normals(moving, corners)[near]
+    path = _lay(points, moving[near], upright, stroke.closed)
+    return Surroundings(within, moving, corners, near, upright, path)
+
+
+def reaches(stroke: Stroke, positions: Vectors) -> bool:
+    """Whether a stroke may reach some of the positions (V, 3), or one of its mirror images."""
+    return any(_within(positions, *_reach(copy)).any() for copy in stroke.copies())
+
+
+def _reach(stroke: Stroke) -> tuple[Array, float]:
+    """Points (N, 3) of a path, and within which distance of them all lies that it displaces."""
+    points = _path_points(stroke)
+    spacing = arc_length(points)[-1] / len(points)
+    return points, stroke.brush.radius * stroke.largest_factor + spacing
 
 
 def _path_points(stroke: Stroke) -> Array:
