@@ -3,6 +3,7 @@
 
 In the first Blender found that can open a window (the variable BLENDER names another), on a virtual
 screen, by simulated input, with a proxy of about 100,000 triangles: Python's part of a mouse move,
+what of it moves the surface under the pen, by time and by vertices that were looked at, the time
 from a stroke's end to its preview and to the drawn result, the longest tick of the timer; and
 the memory of Blender and of the worker over many strokes, and how many of these were refused. MB,
 and milliseconds both by the clock and of the main thread's own work, which other programs do not

@@ -39,6 +39,8 @@ READINGS = 8  # of the memory, and one before the first stroke
 times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
 """Milliseconds that each call of a function took, by a name of ours: by the clock, and of its
 thread's own work, which other programs do not lengthen."""
+looked: list[int] = []
+"""How many vertices each move of the pen, and each moment's rest after it, looked at."""
 ended: dict[str, float] = {}
 """When a function last returned, likewise."""
 rows: list[dict[str, Any]] = []
@@ -82,7 +84,20 @@ def instrument() -> None:
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
     session = module("blender.session.worker_session").session
     timed(session.watcher, "_timer", lambda _: "timer tick")
-    timed(module("blender.viewport.preview"), "show", lambda _: "preview")
+    preview = module("blender.viewport.preview")
+    timed(preview, "show", lambda _: "preview")
+    timed(preview, "draw", lambda _: "surface under the pen, a move")
+    timed(preview, "_catch_up_later", lambda _: "surface under the pen, at rest")
+    displaced = module("blender.viewport.displaced").Displaced
+    advance = displaced.advance
+
+    def counted(self: Any, most: int | None = None) -> int:
+        count = advance(self, most)
+        if most:
+            looked.append(count)
+        return count
+
+    displaced.advance = counted
     timed(module("blender.session.stroke_jobs"), "add_entry", lambda _: "result into the scene")
 
 
@@ -195,6 +210,12 @@ def _print_times(waits: list[tuple[float, float]]) -> None:
         print(f"{label:36} {len(values):6} {_line(clock)}           {_line(work)}", flush=True)
         parts = {"clock": _named(clock), "work": _named(work)}
         rows.append({"call": label, "calls": len(values), **parts})
+    if looked:
+        counts = np.percentile(looked, (50, 95, 100)).tolist()
+        print(
+            f"{'vertices looked at under the pen':36} {len(looked):6} {_line(counts)}", flush=True
+        )
+        rows.append({"count": "vertices under the pen", "times": len(looked), **_named(counts)})
     ends = ("stroke's end to result", "stroke's end to its picture")
     for label, values in zip(ends, zip(*waits, strict=True), strict=True):
         clock = np.percentile(values, (50, 95, 100)).tolist()

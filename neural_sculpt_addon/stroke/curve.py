@@ -51,13 +51,30 @@ class Curve:
 
         A closed curve ends where it starts; the last point repeats the first.
         """
+        length, fine = self._lengths()
+        return self._at(np.linspace(0, length[-1], count), length, fine)
+
+    def every(self, step: float) -> Array:
+        """Points (N, 3) `step` apart by arc length from the start, and the end.
+
+        A curve that grows keeps its points; the last step is between a half and one and a half.
+        """
+        length, fine = self._lengths()
+        steps = np.arange(max(int(length[-1] / step + 0.5), 1))
+        return self._at(np.append(step * steps, length[-1]), length, fine)[0]
+
+    def _lengths(self) -> tuple[Array, Array]:
+        """The length of the curve (F,) up to parameters t (F,), close to one another."""
         fine = np.interp(
             np.arange((len(self.knots) - 1) * STEPS_PER_SPAN + 1) / STEPS_PER_SPAN,
             np.arange(len(self.knots)),
             self.knots,
         )
-        length = arc_length(self.evaluate(fine))
-        t = np.interp(np.linspace(0, length[-1], count), length, fine)
+        return arc_length(self.evaluate(fine)), fine
+
+    def _at(self, along: Array, length: Array, fine: Array) -> tuple[Array, Array]:
+        """Points (N, 3) at arc lengths (N,), and their parameters (N,)."""
+        t = np.interp(along, length, fine)
         return self.evaluate(t), t
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .curve import Array, arc_length
-from .path import Path, locate
+from .path import Path, Place, locate
 from .stroke import Direction, Ends, Stroke
 
 FACING = 0.5
@@ -55,8 +55,14 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
 
     `path` is the stroke laid on the same surface; mirror images are strokes of their own.
     """
+    return displace_at(stroke, locate(path, points), points, normals, len(path.points) == 1)
+
+
+def displace_at(
+    stroke: Stroke, place: Place, points: ArrayLike, normals: ArrayLike, is_dab: bool = False
+) -> Displacement:
+    """The same for surface points whose place (M,) in the stroke is known already."""
     normals = np.asarray(normals, float)
-    place = locate(path, points)
     brush = stroke.brush
     cosine = np.einsum("ij,ij->i", normals, place.normals)
     share = np.clip(cosine / FACING, 0, 1)
@@ -67,7 +73,7 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     left, right = (1 + place.sine) / 2, (1 - place.sine) / 2
     height = left * brush.profile(inside) + right * brush.profile(-inside)
     amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
-    if stroke.ends is Ends.FLAT and len(path.points) > 1:
+    if stroke.ends is Ends.FLAT and not is_dab:
         amount = np.where(place.beyond, 0.0, amount)
     if stroke.mask is not None:
         near = np.flatnonzero(nearness < MASKED)

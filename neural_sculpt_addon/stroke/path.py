@@ -134,7 +134,9 @@ def _laterals(tangents: Array, normals: Array) -> Array:
         k = np.argmin(np.abs(normals[0]))
         axis = np.eye(3)[k] * np.copysign(1, normals[0, k])
         v, sound = np.tile(np.cross(normals[0], axis), (len(v), 1)), np.arange(1)
-    carried = v[sound[np.argmin(np.abs(np.arange(len(v))[:, None] - sound), axis=1)]]
+    carried = v
+    if len(sound) < len(v):
+        carried = v[sound[np.argmin(np.abs(np.arange(len(v))[:, None] - sound), axis=1)]]
     carried -= normals * np.einsum("ij,ij->i", carried, normals)[:, None]
     return _unit(carried)
 

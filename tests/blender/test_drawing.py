@@ -44,6 +44,20 @@ class Freehand(unittest.TestCase):
         np.testing.assert_allclose(mice(drawing), [(x, 0) for x in range(-50, 51, 10)])
         self.assertEqual(drawing.line.pressures, [0.25] + 10 * [0.75])
 
+    def test_so_far_it_reaches_the_pen(self) -> None:
+        """And is at each move what it would be if it ended there."""
+        for end in (4.0, 14.0, 16.0, 33.0):
+            drawing = begin()
+            for x in range(1, int(end) + 1):
+                drawing.move(SURFACE, (float(x), 0.0), 0.5)
+            seen, kept = drawing.so_far, mice(drawing)
+            self.assertEqual(seen.points[-1], (end / 100, 0.0, 0.0))
+            self.assertEqual(mice(drawing), kept)
+            drawing.release(SURFACE, (end, 0.0))
+            self.assertEqual(seen.points, drawing.line.points)
+            self.assertEqual(seen.pressures, drawing.line.pressures)
+            self.assertIs(drawing.so_far, drawing.line)
+
     def test_leaving_the_surface_adds_nothing(self) -> None:
         drawing = begin((90.0, 0.0))
         for x in range(91, 200):

@@ -278,6 +278,12 @@ class Preview(unittest.TestCase):
         z = np.zeros(len(points))
         z[result.vertices] = result.positions[:, 2]
         height = 0.05 * np.maximum(1 - to_path(points, line) / 0.2, 0)
+        under_the_pen = module("blender.viewport.displaced").Displaced(points, triangles)
+        under_the_pen.begin(Stroke(line, brush), masked.astype(np.float32))
+        under_the_pen.advance()
+        drawn = np.zeros(len(points))
+        drawn[under_the_pen.vertices] = under_the_pen.positions[:, 2]
+        np.testing.assert_allclose(drawn, height * (1 - masked), atol=1e-6)
         np.testing.assert_allclose(z, height * (1 - masked), atol=0.01)
         np.testing.assert_allclose(z[y > 0.09], height[y > 0.09], atol=1e-6)
         np.testing.assert_allclose(z[masked == 1], 0, atol=1e-9)

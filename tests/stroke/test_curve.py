@@ -129,3 +129,19 @@ def test_points_that_nearly_coincide_throw_the_curve_nowhere(points, gap):
     samples, _ = fit_curve(crowded).resample(100)
     span = np.linalg.norm(np.ptp(points, axis=0))
     assert np.abs(samples - points.mean(axis=0)).max() < 3 * span
+
+
+def test_a_curve_that_grows_keeps_its_points():
+    """A step apart on a circle and on its longer part; the last step is what is left."""
+    angle = np.linspace(0, 3, 61)
+    points = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    longer, shorter = (fit_curve(points[:count]).every(0.07) for count in (61, 47))
+    turned = np.unwrap(np.arctan2(longer[:, 1], longer[:, 0]))
+    np.testing.assert_allclose(turned[:-1], 0.07 * np.arange(len(turned) - 1), atol=2e-4)
+    assert turned[-1] == pytest.approx(3)
+    assert 0.5 <= (turned[-1] - turned[-2]) / 0.07 < 1.5
+    np.testing.assert_allclose(shorter[:20], longer[:20], atol=1e-7)
+
+
+def test_a_curve_shorter_than_a_step_has_its_ends():
+    np.testing.assert_allclose(fit_curve([[0, 0, 0], [0, 0.01, 0]]).every(1.0)[:, 1], [0, 0.01])

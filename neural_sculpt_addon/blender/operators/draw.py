@@ -25,7 +25,7 @@ from ..session import live
 from ..session.job import find
 from ..session.stroke_jobs import edit_job, prepare_job
 from ..session.worker_session import session
-from ..viewport import overlay
+from ..viewport import overlay, preview
 from ..viewport.drawing import Drawing, Habits, Nowhere, Phase
 from ..viewport.recorder import Mouse
 from ..viewport.view import object_under, over_interface, view_under
@@ -121,6 +121,12 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     def cancel(self, context: Context) -> None:
         """Leave no trace in the window."""
+        self._end(context)
+        preview.settle()
+
+    def _end(self, context: Context) -> None:
+        """Show nothing of it, but on the mesh, until `preview.settle`."""
+        preview.let_go()
         overlay.hide_stroke()
         status_bar.show_hint(None)
         if context.area is not None:  # it is gone with the window
@@ -212,19 +218,26 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     def _sculpt(self, drawing: Drawing, context: Context, ob: Object) -> Outcome:
         stroke = self._stroke(drawing, context, ob)
+        if self._listed is None and not self._only_selects(drawing):
+            self._end(context)
+            outcome = launch(self, edit_job(ob, (stroke,)))  # on the mesh it waits for its result
+            preview.settle()
+            return outcome
         self.cancel(context)
-        if self._turned and not drawing.habits.clicks and len(stroke.points) == 1:
-            return CANCELLED  # a click on another field selects it
         if self._listed is None:
-            return launch(self, edit_job(ob, (stroke,)))
+            return CANCELLED
         (stroke,) = protected(ob, (replace(stroke, mask=None),))  # as the artist sees it now
         return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
+    def _only_selects(self, drawing: Drawing) -> bool:
+        """Whether it is a click on another field so far, which selects that one."""
+        return self._turned and not drawing.habits.clicks and len(drawing.line.points) == 1
+
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
-        """What would be sculpted."""
+        """What would be sculpted if this were its end."""
         if self._listed is None:
             kind = Kind.SMOOTH if self.smooth else None
-            return drawn_stroke(context, ob, drawing.line, self.invert, kind)
+            return drawn_stroke(context, ob, drawing.so_far, self.invert, kind)
         return redrawn_stroke(self._listed, drawing.line.points)
 
     def _show(self, context: Context) -> None:
@@ -233,8 +246,10 @@ class NEURAL_SCULPT_OT_draw(Operator):
         status_bar.show_hint(iface_(HINTS[drawing and drawing.phase]))
         if drawing is not None and ob is not None:
             stroke = self._stroke(drawing, context, ob)
-            editing, again = drawing.phase is Phase.EDITING, self._listed is not None
-            overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=again)
+            editing, shown = drawing.phase is Phase.EDITING, self._listed is not None
+            if not shown and not self._only_selects(drawing):
+                shown = preview.draw(ob, stroke)
+            overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=shown)
             context.area.tag_redraw()
 
 

@@ -87,4 +87,6 @@ def register() -> None:
 
 def unregister() -> None:
     """Show it no more; the session is stopped."""
+    preview.let_go()
+    preview.settle()
     session.watcher = Watcher()

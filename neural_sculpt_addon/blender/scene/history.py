@@ -110,6 +110,7 @@ def bring_back(*_: object) -> None:
 def leave(*_: object) -> None:
     """Before another file is loaded."""
     _State.undone = None
+    preview.let_go()
     live.forget()
     session.leave_file()
 

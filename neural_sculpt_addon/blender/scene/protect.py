@@ -11,12 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 from bpy.types import Object
+from numpy.typing import NDArray
 
-from ...stroke.displacement import displace
 from ...stroke.errors import SculptError
 from ...stroke.mask import Mask
 from ...stroke.stroke import Stroke
-from ..viewport.displaced import Surroundings, reaches, surroundings
+from ..viewport.base_surface import BaseSurface, Fans
+from ..viewport.growth import Growth, reach_of
 from . import brush_attributes, proxy_mesh
 
 FINE = 1 / 8  # radii: spacing of a mask; where the proxy is coarser, the length of its edges
@@ -33,37 +34,38 @@ def protected(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     if protection is None:
         return strokes
     positions = proxy_mesh.positions(ob)
-    some = positions[protection > 0]
+    fans = Fans(triangles, len(positions))
 
     def one(stroke: Stroke) -> Stroke:
-        if stroke.mask is not None or not reaches(stroke, some):
+        if stroke.mask is not None:
             return stroke
-        around = [(copy, surroundings(copy, positions, triangles)) for copy in stroke.copies()]
-        mask = _frozen([(copy, a) for copy, a in around if a is not None], protection)
-        return replace(stroke, mask=mask)
+        surface = BaseSurface(positions, fans, reach_of(stroke))
+        return replace(stroke, mask=_frozen(stroke, surface, protection))
 
     return tuple(map(one, strokes))
 
 
-def _frozen(around: list[tuple[Stroke, Surroundings]], protection: np.ndarray) -> Mask | None:
-    """The mask under the copies of a stroke; None when nothing that they reach has one."""
-    points, masks, beneath = [], [], []
-    for copy, (within, positions, _, near, upright, path) in around:
-        nearness = displace(copy, path, positions[near], upright).nearness
-        here = np.isfinite(nearness)
-        points.append(positions[near][here])
-        masks.append(protection[within][here])
-        beneath.append(nearness[here] < 1)
-    mask, under = np.concatenate(masks), np.concatenate(beneath)
-    if not mask.any():
+def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32]) -> Mask | None:
+    """The mask under the copies of a stroke; None when nothing that they reach has one.
+
+    protection: (V,) of the vertices of the surface
+    """
+    nearness = np.full(len(protection), np.inf)
+    for copy in stroke.copies():
+        growth = Growth(surface)
+        for _ in growth.follow(copy):
+            pass
+        nearness = np.minimum(nearness, growth.nearness)
+    reached, under = np.flatnonzero(np.isfinite(nearness)), nearness < 1
+    if not protection[reached].any():
         return None
-    if under.any() and (mask[under] == 1).all():
+    if under.any() and (protection[under] == 1).all():
         raise SculptError(
             "All that the stroke would change is masked or hidden. Clear the mask, or draw"
             " elsewhere."
         )
-    stroke = around[0][0]
-    edges = [a.positions[a.corners[:, 0]] - a.positions[a.corners[:, 1]] for _, a in around]
-    edge = float(np.linalg.norm(np.concatenate(edges), axis=1).mean())
+    a, b, _ = surface.fans.around(reached).T
+    edge = float(np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1).mean())
     radius = stroke.brush.radius * stroke.largest_factor
-    return Mask.of(np.concatenate(points), mask, max(edge, FINE * radius))
+    points = surface.positions[reached]
+    return Mask.of(points, protection[reached], max(edge, FINE * radius))

@@ -1,45 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A triangle mesh with strokes displaced on it at once, as a preview: p' = p + d n.
 
-The path of a stroke is laid on the mesh by its nearest vertices and their tangent planes, an error
-of second order in the size of a triangle. Only what lies near the path is touched: at 100,000
-triangles a stroke takes some 6 ms. NumPy alone; model space.
+The last stroke may grow: what is asked for is worked off in pieces, so that a move of the pen never
+waits for more than it can bear, and is seen when it is whole. Only what lies near the strokes is
+touched. Mirror images stand on the same surface, and where they meet the farthest counts, as in the
+field. NumPy alone; model space.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...stroke.curve import Array, arc_length, fit_curve
-from ...stroke.displacement import displace
-from ...stroke.path import Path, make_path
 from ...stroke.stroke import Kind, Stroke
-
-Vectors = NDArray[np.float32]
-Triangles = NDArray[np.int32]
-
-LEAST, MOST = 48, 512  # points of a path
-CELLS = 3  # of the grid, in the reach of a stroke
-MOST_CELLS = 96  # along an axis
-
-
-class Surroundings(NamedTuple):
-    """The part of a mesh around a stroke, and the stroke laid on it.
-
-    within:    (V,) vertices of the mesh that may be within the stroke's reach, all that are
-    positions: (M, 3) of the corners of all triangles with such a vertex
-    corners:   (T, 3) those triangles
-    near:      (M,) which of these vertices are within
-    upright:   (I, 3) unit normals of those that are
-    """
-
-    within: NDArray[np.bool_]
-    positions: Array
-    corners: Triangles
-    near: NDArray[np.bool_]
-    upright: Array
-    path: Path
+from .base_surface import PIECE, BaseSurface, Fans, Indices, Triangles, Vectors
+from .growth import Growth, reach_of
 
 
 class Displaced:
@@ -48,14 +23,20 @@ class Displaced:
     def __init__(self, positions: Vectors, triangles: Triangles) -> None:
         """Nothing is displaced yet."""
         self.strokes: tuple[Stroke, ...] = ()
-        self._triangles = triangles
-        self._positions = positions.copy()
+        self.seen: tuple[Stroke, ...] = ()
+        """What of them is displaced already; the last may be one that it was before."""
+        self._positions, self._triangles = positions.copy(), triangles
+        self._before = self._positions  # the last stroke
+        self._protection: NDArray[np.float32] | None = None
         self._normals = np.zeros_like(positions)
         self._touched = np.zeros(len(positions), bool)
+        self._fans: Fans | None = None
+        self._growths: tuple[Growth, ...] = ()
+        self._work: Iterator[int] | None = None
 
     @property
-    def vertices(self) -> NDArray[np.intp]:
-        """The vertices (M,) that strokes came near to."""
+    def vertices(self) -> Indices:
+        """The vertices (M,) that strokes displace or did, and those beside them."""
         return np.flatnonzero(self._touched)
 
     @property
@@ -70,103 +51,93 @@ class Displaced:
 
     def add(self, stroke: Stroke) -> None:
         """Displace by one more stroke and its mirror images; other kinds show when done."""
+        self.begin(stroke)
+        self.advance()
+
+    def begin(self, stroke: Stroke, protection: NDArray[np.float32] | None = None) -> None:
+        """One more stroke, which `advance` displaces.
+
+        protection: (V,) what weakens it from 0 to 1 while it has no mask
+        """
+        self.advance()
+        self._before, self._protection = self._positions, protection
         self.strokes += (stroke,)
-        for copy in stroke.copies() if stroke.kind is Kind.DRAW else ():
-            self._add(copy)
 
-    def _add(self, stroke: Stroke) -> None:
-        around = surroundings(stroke, self._positions, self._triangles)
-        if around is None:
-            return
-        within, moving, corners, near, upright, path = around
-        shift = displace(stroke, path, moving[near], upright)
-        moving[near] += shift.amount[:, None] * shift.direction
-        self._positions[within] = moving[near]
-        self._normals[within] = _normals(moving, corners)[near]
-        self._touched |= within
+    def change(self, stroke: Stroke) -> None:
+        """The last stroke is this one now, as `advance` will displace it."""
+        self.strokes = (*self.strokes[:-1], stroke)
 
+    def advance(self, most: int | None = None) -> int:
+        """Work on what was asked for until some `most` vertices were looked at; how many were."""
+        looked = 0
+        while most is None or looked < most:
+            if self._work is None:
+                if self.seen is self.strokes:
+                    break
+                self._work = self._displace(self.strokes)
+            piece = next(self._work, None)
+            if piece is None:
+                self._work = None
+            else:
+                looked += piece
+        return looked
 
-def surroundings(stroke: Stroke, positions: Vectors, triangles: Triangles) -> Surroundings | None:
-    """What is around a stroke on a mesh (V, 3), (F, 3); None when nothing is."""
-    points, reach = _reach(stroke)
-    within = _within(positions, points, reach)
-    if not within.any():
-        return None
-    a, b, c = triangles.T
-    around = triangles[within.take(a) | within.take(b) | within.take(c)]  # (T, 3)
-    used = np.zeros(len(within), bool)
-    used[around.ravel()] = True
-    chosen = np.flatnonzero(used)  # (M,), all else is as if it were not there
-    place = np.empty(len(within), np.int32)
-    place[chosen] = np.arange(len(chosen))
-    corners = place[around]  # (T, 3)
-    moving, near = positions[chosen].astype(float), within[chosen]
-    upright = _normals(moving, corners)[near]
-    path = _lay(points, moving[near], upright, stroke.closed)
-    return Surroundings(within, moving, corners, near, upright, path)
+    def _displace(self, strokes: tuple[Stroke, ...]) -> Iterator[int]:
+        """Displace by the last of the strokes as it is now; gives how many vertices were looked at
+        since, and is seen when it is at its end."""
+        if self._fans is None:
+            self._fans = Fans(self._triangles, len(self._positions))
+            yield len(self._positions) // 8
+        fans, before = self._fans, self._before
+        stale = np.zeros(len(before), bool)
+        if len(self.seen) < len(strokes):
+            yield from self._anew(strokes[-1], fans)
+        elif _differ(strokes[-1], self.seen[-1]):
+            for growth in self._growths:
+                stale |= growth.amounts != 0
+            yield from self._anew(strokes[-1], fans)
+        for growth, copy in zip(self._growths, strokes[-1].copies(), strict=False):
+            yield from growth.follow(copy)
+            stale |= growth.fresh
+        positions, normals = self._positions.copy(), self._normals.copy()
+        fresh = np.flatnonzero(stale)
+        for start in range(0, len(fresh), PIECE):
+            part = fresh[start : start + PIECE]
+            shifts = self._shifts(part)
+            if self._protection is not None and strokes[-1].mask is None:
+                shifts *= 1 - self._protection[part, None]
+            positions[part] = before[part] + shifts
+            yield len(part) // 2
+        around = fans.ring(fresh[(positions[fresh] != self._positions[fresh]).any(axis=1)])
+        yield len(stale) // 64 + len(around) // 8
+        for start in range(0, len(around), PIECE):
+            part = around[start : start + PIECE]
+            normals[part] = fans.normals(positions, part)
+            yield len(part)
+        self._positions, self._normals, self.seen = positions, normals, strokes
+        self._touched[around] = True
 
+    def _anew(self, stroke: Stroke, fans: Fans) -> Iterator[int]:
+        """Nothing is known of the stroke."""
+        self._growths = ()
+        if stroke.kind is Kind.DRAW:
+            surface = BaseSurface(self._before, fans, reach_of(stroke))
+            yield len(self._before) // 16
+            self._growths = tuple(Growth(surface) for _ in stroke.copies())
 
-def reaches(stroke: Stroke, positions: Vectors) -> bool:
-    """Whether a stroke may reach some of the positions (V, 3), or one of its mirror images."""
-    return any(_within(positions, *_reach(copy)).any() for copy in stroke.copies())
-
-
-def _reach(stroke: Stroke) -> tuple[Array, float]:
-    """Points (N, 3) of a path, and within which distance of them all lies that it displaces."""
-    points = _path_points(stroke)
-    spacing = arc_length(points)[-1] / len(points)
-    return points, stroke.brush.radius * stroke.largest_factor + spacing
-
-
-def _path_points(stroke: Stroke) -> Array:
-    """Points (N, 3) along the spline, a third of a radius apart."""
-    curve = fit_curve(stroke.points, stroke.closed)
-    length = arc_length(curve.points)[-1]
-    if length == 0:
-        return curve.points[:1]
-    return curve.resample(int(np.clip(3 * length / stroke.brush.radius, LEAST, MOST)))[0]
-
-
-def _normals(positions: Array, triangles: Triangles) -> Array:
-    """Unit normals (V, 3), the mean of the triangles by area; zero where there is none."""
-    x, y, z = np.ascontiguousarray(positions.T)[:, triangles.T]  # (3, T) each, by corner
-    (px, qx), (py, qy), (pz, qz) = ((v[1] - v[0], v[2] - v[0]) for v in (x, y, z))
-    area = (py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx)
-    corners, count = triangles.T.ravel(), len(positions)
-    normals = np.stack([np.bincount(corners, np.tile(w, 3), count) for w in area], axis=1)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-
-
-def _lay(points: Array, positions: Array, normals: Array, closed: bool) -> Path:
-    """Points (N, 3) brought onto the tangent planes of the nearest positions (M, 3)."""
-    squares = np.einsum("ij,ij->i", positions, positions)
-    nearest = np.argmin(squares - 2 * points @ positions.T, axis=1)  # (N,)
-    offset = np.einsum("ij,ij->i", points - positions[nearest], normals[nearest])
-    laid = points - offset[:, None] * normals[nearest]
-    return make_path(laid, normals[nearest], closed and len(points) > 1)
+    def _shifts(self, vertices: Indices) -> Vectors:
+        """What moves vertices (M,): of each the image of the stroke that moves it farthest."""
+        shifts, farthest = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
+        for growth in self._growths:
+            amounts = np.abs(growth.amounts[vertices])
+            farther = amounts > farthest
+            shifts[farther], farthest[farther] = growth.shifts[vertices[farther]], amounts[farther]
+        return shifts.astype(np.float32)
 
 
-def _within(positions: Vectors, points: Array, reach: float) -> NDArray[np.bool_]:
-    """Which positions (V, 3) may lie within `reach` of points (N, 3): by the cells of a grid.
-
-    None that does is missed; most of those that do not are left out.
-    """
-    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-    size = max(reach / CELLS, float((high - low).max()) / MOST_CELLS)
-    around = np.arange(-CELLS, CELLS + 1)
-    gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
-    ball = np.argwhere(gaps[:, None, None] + gaps[:, None] + gaps <= CELLS**2) - CELLS  # (B, 3)
-    shape = ((high - low) / size).astype(np.intp) + 1
-    passed = np.zeros(shape, bool)
-    passed[tuple(((points - low) / size).astype(np.intp).T)] = True
-    reached = np.zeros(shape + 2 * CELLS, bool)
-    cells = np.argwhere(passed)[:, None] + ball + CELLS
-    reached[tuple(cells.reshape(-1, 3).T)] = True
-    found = np.arange(len(positions))
-    for axis in range(3):
-        x = positions[found, axis]
-        found = found[(x > low[axis]) & (x < high[axis])]
-    place = ((positions[found] - low) / size).astype(np.intp) + CELLS  # (I, 3)
-    within = np.zeros(len(positions), bool)
-    within[found[reached[tuple(place.T)]]] = True
-    return within
+def _differ(one: Stroke, other: Stroke) -> bool:
+    """Whether two strokes differ by more than points and pressures within the same reach."""
+    words = ("brush", "closed", "ends", "direction", "mirror", "kind", "mask")
+    return reach_of(one) != reach_of(other) or any(
+        getattr(one, word) != getattr(other, word) for word in words
+    )

@@ -82,6 +82,7 @@ class Drawing:
         """The control point under the mouse, or last touched."""
         self.dragging = habits.clicks
         self._pen = Stabilizer(habits.rope, mouse)
+        self._under: Point | None = hit
 
     @classmethod
     def again(
@@ -93,6 +94,15 @@ class Drawing:
         drawing.line.simplify(CORNER * habits.spacing)
         drawing.chosen, drawing.dragging = None, False
         return drawing
+
+    @property
+    def so_far(self) -> StrokeRecorder:
+        """The line as it would be if the pen were lifted now."""
+        if self.phase is not Phase.DRAWING:
+            return self.line
+        line = replace(self.line, points=[*self.line.points], pressures=[*self.line.pressures])
+        line.finish(self._under)
+        return line
 
     def press(self, surface: Surface, mouse: Mouse, pressure: float = 1.0) -> None:
         """The button went down again: on a control point, on the surface, or beside both."""
@@ -107,8 +117,9 @@ class Drawing:
     def move(self, surface: Surface, mouse: Mouse, pressure: float = 1.0) -> None:
         """The mouse moved."""
         if self.phase is Phase.DRAWING:
-            if (hit := surface.cast(self._pen.pull(mouse))) is not None:
-                self.line.add(hit, pressure)
+            self._under = surface.cast(self._pen.pull(mouse))
+            if self._under is not None:
+                self.line.add(self._under, pressure)
         elif self.phase is Phase.EDITING:
             if not self.dragging:
                 self.chosen = self._near(surface, mouse)

@@ -81,17 +81,22 @@ class _State:
 def show_stroke(
     ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
 ) -> None:
-    """Show a stroke as it is now; of one that is in the surface already the line alone.
+    """Show a stroke as it is now; of one that the surface itself shows only a line to edit it by.
 
     Most moves of the mouse add no point to it, and nothing new is made for these.
     """
-    source, before = (ob.session_uid, grid_of(ob), stroke.to_json(), sculpted), _State.stroke
+    source, before = (
+        (ob.session_uid, grid_of(ob), stroke.to_json(), sculpted, editing),
+        _State.stroke,
+    )
     nothing = stroke.points[:0]
     knots = stroke.points if editing else nothing
     if before is not None and before.source == source:
         _State.stroke = replace(before, knots=knots, chosen=chosen)
         return
-    line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0] if sculpted else nothing
+    line = nothing
+    if sculpted and editing:
+        line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0]
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
     brush = seen(stroke.brush, stroke.kind)
     _State.stroke = _Shown(source, ob.session_uid, brush, shown, line, knots, chosen)

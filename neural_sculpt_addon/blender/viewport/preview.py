@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes shown on the proxy at once, until the worker's result takes their place.
+"""Strokes shown on the proxy at once, while they are drawn and until the worker's result takes
+their place.
 
-Which strokes an object waits for is told to `want`. A mesh that shows some carries its true
-positions and normals with it, as attributes: so whatever Blender does meanwhile, an undo step or a
-copy of it can be brought back to what the field is. `hide` does that for all meshes, before Blender
-saves or steps through its history, and before anything here pushes an undo step. What the artist
-moved meanwhile stays moved: the mesh also carries what was shown, from which that is told.
+Which strokes an object waits for is told to `want`, and to `draw` the one under the pen, which is
+one more of them and grows. A mesh that shows some carries its true positions and normals with it,
+as attributes: so whatever Blender does meanwhile, an undo step or a copy of it can be brought back
+to what the field is. `hide` does that for all meshes, before Blender saves or steps through its
+history, and before anything here pushes an undo step. What the artist moved meanwhile stays moved:
+the mesh also carries what was shown, from which that is told.
 
 Nothing is shown in Edit Mode, nor in Sculpt Mode under another tool, whose steps in Blender's
 history would hold it: `refresh` looks at the modes.
@@ -13,6 +15,7 @@ history would hold it: `refresh` looks at the modes.
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import bmesh
 import bpy
@@ -20,10 +23,15 @@ import numpy as np
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
-from ...stroke.stroke import Stroke
-from ..scene import proxy_mesh
-from . import overlay
+from ...stroke.stroke import Kind, Stroke
+from ..scene import brush_attributes, proxy_mesh
+from ..session.job import find
+from . import overlay, seen_surface
 from .displaced import Displaced
+
+MOST = 8000
+"""Vertices that are looked at in a move of the pen, some 3 ms: what takes more is shown later."""
+SOON = 0.01  # seconds after which the rest is worked on while the pen rests
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
 """Attributes that a preview changes, and those that keep what they were."""
@@ -37,21 +45,41 @@ _shown: _Strokes = {}
 """What of it the meshes show, which costs some 10 ms: so nothing is shown twice."""
 _able: dict[int, bool] = {}
 """Of the wanted ones, whether the object could show them then."""
-_displaced: dict[int, tuple[int, NDArray[np.intp]]] = {}
-"""By session_uid of the mesh the number of its vertices, and which of them are displaced."""
 _shapes: dict[int, tuple[int, Displaced]] = {}
 """By session_uid of the object the fingerprint of a mesh, and what strokes make of it: so that each
 is displaced once."""
+_drawn: dict[int, Stroke] = {}
+"""The one that is being drawn, by session_uid of its object."""
+
+
+@dataclass
+class _Display:
+    """What a mesh shows.
+
+    true:    its own values, by the attributes that a preview changes
+    written: where its vertices (V, 3) were put
+    seen:    strokes of the shape that are in it
+    """
+
+    mesh: int  # its session_uid
+    shape: Displaced
+    true: dict[str, NDArray[np.float32]]
+    written: NDArray[np.float32]
+    seen: tuple[Stroke, ...] = ()
+
+
+_displays: dict[int, _Display] = {}
+"""By session_uid of the object."""
 
 
 def want(strokes: Mapping[int, Sequence[Stroke]]) -> None:
     """From now on show these strokes, by session_uid of their object, and no others."""
     wanted = {target: tuple(listed) for target, listed in strokes.items()}
-    if wanted != _shown or wanted != _wanted:
+    if wanted != _shown or wanted != _wanted or _drawn_is_lost():
         _wanted.clear()
         _wanted.update(wanted)
         for target in [*_shapes]:
-            if target not in wanted:
+            if target not in wanted and target not in _drawn:
                 del _shapes[target]
         show()
 
@@ -73,22 +101,84 @@ def foresee(
     return True
 
 
-def show() -> None:
-    """Show the wanted strokes on the meshes as they are now."""
+def draw(ob: Object, stroke: Stroke) -> bool:
+    """Show the stroke under the pen as it is now; whether the mesh can show it.
+
+    What takes longer than a move of the pen may is shown soon after. `let_go` ends it.
+    """
+    target = ob.session_uid
+    if stroke.kind is not Kind.DRAW or not _can_show(ob):
+        let_go()
+        settle()
+        return False
+    before, display = _drawn.get(target), _displays.get(target)
+    _drawn.clear()
+    _drawn[target] = stroke
+    if display is None or not _is_untouched(ob, display):
+        show(0)
+    elif before is None:
+        seen_surface.hold(ob)
+        display.shape.begin(stroke, _protection(ob))
+    elif stroke != before:
+        display.shape.change(stroke)
+    catch_up()
+    return target in _displays
+
+
+def catch_up() -> bool:
+    """Go on with the stroke under the pen for as long as a move may take; whether it is shown."""
+    for target, display in _displays.items():
+        ob = find(target) if target in _drawn else None
+        if ob is not None and _is_untouched(ob, display):
+            display.shape.advance(MOST)
+            _show_shape(ob, display)
+            if display.seen is not display.shape.strokes:
+                if not bpy.app.background and not bpy.app.timers.is_registered(_catch_up_later):
+                    bpy.app.timers.register(_catch_up_later, first_interval=SOON)
+                return False
+    return True
+
+
+def _catch_up_later() -> float | None:
+    return None if catch_up() else SOON
+
+
+def let_go() -> None:
+    """No stroke is drawn any more; `settle` forgets it, unless it waits for a result by then."""
+    _drawn.clear()
+    seen_surface.release()
+
+
+def settle() -> None:
+    """Show the wanted strokes and no others."""
+    if any(d.shape.strokes != _shown.get(target, ()) for target, d in _displays.items()):
+        for target in [*_shapes]:
+            if target not in _wanted:
+                del _shapes[target]
+        show()
+
+
+def show(most: int | None = None) -> None:
+    """Show the wanted strokes, and the drawn one, on the meshes as they are now.
+
+    most: of the drawn one, vertices that are looked at now
+    """
     hide()
     _able.clear()
-    for ob in bpy.data.objects if _wanted else ():
-        if strokes := _wanted.get(ob.session_uid):
+    for ob in bpy.data.objects if _wanted or _drawn else ():
+        strokes, drawn = _wanted.get(ob.session_uid, ()), _drawn.get(ob.session_uid)
+        if strokes or drawn:
             _able[ob.session_uid] = _can_show(ob)
             if _able[ob.session_uid]:
-                _displace(ob, strokes)
+                _displace(ob, strokes, drawn, most)
     _shown.update(_wanted)
 
 
 def refresh() -> None:
     """Show or hide the wanted strokes when the artist has changed mode or tool."""
-    wanted = (ob for ob in bpy.data.objects if ob.session_uid in _wanted) if _wanted else ()
-    if {ob.session_uid: _can_show(ob) for ob in wanted} != _able:
+    wanted = {*_wanted, *_drawn}
+    objects = (ob for ob in bpy.data.objects if ob.session_uid in wanted) if wanted else ()
+    if {ob.session_uid: _can_show(ob) for ob in objects} != _able:
         show()
 
 
@@ -110,7 +200,7 @@ def hide() -> None:
         if SHOWN in mesh.attributes:
             mesh.attributes.remove(mesh.attributes[SHOWN])
         mesh.update()
-    _displaced.clear()
+    _displays.clear()
 
 
 def true_positions(mesh: Mesh) -> NDArray[np.float32]:
@@ -156,7 +246,9 @@ def _hide_in_edit_mode(mesh: Mesh) -> None:
     if true is None:
         return
     normal, true_normal = (layers.get(n) for n in ("custom_normal", TRUE["custom_normal"]))
-    count, chosen = _displaced.get(mesh.session_uid, (-1, None))
+    display = next((d for d in _displays.values() if d.mesh == mesh.session_uid), None)
+    count = -1 if display is None else len(display.written)
+    chosen = None if display is None else display.shape.vertices
     edited.verts.ensure_lookup_table()
     every = edited.verts
     vertices = [every[i] for i in chosen] if chosen is not None and count == len(every) else every
@@ -173,28 +265,75 @@ def _hide_in_edit_mode(mesh: Mesh) -> None:
     bmesh.update_edit_mesh(mesh, loop_triangles=True, destructive=False)
 
 
-def _displace(ob: Object, strokes: Sequence[Stroke]) -> None:
+def _displace(
+    ob: Object, strokes: Sequence[Stroke], drawn: Stroke | None, most: int | None
+) -> None:
     """Only a mesh made of triangles."""
-    mesh = ob.data
-    assert isinstance(mesh, Mesh)
+    mesh, target = proxy_mesh.mesh_of(ob), ob.session_uid
     if not len(mesh.loops) == 3 * len(mesh.polygons) > 0:
         return
-    corners = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore
-    now = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
-    moved = _shape(ob.session_uid, now["position"], corners.reshape(-1, 3), strokes)
-    for stroke in strokes[len(moved.strokes) :]:
-        moved.add(stroke)
-    for shown, values in zip(TRUE, (moved.positions, moved.normals), strict=True):
-        if shown in now:
-            mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
-            _write(mesh, TRUE[shown], now[shown])
-            now[shown][moved.vertices] = values
-            _write(mesh, shown, now[shown])
+    true = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
+    everything = tuple(strokes) if drawn is None else (*strokes, drawn)
+    shape = _shape(target, true["position"], proxy_mesh.corners_of(mesh), everything)
+    for stroke in strokes[len(shape.strokes) :]:
+        shape.add(stroke)
+    begun = len(shape.strokes) > len(strokes)
+    if drawn is not None and not begun and not strokes:
+        seen_surface.hold(ob)
+    for shown, values in true.items():
+        mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
+        _write(mesh, TRUE[shown], values)
     mesh.attributes.new(SHOWN, "FLOAT_VECTOR", "POINT")
-    _write(mesh, SHOWN, now["position"])
-    _displaced[mesh.session_uid] = len(mesh.vertices), moved.vertices
+    display = _displays[target] = _Display(mesh.session_uid, shape, true, true["position"])
+    if drawn is not None and not begun:
+        if strokes:
+            _show_shape(ob, display)
+            seen_surface.hold(ob)
+        shape.begin(drawn, _protection(ob))
+    shape.advance(most)
+    display.seen = ()
+    _show_shape(ob, display)
+
+
+def _show_shape(ob: Object, display: _Display) -> None:
+    """Write what the shape has become since; below 1 ms."""
+    shape, mesh = display.shape, proxy_mesh.mesh_of(ob)
+    if display.seen is shape.seen and display.seen:
+        return
+    vertices = shape.vertices
+    for (shown, true), values in zip(
+        display.true.items(), (shape.positions, shape.normals), strict=False
+    ):
+        now = true.copy()
+        now[vertices] = values
+        _write(mesh, shown, now)
+        if shown == "position":
+            _write(mesh, SHOWN, now)
+            display.written = now
+    display.seen = shape.seen
     mesh.update()
+
+
+def _is_untouched(ob: Object, display: _Display) -> bool:
+    """Whether the mesh still is as it was shown."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if mesh.session_uid != display.mesh or mesh.is_editmode:
+        return False
+    if len(mesh.vertices) != len(display.written):
+        return False
+    return SHOWN in mesh.attributes and np.array_equal(_read(mesh, "position"), display.written)
+
+
+def _protection(ob: Object) -> NDArray[np.float32] | None:
+    """What is masked or hidden on a proxy, which the stroke under the pen gets as its mask in the
+    end."""
+    mesh = proxy_mesh.mesh_of(ob)
+    return brush_attributes.protection(mesh, proxy_mesh.corners_of(mesh))
+
+
+def _drawn_is_lost() -> bool:
+    """Whether the stroke under the pen could be shown and is not."""
+    return any(target not in _displays and _able.get(target, False) for target in _drawn)
 
 
 def _shape(
@@ -203,11 +342,16 @@ def _shape(
     triangles: NDArray[np.int32],
     strokes: Sequence[Stroke],
 ) -> Displaced:
-    """A mesh displaced by the first of the strokes, as many of them as were added already."""
+    """A mesh displaced by the first of the strokes, as many of them as were added already; the last
+    of these may have grown since."""
     mesh = proxy_mesh.fingerprint(positions)
     known = _shapes.get(target)
-    if known and known[0] == mesh and known[1].strokes == tuple(strokes[: len(known[1].strokes)]):
-        return known[1]
+    if known and known[0] == mesh and 0 < (count := len(known[1].strokes)) <= len(strokes):
+        shape = known[1]
+        if shape.strokes[:-1] == tuple(strokes[: count - 1]):
+            if shape.strokes[-1] != strokes[count - 1]:
+                shape.change(strokes[count - 1])
+            return shape
     shape = Displaced(positions, triangles)
     _shapes[target] = mesh, shape
     return shape

@@ -2,7 +2,8 @@
 """The surface of an object as the viewports show it, with its modifiers, to be hit and lain on.
 
 It is sorted into a grid when it is first asked for, and again when Blender has evaluated another
-shape. Local space of the object, which is model space for a field.
+shape. While a stroke is drawn the surface is held as it was: the pen does not climb on what its own
+stroke has raised. Local space of the object, which is model space for a field.
 """
 
 # pyright: reportOptionalMemberAccess=false
@@ -17,10 +18,14 @@ from .triangle_grid import TriangleGrid
 
 _grids: dict[int, TriangleGrid] = {}
 """By session_uid of the object."""
+_held: set[int] = set()
+"""Objects whose grid stays, whatever their meshes show."""
 
 
 def grid_of(ob: Object) -> TriangleGrid | None:
     """The surface of a mesh object; None while there is none to be seen."""
+    if ob.session_uid in _held:
+        return _grids[ob.session_uid] if ob.visible_get() else None
     depsgraph = bpy.context.evaluated_depsgraph_get()  # evaluates what has changed: see `_forget`
     if not ob.visible_get():
         return None
@@ -31,6 +36,25 @@ def grid_of(ob: Object) -> TriangleGrid | None:
             return None
         _grids[ob.session_uid] = TriangleGrid(*_read(mesh))
     return _grids[ob.session_uid]
+
+
+def hold(ob: Object) -> None:
+    """Let the surface be what it is now until it is released; another one is not held any more."""
+    release()
+    if grid_of(ob) is not None:
+        _held.add(ob.session_uid)
+
+
+def release() -> None:
+    """Follow what the meshes show again."""
+    for target in _held:
+        del _grids[target]
+    _held.clear()
+
+
+def is_held(ob: Object) -> bool:
+    """Whether a surface stays what it was."""
+    return ob.session_uid in _held
 
 
 def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -47,8 +71,12 @@ def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 @persistent
 def _forget(_scene: object, depsgraph: Depsgraph | None = None) -> None:
     """After Blender has evaluated the scene, or loaded another one."""
+    if depsgraph is None:
+        _held.clear()
     if depsgraph is None or any(update.is_updated_geometry for update in depsgraph.updates):
-        _grids.clear()
+        for target in [*_grids]:
+            if target not in _held:
+                del _grids[target]
 
 
 _HANDLERS = ("depsgraph_update_post", "frame_change_post", "load_post")
@@ -64,4 +92,5 @@ def unregister() -> None:
     """Stop listening."""
     for name in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(_forget)
+    _held.clear()
     _grids.clear()

@@ -44,7 +44,7 @@ class TriangleGrid:
         i, j, k = (((x - s) * scale).astype(np.int32) for x, s in zip(a, start, strict=True))
         _, rows, columns = self._count.tolist()
         cell = (i * rows + j) * columns + k  # (F,)
-        self._order = _sorted(cell)
+        self._order = sorted_order(cell)
         self._starts = np.zeros(self._count.prod() + 1, np.intp)
         np.cumsum(np.bincount(cell, minlength=self._count.prod()), out=self._starts[1:])
         self._large = np.flatnonzero(span > self._cell / 2)
@@ -164,7 +164,7 @@ def _squares(starts: list[NDArray], ends: list[NDArray]) -> NDArray:
     return x + y + z
 
 
-def _sorted(cells: NDArray[np.int32]) -> Indices:
-    """The order of cells (F,) by their number; NumPy sorts 16 bits at a time the fastest."""
-    order = np.argsort((cells & 0xFFFF).astype(np.uint16), kind="stable")
-    return order[np.argsort((cells >> 16).astype(np.uint16)[order], kind="stable")]
+def sorted_order(numbers: NDArray[np.int32]) -> Indices:
+    """The order of numbers (N,), at least 0, by size; NumPy sorts 16 bits at a time the fastest."""
+    order = np.argsort((numbers & 0xFFFF).astype(np.uint16), kind="stable")
+    return order[np.argsort((numbers >> 16).astype(np.uint16)[order], kind="stable")]
