@@ -6,6 +6,8 @@ of second order in the size of a triangle. Only what lies near the path is touch
 triangles a stroke takes some 6 ms. NumPy alone; model space.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,16 +51,17 @@ class Displaced:
         return self._normals[self._touched]
 
     def add(self, stroke: Stroke) -> None:
-        """Displace by one more stroke and its mirror images; other kinds show when done."""
-        self.strokes += (stroke,)
-        for copy in stroke.copies() if stroke.kind is Kind.DRAW else ():
-            self._add(copy)
+        """Displace by one more stroke and its images; other kinds show when done.
 
-    def _add(self, stroke: Stroke) -> None:
-        points = _path_points(stroke)  # (N, 3)
-        spacing = arc_length(points)[-1] / len(points)
-        reach = stroke.brush.radius * stroke.largest_factor + spacing
-        within = _within(self._positions, points, reach)
+        Where images overlap, the larger displacement wins.
+        """
+        self.strokes += (stroke,)
+        if stroke.kind is not Kind.DRAW:
+            return
+        drawn = _path_points(stroke)  # (N, 3)
+        copies = [(copy, drawn @ copy.image.T) for copy in stroke.copies()]
+        reach = stroke.brush.radius * stroke.largest_factor + arc_length(drawn)[-1] / len(drawn)
+        within = _within(self._positions, np.concatenate([points for _, points in copies]), reach)
         if not within.any():
             return
         a, b, c = self._triangles.T
@@ -70,13 +73,32 @@ class Displaced:
         place[chosen] = np.arange(len(chosen))
         corners = place[around]  # (T, 3)
         moving, near = self._positions[chosen].astype(float), within[chosen]
-        upright = _normals(moving, corners)[near]
-        path = _lay(points, moving[near], upright, stroke.closed)
-        shift = displace(stroke, path, moving[near], upright)
-        moving[near] += shift.amount[:, None] * shift.direction
+        moving[near] += _shift(copies, reach, moving[near], _normals(moving, corners)[near])
         self._positions[within] = moving[near]
         self._normals[within] = _normals(moving, corners)[near]
         self._touched |= within
+
+
+def _shift(
+    copies: Sequence[tuple[Stroke, Array]], reach: float, positions: Array, upright: Array
+) -> Array:
+    """What copies of a stroke, with points (N, 3) of their paths, displace positions (M, 3) by."""
+    largest, shift = np.zeros(len(positions)), np.zeros_like(positions)
+    for stroke, points in copies:
+        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+        close = np.arange(len(positions))
+        for axis in range(3):
+            x = positions[close, axis]
+            close = close[(x > low[axis]) & (x < high[axis])]
+        if not len(close):
+            continue
+        path = _lay(points, positions[close], upright[close], stroke)
+        found = displace(stroke, path, positions[close], upright[close])
+        wins = np.abs(found.amount) > largest[close]
+        won = close[wins]
+        largest[won] = np.abs(found.amount[wins])
+        shift[won] = found.amount[wins, None] * found.direction[wins]
+    return shift
 
 
 def _path_points(stroke: Stroke) -> Array:
@@ -98,13 +120,14 @@ def _normals(positions: Array, triangles: Triangles) -> Array:
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
-def _lay(points: Array, positions: Array, normals: Array, closed: bool) -> Path:
+def _lay(points: Array, positions: Array, normals: Array, stroke: Stroke) -> Path:
     """Points (N, 3) brought onto the tangent planes of the nearest positions (M, 3)."""
     squares = np.einsum("ij,ij->i", positions, positions)
     nearest = np.argmin(squares - 2 * points @ positions.T, axis=1)  # (N,)
     offset = np.einsum("ij,ij->i", points - positions[nearest], normals[nearest])
     laid = points - offset[:, None] * normals[nearest]
-    return make_path(laid, normals[nearest], closed and len(points) > 1)
+    closed = stroke.closed and len(points) > 1
+    return make_path(laid, normals[nearest], closed, stroke.image)
 
 
 def _within(positions: Vectors, points: Array, reach: float) -> NDArray[np.bool_]:
