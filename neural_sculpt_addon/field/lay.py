@@ -34,7 +34,7 @@ def lay(field: Field, stroke: Stroke) -> Path:
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.knots) == 1:
         surface = project(field, curve.points)
-        return make_path(surface.points, surface.normals)
+        return make_path(surface.points, surface.normals, image=stroke.image)
     points, _ = curve.resample(POINTS)
     if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > POINTS:
         points, _ = curve.resample(min(int(count), MOST_POINTS))
@@ -47,7 +47,7 @@ def lay(field: Field, stroke: Stroke) -> Path:
             "The stroke leaves the surface between two of its points. Draw it with more points, or"
             " keep to one side of the shape."
         )
-    return make_path(surface.points, surface.normals, curve.closed)
+    return make_path(surface.points, surface.normals, curve.closed, stroke.image)
 
 
 def _check_on_surface(field: Field, stroke: Stroke) -> None:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What an edit asks of the field: where the zero set shall be after the stroke.
 
-The tube moves to its targets, the untouched surface stays where it is. Mirror images of a stroke
-are solved together; where they overlap, the larger displacement wins, and where the displaced
-surface would run through itself, what bounds the shape counts (see `fold`). Model space.
-See docs/method.md, section 2.
+The tube moves to its targets, the untouched surface stays where it is. The images of a stroke,
+mirrored and turned, are solved together; where they overlap, the larger displacement wins, and
+where the displaced surface would run through itself, what bounds the shape counts (see `fold`).
+Model space. See docs/method.md, section 2.
 """
 
 import math
@@ -70,7 +70,7 @@ class Problem:
     """An edit to be solved.
 
     preparation: of the unedited field
-    laid:        the stroke and its mirror images
+    laid:        the stroke and its images
     seed:        of all random numbers that the solver draws
     check:       called by all methods while they work
     """
@@ -126,19 +126,26 @@ class Problem:
         self, rows: int, columns: int, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
         tubes = []
-        for mine in self.laid:
+        for mine, others in zip(self.laid, self._meeting, strict=True):
             tube = sample_tube(self.field, *mine, rows, columns, jitter, self.check, self.guide)
             amount = np.abs(tube.displacement.amount)
             wins = np.ones(len(amount), bool)
-            for other in self.laid:
-                if other is not mine:
-                    self.check()
-                    close = _close(other, tube.surface.points)
-                    there = tube.surface.points[close], tube.displacement.normals[close]
-                    theirs = displace(*other, *there).amount
-                    wins[close] &= np.abs(theirs) <= amount[close]
+            for other in others:
+                self.check()
+                close = _close(other, tube.surface.points)
+                there = tube.surface.points[close], tube.displacement.normals[close]
+                theirs = displace(*other, *there).amount
+                wins[close] &= np.abs(theirs) <= amount[close]
             tubes.append(tube.where(wins))
         return tubes
+
+    @cached_property
+    def _meeting(self) -> list[list[Laid]]:
+        """Of each copy the other ones that come near to it."""
+        low, high = (np.stack(side) for side in zip(*map(_box, self.laid), strict=True))  # (M, 3)
+        meets = ((low[:, None] < high) & (low < high[:, None])).all(axis=2)
+        np.fill_diagonal(meets, val=False)
+        return [[self.laid[other] for other in np.flatnonzero(row)] for row in meets]
 
     @cached_property
     def _swept(self) -> SweptVolume:
@@ -362,7 +369,12 @@ def _distance(one: Laid, points: NDArray[np.float32], part: slice) -> Array:
 
 
 def _close(one: Laid, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which points (N, 3) lie in a box around a path: all within `FARTHEST` radii do."""
-    margin = FARTHEST * one.stroke.brush.radius * one.stroke.largest_factor
-    low, high = one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
+    """Which points (N, 3) lie in the box around a path: all within `FARTHEST` radii do."""
+    low, high = _box(one)
     return ((points > low) & (points < high)).all(axis=1)
+
+
+def _box(one: Laid) -> tuple[Array, Array]:
+    """Least and greatest coordinates (3,) of what lies within `FARTHEST` radii of a path."""
+    margin = FARTHEST * one.stroke.brush.radius * one.stroke.largest_factor
+    return one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin

@@ -46,10 +46,14 @@ class Place(NamedTuple):
     normals: Array  # (M, 3), n(u)
 
 
-def make_path(points: ArrayLike, normals: ArrayLike, closed: bool = False) -> Path:
+def make_path(
+    points: ArrayLike, normals: ArrayLike, closed: bool = False, image: Array | None = None
+) -> Path:
     """The path through surface points (N, 3) with outward normals (N, 3).
 
     The points of a closed path end with its first. One point is a dab.
+
+    image: (3, 3), of a copy of a stroke: the frame of a dab is turned by it
     """
     p = np.asarray(points, float)
     n = _unit(np.asarray(normals, float))
@@ -61,7 +65,7 @@ def make_path(points: ArrayLike, normals: ArrayLike, closed: bool = False) -> Pa
         tangents = ahead - behind
     else:
         tangents = np.gradient(p, axis=0)
-    laterals = _laterals(_unit(tangents), n)
+    laterals = _laterals(_unit(tangents), n, np.eye(3) if image is None else image)
     tangents = np.cross(laterals, n)
     u = along / along[-1] if along[-1] > 0 else np.zeros(len(p))
     return Path(p, tangents, laterals, n, u, float(along[-1]), closed)
@@ -123,16 +127,18 @@ def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:
     return index, place
 
 
-def _laterals(tangents: Array, normals: Array) -> Array:
+def _laterals(tangents: Array, normals: Array, image: Array) -> Array:
     """v = n x u, unit; carried on from the nearest sound neighbour where that is degenerate.
 
-    The u of a dab is the coordinate axis farthest from n, on the side of n: mirrored with it.
+    The u of a dab is the coordinate axis farthest from n, on the side of n: mirrored with it. That
+    of an image is the image of the u that the dab itself has.
     """
     v = np.cross(normals, tangents)
     sound = np.flatnonzero(np.linalg.norm(v, axis=1) > DEGENERATE)
     if not len(sound):
-        k = np.argmin(np.abs(normals[0]))
-        axis = np.eye(3)[k] * np.copysign(1, normals[0, k])
+        upright = normals[0] @ image  # as of the stroke that was drawn: an image's inverse is .T
+        k = np.argmin(np.abs(upright))
+        axis = image[:, k] * np.copysign(1, upright[k])
         v, sound = np.tile(np.cross(normals[0], axis), (len(v), 1)), np.arange(1)
     carried = v
     if len(sound) < len(v):

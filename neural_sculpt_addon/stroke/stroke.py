@@ -7,9 +7,8 @@ itself, the nearest pass decides.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from itertools import combinations
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,11 +20,13 @@ from .errors import SculptError
 from .mask import Mask
 from .modulation import Modulation
 from .profile import Profile
+from .symmetry import AXES, MOST_TURNS, ONCE, Counts, images
 
 MOST_POINTS = 2048
+MOST_COPIES = 128  # solved together: each is laid on the surface and sampled by itself
 LEAST_FACTOR = 1e-3  # pressure below it is none
 BOX = 1.0  # strokes lie in [-1, 1]^3
-AXES = "XYZ"
+SAME = 1e-6  # model units: copies that lie nearer to each other are one
 
 T = TypeVar("T")
 
@@ -72,7 +73,10 @@ class Stroke:
     mirror:  the axes across whose planes (x = 0, ...) the stroke is repeated
     seed:    of all random numbers that its edit draws
     kind:    what it does; the brush's intensity is a length or a share accordingly
-    mask:    what it leaves where it is; of the surface under its mirror images, too
+    mask:    what it leaves where it is; of the surface under its images, too
+    radial:  how often it is repeated about the axes X, Y and Z, see `symmetry`
+    image:   (3, 3), of one of the `copies`: where it lies, seen from the stroke that was drawn.
+             Not in files
     """
 
     points: NDArray[np.float64]
@@ -87,6 +91,8 @@ class Stroke:
     seed: int = 0
     kind: Kind = Kind.DRAW
     mask: Mask | None = None
+    radial: Counts = ONCE
+    image: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         """Bring arrays to float64 and refuse what is no stroke. SculptError."""
@@ -112,6 +118,20 @@ class Stroke:
             )
         if not self.mirror <= set(AXES):
             raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
+        if len(self.radial) != 3 or not all(1 <= count <= MOST_TURNS for count in self.radial):
+            raise SculptError(
+                f"A stroke's radial needs three counts from 1 to {MOST_TURNS}, for X, Y and Z."
+            )
+        if (count := len(self.images)) > MOST_COPIES:
+            raise SculptError(
+                f"The stroke would be repeated {count} times; at most {MOST_COPIES} are possible."
+                " Mirror it across fewer axes, or lower its radial counts."
+            )
+        if np.abs(self.images @ points.T).max() > BOX:
+            raise SculptError(
+                "A copy of the stroke, turned about an axis, leaves the box [-1, 1]^3 of the field."
+                " Draw nearer to that axis, or lower its radial count to 1."
+            )
 
     def __eq__(self, other: object) -> bool:
         """Equal when all data are equal."""
@@ -124,21 +144,34 @@ class Stroke:
         """The largest radius factor."""
         return 1.0 if self.radius_factors is None else float(self.radius_factors.max())
 
-    def copies(self) -> tuple["Stroke", ...]:
-        """The stroke itself and its mirror images, each without a mirror of its own.
+    @property
+    def images(self) -> NDArray[np.float64]:
+        """Where the stroke is repeated, as matrices (M, 3, 3); the first is the identity."""
+        return images(self.mirror, self.radial)
 
-        A reflection swaps the sides of n x u, so the profile is mirrored with it.
+    def copies(self) -> tuple["Stroke", ...]:
+        """The stroke itself and its images, each without a symmetry of its own.
+
+        A reflection swaps the sides of n x u, so the profile is mirrored with it; a rotation does
+        not. Images that lie upon each other, as of a dab on an axis, are one.
         """
-        axes = sorted(self.mirror)
-        copies = []
-        for chosen in (c for size in range(len(axes) + 1) for c in combinations(axes, size)):
-            signs = np.array([-1.0 if axis in chosen else 1.0 for axis in AXES])  # (3,)
+        copies: dict[int, Stroke] = {}
+        middles = self.images @ self.points.mean(axis=0)  # (M, 3)
+        for number, image in enumerate(self.images):
             profile = self.brush.profile
-            brush = replace(self.brush, profile=profile.mirrored() if len(chosen) % 2 else profile)
-            copies.append(
-                replace(self, points=self.points * signs, brush=brush, mirror=frozenset())
+            flipped = np.linalg.det(image) < 0
+            copy = replace(
+                self,
+                points=self.points @ image.T,
+                brush=replace(self.brush, profile=profile.mirrored() if flipped else profile),
+                mirror=frozenset(),
+                radial=ONCE,
+                image=image,
             )
-        return tuple(copies)
+            near = np.flatnonzero(np.abs(middles - middles[number]).max(axis=1) <= SAME)
+            if not any(_coincide(copy, copies[other]) for other in near if other in copies):
+                copies[number] = copy
+        return tuple(copies.values())
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for a stroke file; what has its default value is left out."""
@@ -160,6 +193,8 @@ class Stroke:
             data["direction"] = self.direction.value
         if self.mirror:
             data["mirror"] = "".join(sorted(self.mirror))
+        if self.radial != ONCE:
+            data["radial"] = [*self.radial]
         for word in ("closed", "name", "seed"):
             if value := getattr(self, word):
                 data[word] = value
@@ -196,12 +231,14 @@ class Stroke:
             seed=_read(reading.integer, data, "seed", 0),
             kind=_read(Kind, data, "kind", Kind.DRAW),
             mask=Mask.from_json(data["mask"]) if "mask" in data else None,
+            radial=_read(_counts, data, "radial", ONCE),
         )
 
 
 _WORDS = {
     *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
-    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind", "mask"),
+    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind", "radial"),
+    "mask",
 }
 
 
@@ -221,3 +258,34 @@ def _numbers(data: object, word: str) -> NDArray[np.float64]:
     if not np.isfinite(array).all():
         raise SculptError(f"The stroke's {word} hold NaN or infinite numbers.")
     return array
+
+
+def _counts(data: object) -> Counts:
+    """Three integers, for X, Y and Z."""
+    if not isinstance(data, list | tuple):
+        raise TypeError("no list")
+    x, y, z = (reading.integer(count) for count in data)
+    return x, y, z
+
+
+def _coincide(one: Stroke, other: Stroke) -> bool:
+    """Whether two copies of a stroke displace the surface alike: their points are the same, in the
+    same order or, where neither ends nor sides tell, in another one."""
+    mine, theirs = one.brush.profile, other.brush.profile
+    if np.ptp(one.points, axis=0).max() <= SAME:  # a dab is turned about itself
+        return mine == mine.mirrored()
+    modulation = one.brush.modulation(np.linspace(0, 1, 257))
+    starts = [0]
+    if one.closed and np.ptp(modulation) == 0:
+        starts = np.flatnonzero(np.abs(other.points - one.points[0]).max(axis=1) <= SAME).tolist()
+    order, last = np.arange(len(one.points)), 0 if one.closed else -1
+    orders = [(start + order, theirs) for start in starts]
+    if np.allclose(modulation, modulation[::-1]):
+        orders += [(start + last - order, theirs.mirrored()) for start in starts]
+    factors = [f for f in (one.radius_factors, one.intensity_factors) if f is not None]
+    return any(
+        mine == profile
+        and np.abs(one.points - other.points.take(places, axis=0, mode="wrap")).max() <= SAME
+        and all(np.array_equal(f, f.take(places, mode="wrap")) for f in factors)
+        for places, profile in orders
+    )

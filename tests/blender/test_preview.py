@@ -86,6 +86,24 @@ class Displaced(unittest.TestCase):
         np.testing.assert_allclose(after, after[:, ::-1], atol=1e-6)
         self.assertAlmostEqual(after.max(), 0.05, delta=1e-3)
 
+    def test_turned_images(self) -> None:
+        points, triangles = square()
+        drawn = Stroke(LINE + np.array((0.3, 0.2, 0)), Brush(0.1, 0.05), radial=(1, 1, 4))
+        after = moved(points, displaced(points, triangles, [drawn]))[:, 2].reshape(81, 81)
+        np.testing.assert_allclose(after, np.rot90(after), atol=1e-6)
+        self.assertEqual(after[45, 45], 0)  # at (0.1, 0.1)
+        self.assertAlmostEqual(after[55, 55], 0.05, delta=1e-3)  # at (0.3, 0.3)
+
+    def test_where_images_overlap_the_larger_displacement_wins(self) -> None:
+        points, triangles = square()
+        drawn = Stroke(
+            np.array([[0.1, 0, 0]]), Brush(0.3, 0.05, Profile("linear")), radial=(1, 1, 4)
+        )
+        after = moved(points, displaced(points, triangles, [drawn]))[:, 2]
+        middles = np.array([[0.1, 0], [0, 0.1], [-0.1, 0], [0, -0.1]])
+        distance = np.linalg.norm(points[:, None, :2] - middles, axis=2).min(axis=1)
+        np.testing.assert_allclose(after, 0.05 * np.maximum(1 - distance / 0.3, 0), atol=1e-6)
+
     def test_normals_are_those_of_the_displaced_surface(self) -> None:
         points, triangles = square(321)
         drawn = Stroke(LINE, Brush(0.2, 0.05, Profile("cubic")), ends=Ends.FLAT)

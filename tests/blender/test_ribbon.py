@@ -48,6 +48,14 @@ class Ribbons(unittest.TestCase):
         signs = {tuple(np.round(ribbon.points[-1, 0] / shown[0].points[-1, 0])) for ribbon in shown}
         self.assertEqual(signs, {(x, y, 1) for x in (-1, 1) for y in (-1, 1)})
 
+    def test_turned_images(self) -> None:
+        shown = RIBBON.ribbons(Stroke(LINE, Brush(0.1, 0.05), radial=(1, 1, 4)), plane)
+        x, y, z = np.moveaxis(shown[0].points, -1, 0)
+        expected = [(x, y, z), (-y, x, z), (-x, -y, z), (y, -x, z)]
+        self.assertEqual(len(shown), 4)
+        for ribbon, turned in zip(shown, expected, strict=True):
+            np.testing.assert_array_equal(ribbon.points, np.stack(turned, axis=-1))
+
     def test_pressure_narrows_it(self) -> None:
         factors = np.array([1.0, 0.5, 1.0])
         (ribbon,) = RIBBON.ribbons(Stroke(LINE, Brush(0.1, 0.05), radius_factors=factors), plane)

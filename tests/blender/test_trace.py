@@ -50,6 +50,16 @@ class Trace(unittest.TestCase):
         signs = {tuple(np.sign(line[40]).astype(int)) for line in lines}
         self.assertEqual(signs, {(1, 1, 1), (-1, 1, 1), (1, 1, -1), (-1, 1, -1)})
 
+    def test_each_turned_image_has_one(self) -> None:
+        turned = arc(0.3, radial=(1, 1, 3))
+        lines = TRACE.trace(turned, 1.0, sphere)
+        around = [np.arctan2(line[40, 1], line[40, 0]) % (2 * np.pi) for line in lines]
+        np.testing.assert_allclose(np.diff(sorted(around)), 2 * np.pi / 3, atol=1e-9)
+        for line in lines:
+            self.assertEqual(TRACE.under(0.6 * line[40] / np.linalg.norm(line[40]), [turned]), 0)
+        between = 0.6 * lines[0][40] * (-1, -1, 1) / np.linalg.norm(lines[0][40])
+        self.assertIsNone(TRACE.under(between, [turned]))
+
     def test_a_dab_has_its_rim(self) -> None:
         (rim,) = TRACE.trace(Stroke(np.array([[0, 0, 0.6]]), Brush(0.1, 0.02)), 1.0, sphere)
         np.testing.assert_allclose(rim[0], rim[-1], atol=1e-3)

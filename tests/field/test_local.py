@@ -160,6 +160,43 @@ def test_mirror_images_are_alike(preparation):
     np.testing.assert_allclose(moved, 0.54, atol=2e-4)
 
 
+@pytest.mark.parametrize(("radial", "mirror"), [((1, 1, 4), ""), ((5, 1, 1), "X")])
+def test_turned_images_are_alike(preparation, radial, mirror):
+    """Quarter turns bring cells upon cells; fifths do not."""
+    stroke = arc(Brush(0.1, 0.04), radial=radial, mirror=frozenset(mirror))
+    edit = sculpt(preparation, stroke)
+    random = np.random.default_rng(6)
+    rays = on_ball(random.uniform(0, 2 * np.pi, 8000), np.arcsin(random.uniform(-1, 1, 8000)), 1.0)
+    found = distance_from_middle(edit.field, rays, np.full(8000, 0.52))
+    assert ((found > 0.53).mean()) > 0.02
+    assert len(stroke.images) == max(radial) * 2 ** len(mirror)
+    for image in stroke.images[1:]:
+        turned = distance_from_middle(edit.field, rays @ image.T, np.full(8000, 0.52))
+        assert np.abs(turned - found).mean() < 2e-5
+        assert np.percentile(np.abs(turned - found), 99) < 1e-4
+        assert np.abs(turned - found).max() < 5e-4
+    middles = on_ball(0.7, [0.4], 1.0) @ stroke.images.swapaxes(1, 2)
+    moved = distance_from_middle(edit.field, middles[:, 0], np.full(len(middles), 0.54))
+    np.testing.assert_allclose(moved, 0.54, atol=2e-4)
+    assert edit.report()["tolerance_met"]
+
+
+def test_of_turned_images_that_overlap_the_larger_displacement_wins(preparation):
+    """Four dabs around the pole, each of which reaches beyond it."""
+    brush, tilt = Brush(0.2, 0.03), 0.2
+    edit = sculpt(preparation, Stroke(on_ball(0.3, [np.pi / 2 - tilt]), brush, radial=(1, 1, 4)))
+    random = np.random.default_rng(8)
+    latitude = np.pi / 2 - 0.7 * np.sqrt(random.uniform(0, 1, 5000))
+    rays = on_ball(random.uniform(0, 2 * np.pi, 5000), latitude, 1.0)
+    middles = on_ball(0.3 + np.pi / 2 * np.arange(4), np.pi / 2 - tilt, 1.0)
+    away = np.arccos(np.clip(rays @ middles.T, -1, 1))  # (N, 4)
+    expected = 0.5 + height(brush, away).max(axis=1)
+    assert np.count_nonzero((away < 0.35).sum(axis=1) > 1) > 500
+    found = distance_from_middle(edit.field, rays, expected)
+    assert np.abs(found - expected).mean() < 2e-4
+    assert np.abs(found - expected).max() < 3e-3  # where two of them meet there is an edge
+
+
 @pytest.mark.parametrize("intensity", [0.03, -0.02])
 def test_the_other_sheet_of_a_thin_plate_stays(lens, intensity):
     edit = sculpt(lens, Stroke(TOP, Brush(0.1, intensity)))
@@ -204,8 +241,20 @@ def test_a_stroke_that_is_too_large_gets_a_coarser_level_and_says_so(preparation
 
 
 def test_what_no_level_can_hold_is_refused(preparation):
+    uneven = on_ball(np.linspace(0, 6.2, 25) ** 1.01, 0.1)  # whose images do not coincide
+    stroke = Stroke(uneven, Brush(0.9, 0.3), closed=True, mirror=frozenset("XYZ"))
     with pytest.raises(SculptError, match="smaller radius"):
-        LocalEdit(pose(preparation, replace(belt(Brush(0.9, 0.3)), mirror=frozenset("XYZ"))))
+        LocalEdit(pose(preparation, stroke))
+
+
+def test_copies_share_the_budget(preparation):
+    """A stroke that is solved as fine as it asks for alone, and 64 of it, which do not overlap."""
+    alone = Stroke(on_ball(0.0, np.linspace(-1.2, 1.2, 12)), Brush(0.01, 0.003))
+    one, many = (
+        resolution(pose(preparation, replace(alone, radial=(1, 1, count)))) for count in (1, 64)
+    )
+    assert one.level == one.wanted == many.wanted > many.level
+    assert many.is_limited
 
 
 def test_the_number_of_threads_changes_no_bit(preparation, cores):

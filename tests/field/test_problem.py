@@ -103,6 +103,30 @@ def test_mirrored_tubes_are_mirror_images(preparation, axes):
         assert np.percentile(cosine, 1) > 0.9999
 
 
+def test_turned_tubes_are_turned_images(preparation):
+    points = on_ball(np.linspace(0.5, 1.0, 6), [0.5, 0.6, 0.7, 0.7, 0.6, 0.5])
+    stroke = Stroke(points, Brush(0.1, 0.05, SKEW), radial=(1, 1, 5))
+    tubes = pose(preparation, stroke).tubes()
+    assert len(tubes) == 5
+    first = tubes[0].target
+    for number, tube in enumerate(tubes):
+        angle = 2 * np.pi * number / 5
+        back = np.array(
+            [[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+        )
+        assert abs(len(tube.target.points) - len(first.points)) < 0.01 * len(first.points)
+        distance, index = KDTree(first.points).query(tube.target.points @ back.T)
+        assert np.percentile(distance, 99) < 2e-5
+        near = distance < 2e-5
+        cosine = (first.normals[index] * (tube.target.normals @ back.T)).sum(axis=1)[near]
+        assert np.percentile(cosine, 1) > 0.9999
+
+
+def test_a_dab_on_the_axis_is_one_copy(preparation):
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.1, 0.05), radial=(1, 1, 8))
+    assert len(pose(preparation, stroke).laid) == 1
+
+
 def test_where_copies_overlap_the_larger_displacement_wins(preparation):
     """A stroke that crosses the plane x = 0, where it meets its mirror image."""
     points = on_ball(np.linspace(1.2, 1.8, 8), np.linspace(-0.1, 0.3, 8))

@@ -156,6 +156,18 @@ def test_mirror_images_are_smoothed_alike(rough, smooth):
     assert np.abs(values(field, points) - values(smooth.field, points)).max() > 1e-3
 
 
+def test_turned_images_are_smoothed_alike(smooth):
+    one = np.array([[0.3, 0.4, 0.0], [0.3, 0.38, 0.12], [0.3, 0.35, 0.2]])
+    one *= RADIUS / np.linalg.norm(one, axis=1, keepdims=True)
+    stroke = Stroke(one, Brush(0.08, 1.0), kind=Kind.FLATTEN, radial=(1, 1, 3))
+    field = sculpt(smooth, stroke).field
+    points = (one + np.random.default_rng(2).normal(0, 0.03, (50, 1, 3))).reshape(-1, 3)
+    cos, sin = -0.5, 3**0.5 / 2
+    turned = points @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+    np.testing.assert_allclose(values(field, points), values(field, turned), atol=1e-3)
+    assert np.abs(values(field, points) - values(smooth.field, points)).max() > 1e-3
+
+
 def test_the_same_stroke_gives_the_same_bits(rough):
     layers = [sculpt(rough, meridian(Kind.SMOOTH)).layer for _ in range(2)]
     assert layers[0].keys() == layers[1].keys()

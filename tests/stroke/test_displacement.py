@@ -206,6 +206,36 @@ def test_mirror_images_displace_mirrored_points_alike(axes, count):
         np.testing.assert_allclose(found.direction, expected.direction * signs, atol=1e-9)
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("count", [1, 40])
+def test_turned_images_displace_turned_points_alike(axis, count):
+    """A dab, too, whose profile is one-sided."""
+    angle = np.linspace(0.2, 1.2, count)
+    tilt = 0.3 + 0.5 * angle
+    normals = np.stack(
+        [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.sin(tilt)], axis=1
+    )
+    counts = tuple(5 if k == axis else 1 for k in range(3))
+    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW), radial=counts)
+    random = np.random.default_rng(1)
+    n = normals[random.integers(0, count, 300)] + 0.2 * random.normal(size=(300, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    original, *images = stroke.copies()
+    expected = displace(original, make_path(0.5 * normals, normals), 0.5 * n, n)
+    assert np.ptp(expected.amount) > 0.05
+    assert len(images) == 4
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    for number, image in enumerate(images, 1):
+        cos, sin = np.cos(2 * np.pi * number / 5), np.sin(2 * np.pi * number / 5)
+        turn = np.eye(3)
+        turn[b, b] = turn[c, c] = cos
+        turn[b, c], turn[c, b] = -sin, sin
+        path = make_path(image.points, normals @ turn.T, image=image.image)
+        found = displace(image, path, 0.5 * n @ turn.T, n @ turn.T)
+        np.testing.assert_allclose(found.amount, expected.amount, atol=1e-9)
+        np.testing.assert_allclose(found.direction, expected.direction @ turn.T, atol=1e-9)
+
+
 def test_chosen_points():
     stroke, path = straight()
     found = on_plane(stroke, path, 0, np.linspace(-0.3, 0.3, 7))

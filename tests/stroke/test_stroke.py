@@ -15,6 +15,7 @@ from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import MOST_POINTS, Direction, Ends, Stroke
+from neural_sculpt_addon.stroke.symmetry import ONCE
 
 POINTS = [[0, 0, 0.5], [0.1, 0, 0.5]]
 PLAIN = {"points": POINTS, "radius": 0.08, "intensity": 0.06}
@@ -47,6 +48,7 @@ def strokes(draw):
         ends=draw(st.sampled_from(Ends)),
         direction=draw(st.sampled_from(Direction)),
         mirror=draw(st.frozensets(st.sampled_from("XYZ"))),
+        radial=draw(st.sampled_from([ONCE, (1, 1, 4), (2, 4, 1)])),  # none leaves the box
         name=draw(st.text(max_size=20)),
         seed=draw(st.integers(0, 2**63 - 1)),
     )
@@ -59,6 +61,7 @@ def test_files_round_trip_exactly(drawn):
     for ours, theirs in zip(again, drawn, strict=True):
         np.testing.assert_array_equal(ours.points, theirs.points)
         assert (ours.brush, ours.ends, ours.mirror) == (theirs.brush, theirs.ends, theirs.mirror)
+        assert ours.radial == theirs.radial
         for word in ("radius_factors", "intensity_factors"):
             a, b = getattr(ours, word), getattr(theirs, word)
             assert (a is None) == (b is None)
@@ -79,6 +82,7 @@ def test_the_documented_file_is_read():
     )
     assert (stroke.ends, stroke.direction) == (Ends.ROUND, Direction.SURFACE)
     assert (stroke.closed, stroke.mirror, stroke.name, stroke.seed) == (False, frozenset(), "", 0)
+    assert stroke.radial == ONCE
 
 
 def test_defaults_are_a_quintic_profile_and_no_modulation():
@@ -139,6 +143,11 @@ BAD = {
         *({**PLAIN, "ends": bad} for bad in ("square", 1, None, ["round"])),
         *({**PLAIN, "direction": bad} for bad in ("up", 0, {})),
         *({**PLAIN, "mirror": bad} for bad in ("W", "x", 1, [1, "X"], [["X"]], {"X": 1}, None)),
+        *(
+            {**PLAIN, "radial": bad}
+            for bad in (6, "Z", None, {"Z": 6}, [], [1, 1], [1, 1, 1, 1], [1, 1, 2.0], [1, 1, True])
+        ),
+        *({**PLAIN, "radial": bad} for bad in ([0, 1, 1], [1, 65, 1], [1, 1, 10**400], [64] * 3)),
         *({**PLAIN, "closed": bad} for bad in (1, 0, "yes", None)),
         *({**PLAIN, "name": bad} for bad in (5, None, ["a"], {})),
         *({**PLAIN, "seed": bad} for bad in (-1, 2**63, 1.5, "1", None, float("inf"), True)),
@@ -203,7 +212,9 @@ def test_the_message_names_the_stroke():
         lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner),
         max_leaves=8,
     ),
-    st.sampled_from([None, *PLAIN, "mirror", "seed", "name", "profile", "radius_factors"]),
+    st.sampled_from(
+        [None, *PLAIN, "mirror", "radial", "seed", "name", "profile", "radius_factors"]
+    ),
 )
 def test_any_json_is_a_stroke_or_a_sculpt_error(data, word):
     try:

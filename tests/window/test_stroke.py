@@ -170,6 +170,23 @@ class Strokes(WindowCase):
         yield from self.draw(path)
         self.assert_raised(path, path * [1, 1, -1])
 
+    def test_radial_symmetry_of_sculpt_mode(self) -> Steps:
+        """Blender's own setting repeats a stroke around the axis that looks at the artist; the
+        brush is shown at each place."""
+        yield from self.add()
+        bpy.ops.object.mode_set(mode="SCULPT")
+        yield hand.DRAWN
+        choose_tool()
+        mesh = field().data
+        newer = hasattr(mesh, "radial_symmetry")
+        settings = mesh if newer else bpy.context.scene.tool_settings.sculpt
+        settings.radial_symmetry = (1, 4, 1)
+        path = self.arc(0.5, spread=0.3)
+        yield from self.draw(path)
+        x, y, z = path.T
+        turned = ((x, y, z), (z, y, -x), (-x, y, -z), (-z, y, x))
+        self.assert_raised(*(np.stack(each, axis=1) for each in turned))
+
     def test_sculpt_mode(self) -> Steps:
         yield from self.add()
         bpy.ops.object.mode_set(mode="SCULPT")

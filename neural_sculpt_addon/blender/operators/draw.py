@@ -97,10 +97,11 @@ class NEURAL_SCULPT_OT_draw(Operator):
                     return missed
             else:
                 proxy_mesh.refuse_locked(ob)
+            self._show(context)
         except SculptError as error:
+            self.cancel(context)
             return fail(self, error)
         context.window_manager.modal_handler_add(self)
-        self._show(context)
         return RUNNING
 
     def modal(self, context: Context, event: Event) -> Outcome:

@@ -10,13 +10,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import BoolProperty, EnumProperty, IntVectorProperty
 from bpy.types import Context, Event, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
-from ...stroke.stroke import AXES, Direction, Ends, Kind, Stroke
+from ...stroke.stroke import Direction, Ends, Kind, Stroke
+from ...stroke.symmetry import AXES, MOST_TURNS, ONCE
 from ..panels.brush_widgets import draw_curve
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE, Shape, fixed_items
@@ -82,6 +83,14 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         items=[(axis, axis, f"Across the plane {axis.lower()} = 0") for axis in AXES],
         options={"ENUM_FLAG"},
     )
+    radial: IntVectorProperty(
+        name="Radial",
+        description="How often the stroke is repeated about each axis",
+        default=ONCE,
+        min=1,
+        max=MOST_TURNS,
+        subtype="XYZ",
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -103,7 +112,8 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.profile = stroke.brush.profile.name.upper() or KEEP
         self.modulation = stroke.brush.modulation.name.upper() or KEEP
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
-        self.mirror, self.closed, self.pressure = set(stroke.mirror), stroke.closed, True
+        self.mirror, self.radial = set(stroke.mirror), stroke.radial
+        self.closed, self.pressure = stroke.closed, True
         return context.window_manager.invoke_props_dialog(self, width=320)
 
     def draw(self, context: Context) -> None:
@@ -120,6 +130,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")
+        layout.prop(self, "radial")
         layout.prop(self, "closed")
         layout.prop(self, "pressure")
         layout.prop(self, "mask")
@@ -154,6 +165,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             ends=Ends[self.ends] if given("ends") else stroke.ends,
             direction=Direction[self.direction] if given("direction") else stroke.direction,
             mirror=frozenset(self.mirror) if given("mirror") else stroke.mirror,
+            radial=tuple(self.radial) if given("radial") else stroke.radial,
             closed=self.closed if given("closed") else stroke.closed,
             radius_factors=stroke.radius_factors if self.pressure else None,
             intensity_factors=stroke.intensity_factors if self.pressure else None,

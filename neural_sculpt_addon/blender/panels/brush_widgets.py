@@ -3,10 +3,12 @@
 
 # pyright: reportArgumentType=false
 
-from bpy.types import Object, UILayout
+from bpy.types import Context, Object, UILayout
 
-from ...stroke.stroke import AXES, Kind
+from ...stroke.stroke import Kind
+from ...stroke.symmetry import AXES
 from ..presets import curve_store
+from ..scene.brush import radial_settings
 from ..scene.properties import NEURAL_SCULPT_PG_brush
 
 
@@ -24,6 +26,12 @@ def draw_mirror(layout: UILayout, ob: Object) -> None:
     row = layout.row(heading="Mirror", align=True)
     for axis in AXES:
         row.prop(ob.data, f"use_mirror_{axis.lower()}", text=axis, toggle=True)
+
+
+def draw_radial(layout: UILayout, context: Context, ob: Object) -> None:
+    """Blender's own radial symmetry, which strokes follow."""
+    if (settings := radial_settings(context, ob)) is not None:
+        layout.prop(settings, "radial_symmetry", text="Radial")
 
 
 def draw_curve(layout: UILayout, word: str) -> None:

@@ -6,7 +6,7 @@
 from bpy.types import Context
 
 from ..scene.properties import brush_of, is_field
-from .brush_widgets import draw_mirror
+from .brush_widgets import draw_mirror, draw_radial
 from .sidebar import Sidebar
 
 
@@ -32,6 +32,7 @@ class NEURAL_SCULPT_PT_stroke(Sidebar):
         ob = context.active_object
         if is_field(ob):
             draw_mirror(layout, ob)
+            draw_radial(layout, context, ob)
         column = layout.column(align=True)
         lines = "neural_sculpt.strokes_from_lines"
         selected = column.operator(lines, text="From Selected Objects", icon="OUTLINER_OB_CURVE")

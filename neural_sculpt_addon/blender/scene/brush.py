@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
@@ -12,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from ...stroke.brush import Brush
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
-from ...stroke.stroke import AXES, Direction, Ends, Kind, Stroke
+from ...stroke.stroke import Direction, Ends, Kind, Stroke
+from ...stroke.symmetry import AXES, ONCE, Counts
 from ..locale.translations import OURS
 from ..presets import curve_store
 from ..presets.shape_choices import CURVE
@@ -88,6 +90,7 @@ def brush_stroke(
         ends=Ends[settings.ends],
         direction=Direction[settings.direction],
         mirror=mirror_of(ob),
+        radial=radial_of(context, ob),
         name="" if kind is Kind.DRAW else iface_(kind.title(), OURS),
         kind=kind,
     )
@@ -131,3 +134,20 @@ def mirror_of(ob: Object) -> frozenset[str]:
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     return frozenset(axis for axis in AXES if getattr(mesh, f"use_mirror_{axis.lower()}"))
+
+
+def radial_settings(context: Context, ob: Object) -> Any:
+    """What holds Blender's own `radial_symmetry`: the mesh, or before 5.0 Sculpt Mode's settings of
+    the scene, which are None until it was entered once."""
+    if hasattr(ob.data, "radial_symmetry"):
+        return ob.data
+    return context.scene.tool_settings.sculpt  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def radial_of(context: Context, ob: Object) -> Counts:
+    """How often a stroke is repeated about the axes of object space."""
+    settings = radial_settings(context, ob)
+    if settings is None:
+        return ONCE
+    x, y, z = settings.radial_symmetry
+    return x, y, z

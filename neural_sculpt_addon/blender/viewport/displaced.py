@@ -3,8 +3,8 @@
 
 The last stroke may grow: what is asked for is worked off in pieces, so that a move of the pen never
 waits for more than it can bear, and is seen when it is whole. Only what lies near the strokes is
-touched. Mirror images stand on the same surface, and where they meet the farthest counts, as in the
-field. NumPy alone; model space.
+touched. Images by symmetry stand on the same surface, and where they meet the farthest counts, as
+in the field. NumPy alone; model space.
 """
 
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ class Displaced:
         return self._normals[self._touched]
 
     def add(self, stroke: Stroke) -> None:
-        """Displace by one more stroke and its mirror images; other kinds show when done."""
+        """Displace by one more stroke and its images; other kinds show when done."""
         self.begin(stroke)
         self.advance()
 
@@ -90,13 +90,14 @@ class Displaced:
             yield len(self._positions) // 8
         fans, before = self._fans, self._before
         stale = np.zeros(len(before), bool)
+        copies = strokes[-1].copies() if strokes[-1].kind is Kind.DRAW else ()
         if len(self.seen) < len(strokes):
-            yield from self._anew(strokes[-1], fans)
-        elif _differ(strokes[-1], self.seen[-1]):
+            yield from self._anew(strokes[-1], fans, len(copies))
+        elif _differ(strokes[-1], self.seen[-1]) or len(copies) != len(self._growths):
             for growth in self._growths:
                 stale |= growth.amounts != 0
-            yield from self._anew(strokes[-1], fans)
-        for growth, copy in zip(self._growths, strokes[-1].copies(), strict=False):
+            yield from self._anew(strokes[-1], fans, len(copies))
+        for growth, copy in zip(self._growths, copies, strict=True):
             yield from growth.follow(copy)
             stale |= growth.fresh
         positions, normals = self._positions.copy(), self._normals.copy()
@@ -117,13 +118,13 @@ class Displaced:
         self._positions, self._normals, self.seen = positions, normals, strokes
         self._touched[around] = True
 
-    def _anew(self, stroke: Stroke, fans: Fans) -> Iterator[int]:
-        """Nothing is known of the stroke."""
+    def _anew(self, stroke: Stroke, fans: Fans, copies: int) -> Iterator[int]:
+        """Nothing is known of the stroke, which has so many copies."""
         self._growths = ()
-        if stroke.kind is Kind.DRAW:
+        if copies:
             surface = BaseSurface(self._before, fans, reach_of(stroke))
             yield len(self._before) // 16
-            self._growths = tuple(Growth(surface) for _ in stroke.copies())
+            self._growths = tuple(Growth(surface) for _ in range(copies))
 
     def _shifts(self, vertices: Indices) -> Vectors:
         """What moves vertices (M,): of each the image of the stroke that moves it farthest."""
@@ -137,7 +138,7 @@ class Displaced:
 
 def _differ(one: Stroke, other: Stroke) -> bool:
     """Whether two strokes differ by more than points and pressures within the same reach."""
-    words = ("brush", "closed", "ends", "direction", "mirror", "kind", "mask")
+    words = ("brush", "closed", "ends", "direction", "mirror", "radial", "kind", "mask")
     return reach_of(one) != reach_of(other) or any(
         getattr(one, word) != getattr(other, word) for word in words
     )

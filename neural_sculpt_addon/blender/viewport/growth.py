@@ -36,7 +36,7 @@ COMPARED = 2**20  # between two rests, vertices times points of the path
 
 
 class Growth:
-    """One stroke without mirror images on a surface, and what it does to each vertex.
+    """One copy of a stroke on a surface, and what it does to each vertex.
 
     shifts:  (V, 3), what is to be added to the vertices
     amounts: (V,), their lengths, signed
@@ -114,7 +114,7 @@ class Growth:
             near[around] = True
             points, normals = np.vstack([points, laid]), np.vstack([normals, upright])
             yield len(around) // 8 + AT_LEAST
-        self._path = make_path(points, normals, stroke.closed and len(points) > 1)
+        self._path = make_path(points, normals, stroke.closed and len(points) > 1, stroke.image)
         return near
 
     def _locate(self, path: Path, vertices: Indices) -> None:

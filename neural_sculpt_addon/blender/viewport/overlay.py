@@ -9,6 +9,7 @@ handlers stay from registration to its end and draw only when there is something
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -23,14 +24,15 @@ from numpy.typing import NDArray
 
 from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
-from ...stroke.stroke import Stroke
+from ...stroke.stroke import MOST_COPIES, Stroke
+from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
-from ..scene.brush import current_brush, current_kind, mirror_of, seen
+from ..scene.brush import current_brush, current_kind, mirror_of, radial_of, seen
 from ..scene.properties import field_of, is_field
 from ..session.job import find
 from .recorder import Mouse, Point
-from .ribbon import ROWS, Ribbon, cursor, mirror_signs, ribbon_triangles, ribbons
+from .ribbon import ROWS, Ribbon, cursor, ribbon_triangles, ribbons
 from .seen_surface import grid_of
 from .trace import trace
 from .view import View, lay, view_under
@@ -138,8 +140,7 @@ def _draw_chosen() -> None:
         gpu.matrix.multiply_matrix(ob.matrix_world)
         for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
             gpu.state.depth_test_set(depth)
-            for line in _State.chosen[1]:
-                _draw_line(line, 2.5, (*color, alpha * share))
+            _draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))
     gpu.state.depth_test_set("NONE")
     gpu.state.blend_set("NONE")
 
@@ -155,31 +156,36 @@ def _draw_stroke() -> None:
     gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(ob.matrix_world)
-        for ribbon in shown.ribbons:
-            _draw_ribbon(ribbon)
+        _draw_ribbons(shown.ribbons)
         gpu.state.depth_test_set("NONE")
         if len(shown.line):
-            _draw_line(shown.line, 1.5, preferences.overlay_colors().cursor)
+            _draw_lines([shown.line], 1.5, preferences.overlay_colors().cursor)
         if len(shown.knots):
             _draw_knots(shown)
     gpu.state.blend_set("NONE")
 
 
-def _draw_ribbon(ribbon: Ribbon) -> None:
-    colors = preferences.overlay_colors()
+def _draw_ribbons(shown: Sequence[Ribbon]) -> None:
+    """Of a stroke and its images, which are as high and strong as it is."""
+    if not shown:
+        return
+    colors, ribbon = preferences.overlay_colors(), shown[0]
     shade = 1 - (1 - WEAKEST) * ribbon.strength[:, None]  # (R, 1)
     color = np.where((ribbon.height < 0)[..., None], colors.carving, colors.raising)  # (R, C, 4)
     color[..., :3] *= shade[..., None]
     size = np.abs(ribbon.height)
     color[..., 3] *= FAINTEST + (1 - FAINTEST) * size / max(size.max(), 1e-9)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
+    points = np.stack([image.points for image in shown])  # (M, R, C, 3)
+    firsts = np.arange(len(shown), dtype=np.int32)[:, None, None] * size.size
     data = {
-        "pos": ribbon.points.reshape(-1, 3).astype(np.float32),
-        "color": color.reshape(-1, 4).astype(np.float32),
+        "pos": points.reshape(-1, 3).astype(np.float32),
+        "color": np.tile(color.reshape(-1, 4), (len(shown), 1)).astype(np.float32),
     }
-    batch_for_shader(shader, "TRIS", data, indices=ribbon_triangles()).draw(shader)
-    for column in (0, len(ribbon.points[0]) // 2, -1):
-        _draw_line(ribbon.points[:, column], 1.5, (*colors.cursor[:3], 0.8 * colors.cursor[3]))
+    corners = (firsts + ribbon_triangles()).reshape(-1, 3)
+    batch_for_shader(shader, "TRIS", data, indices=corners).draw(shader)
+    for column in (0, points.shape[2] // 2, -1):
+        _draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], 0.8 * colors.cursor[3]))
 
 
 def _draw_knots(shown: _Shown) -> None:
@@ -216,14 +222,15 @@ def _draw_brush(mouse: Mouse) -> None:
     shape = cursor(brush, center, normal, view.axes(), partial(lay, ob))
     colors = preferences.overlay_colors()
     gpu.state.blend_set("ALPHA")
-    for number, sign in enumerate(mirror_signs(mirror_of(ob))):
-        faint = 0.4 if number else 1.0
-        rim = _pixels(view, shape.rim * sign)
-        _draw_line(rim, 2.0, (*colors.cursor[:3], faint * colors.cursor[3]))
+    *rgb, alpha = colors.cursor
+    turned = images(mirror_of(ob), radial_of(context, ob))[:MOST_COPIES]  # (M, 3, 3)
+    rims = [_pixels(view, shape.rim @ image.T) for image in turned]
+    _draw_lines(rims[:1], 2.0, (*rgb, alpha))
+    _draw_lines(rims[1:], 2.0, (*rgb, 0.4 * alpha))
     color = colors.carving if brush.intensity < 0 else colors.raising
     base, section = _pixels(view, shape.base), _pixels(view, shape.section)
     _draw_strip(base, section, (*color[:3], 0.35 * color[3]))
-    _draw_line(section, 2.5, color)
+    _draw_lines([section], 2.5, color)
     gpu.state.blend_set("NONE")
 
 
@@ -236,11 +243,17 @@ def _pixels(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
     return (place + 1) * half + (view.region.x, view.region.y)
 
 
-def _draw_line(points: NDArray[np.float64], width: float, color: Color) -> None:
-    """A line through points (N, 2) or (N, 3), with edges that part it from any material."""
+def _draw_lines(
+    lines: Sequence[NDArray[np.float64]] | NDArray[np.float64], width: float, color: Color
+) -> None:
+    """Lines through points (N, 2) or (N, 3), with edges that part them from any material."""
+    if not len(lines):
+        return
+    pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]  # (N - 1, 2, 2 or 3)
+    points = np.concatenate(pairs).reshape(-1, pairs[0].shape[-1])
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": _deep(points)})
+    batch = batch_for_shader(shader, "LINES", {"pos": _deep(points)})
     *rgb, alpha = color
     edge = (*([0.0] if sum(rgb) > 1.5 else [1.0]) * 3, EDGE * alpha)
     for wide, shade in ((width + 2, edge), (width, color)):

@@ -17,7 +17,7 @@ from ...stroke.brush import Brush
 from ...stroke.curve import Array, fit_curve
 from ...stroke.displacement import displace, local_radius
 from ...stroke.path import make_path
-from ...stroke.stroke import AXES, Kind, Stroke
+from ...stroke.stroke import Kind, Stroke
 
 ROWS, COLUMNS = 40, 7
 RIM = 32  # points of the circle
@@ -28,7 +28,7 @@ Lay = Callable[[ArrayLike], tuple[Array, Array]]
 
 
 class Ribbon(NamedTuple):
-    """The tube of one stroke, or of one of its mirror images."""
+    """The tube of one stroke, or of one of its images."""
 
     points: Array  # (ROWS, COLUMNS, 3)
     height: Array  # (ROWS, COLUMNS), signed displacement, or share of the way
@@ -36,7 +36,7 @@ class Ribbon(NamedTuple):
 
 
 def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
-    """The ribbon of the stroke and those of its mirror images; none for a dab."""
+    """The ribbon of the stroke and those of its images; none for a dab."""
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.points) < 2:
         return ()
@@ -50,7 +50,7 @@ def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
     points = laid.reshape(flat.shape) + raised * _smooth(normals.reshape(flat.shape))
     strength = np.abs(stroke.brush.modulation(path.u))
     strength = strength / max(strength.max(), 1.0)
-    return tuple(Ribbon(points * sign, height, strength) for sign in mirror_signs(stroke.mirror))
+    return tuple(Ribbon(points @ image.T, height, strength) for image in stroke.images)
 
 
 def _smooth(normals: Array) -> Array:
@@ -58,15 +58,6 @@ def _smooth(normals: Array) -> Array:
     padded = np.pad(normals, ((3, 3), (0, 0), (0, 0)), mode="edge")
     mean = np.mean([padded[i : i + ROWS] for i in range(7)], axis=0)
     return mean / np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-12)
-
-
-def mirror_signs(mirror: frozenset[str]) -> list[Array]:
-    """The factors (3,) of the identity and of each reflection."""
-    signs = [np.ones(3)]
-    for axis in sorted(mirror):
-        flip = np.where(np.array([*AXES]) == axis, -1.0, 1.0)
-        signs += [sign * flip for sign in signs]
-    return signs
 
 
 @lru_cache

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where strokes of the history run over the surface: lines to be drawn, and which one is meant.
 
-A stroke and each of its mirror images has a line along its middle; a dab has its rim. `Lay` is as
+A stroke and each of its images has a line along its middle; a dab has its rim. `Lay` is as
 for ribbons. NumPy alone; model space.
 """
 
@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 
 from ...stroke.curve import Array, fit_curve
 from ...stroke.stroke import Kind, Stroke
-from .ribbon import LIFT, RIM, Lay, mirror_signs
+from .ribbon import LIFT, RIM, Lay
 
 ROWS, AROUND = 80, 8
 """Points of a line, and of how many to each side the mean normal is."""
 
 
 def trace(stroke: Stroke, share: float, lay: Lay) -> tuple[Array, ...]:
-    """The lines (N, 3) of the stroke and of its mirror images, a little above the surface.
+    """The lines (N, 3) of the stroke and of its images, a little above the surface.
 
     share: of its displacement that the surface shows
 
@@ -33,7 +33,7 @@ def trace(stroke: Stroke, share: float, lay: Lay) -> tuple[Array, ...]:
         strength = brush.modulation(np.linspace(0, 1, len(line)))
         raised += share * brush.intensity * float(brush.profile(np.zeros(1))[0]) * strength
     above = line + raised[:, None] * _mean(lay(line)[1])
-    return tuple(above * sign for sign in mirror_signs(stroke.mirror))
+    return tuple(above @ image.T for image in stroke.images)
 
 
 def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
@@ -44,7 +44,7 @@ def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
     point = np.asarray(point, float)
     for number in reversed(range(len(strokes))):
         stroke, middle = strokes[number], _middle(strokes[number])
-        images = np.stack([point * sign for sign in mirror_signs(stroke.mirror)])  # (M, 3)
+        images = point @ stroke.images  # (M, 3), turned back
         reach = stroke.brush.radius * stroke.largest_factor + abs(stroke.brush.intensity)
         if np.linalg.norm(images[:, None] - middle, axis=2).min() <= reach:
             return number

@@ -140,8 +140,8 @@ class LocalEdit:
         level = self.resolution.level
         if level < COARSEST:
             raise SculptError(
-                "The stroke covers more surface than one edit can hold. Use a smaller radius or"
-                " fewer points."
+                "The stroke covers more surface than one edit can hold. Use a smaller radius,"
+                " fewer points, or fewer copies."
             )
         random = np.random.default_rng(problem.seed)
         progress(0.0, "Sculpting")

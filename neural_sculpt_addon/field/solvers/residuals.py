@@ -26,7 +26,7 @@ from ..problem import Problem
 from ..surface import Samples, spatial_order
 from ..threads import join
 
-TUBE, SLOPE = 1200, 400  # of each copy of the stroke
+TUBE, SLOPE, COPIES = 1200, 400, 8  # of each of as many copies of the stroke; more share them
 PRESERVE, AROUND, BOX = 4800, 250, 600  # more of them cost time, fewer let the surface drift
 PRESERVE_WEIGHT, AROUND_WEIGHT, BOX_WEIGHT = 1.7, 0.3, 0.3  # where one of the tube weighs 1
 SLOPE_WEIGHT = 0.03  # what one unit of slope weighs, in units of length
@@ -58,7 +58,8 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
     """All residuals of an edit: those of values and those of derivatives."""
     problem.check()
     random = np.random.default_rng(problem.seed)
-    side = round(TUBE**0.5)
+    share = min(1, COPIES / len(problem.laid))
+    side = round((share * TUBE) ** 0.5)
     tubes = problem.tubes(side, side, random)
     target = join([tube.target for tube in tubes])
     order = spatial_order(target.points)
@@ -83,7 +84,7 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
         _residuals(*around, AROUND_WEIGHT),
         _residuals(*box, BOX_WEIGHT),
     ]
-    chosen = target.where(_stratified(len(order), SLOPE * len(tubes), random))
+    chosen = target.where(_stratified(len(order), round(share * SLOPE * len(tubes)), random))
     directions = random.normal(size=chosen.points.shape)
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     slopes = np.einsum("ij,ij->i", chosen.normals, directions)
