@@ -22,8 +22,7 @@ BRUSH = Brush(0.15, 0.06, Profile("linear"))
 class UnderThePen(SquareCase):
     def setUp(self) -> None:
         super().setUp()
-        self.addCleanup(preview.settle)
-        self.addCleanup(preview.let_go)
+        self.addCleanup(preview.give_up)
         self.stroke = Stroke(np.linspace(LINE[0], LINE[-1], 13), BRUSH)
 
     def pen(self, count: int = 13) -> bool:
@@ -34,10 +33,6 @@ class UnderThePen(SquareCase):
         while not preview.catch_up():
             pass
         return shown
-
-    def give_up(self) -> None:
-        preview.let_go()
-        preview.settle()
 
     def assert_raised(self, count: int = 13, upon: float = 0.0) -> None:
         """By the profile around the part of the line that was passed."""
@@ -50,14 +45,14 @@ class UnderThePen(SquareCase):
         for count in (1, 2, 5, 13, 7):
             self.assertTrue(self.pen(count))
             self.assert_raised(count)
-        self.give_up()
+        preview.give_up()
         self.assert_gone()
 
     def test_the_pen_is_on_the_surface_below(self) -> None:
         self.pen()
         point, _ = seen_surface.grid_of(field("Sphere")).cast((0.0, 0.11, 1.0), (0, 0, -1))
         self.assertEqual(point[2], 0.0)
-        self.give_up()
+        preview.give_up()
         point, _ = seen_surface.grid_of(field("Sphere")).cast((0.0, 0.11, 1.0), (0, 0, -1))
         self.assertEqual(point[2], 0.0)
 
@@ -81,12 +76,12 @@ class UnderThePen(SquareCase):
         self.assertAlmostEqual(self.heights().max(), 0.12, delta=0.004)
         point, _ = seen_surface.grid_of(field("Sphere")).cast((0.0, 0.11, 1.0), (0, 0, -1))
         self.assertAlmostEqual(point[2], waiting.max(), delta=0.003)
-        self.give_up()
+        preview.give_up()
         np.testing.assert_array_equal(self.heights(), waiting)
         self.pen()
         self.finish()
         self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
-        self.give_up()
+        preview.give_up()
         self.assertNotIn(preview.TRUE["position"], field("Sphere").data.attributes)
         self.assertFalse(module("blender.scene.native_edits").edited(field("Sphere")))
 
@@ -95,7 +90,7 @@ class UnderThePen(SquareCase):
         self.pen()
         self.session.cancel()
         self.assert_raised()
-        self.give_up()
+        preview.give_up()
         self.assert_gone()
 
     def test_it_is_in_no_undo_step_of_ours(self) -> None:
@@ -106,7 +101,7 @@ class UnderThePen(SquareCase):
         self.assert_raised()
         undo()
         self.assert_raised()  # the pen is still down
-        self.give_up()
+        preview.give_up()
         self.assert_gone()
 
     def test_undo_and_redo_of_other_things_meanwhile(self) -> None:
@@ -120,7 +115,7 @@ class UnderThePen(SquareCase):
         self.assert_raised(5)
         field("Sphere").location.x = 2.0
         push_undo("Move")  # Blender's own step, with the stroke in it
-        self.give_up()
+        preview.give_up()
         undo()
         self.assert_gone()
 
@@ -133,7 +128,7 @@ class UnderThePen(SquareCase):
         self.assert_gone()
         self.assertTrue(self.pen())  # the next stroke on what was loaded
         self.assert_raised()
-        self.give_up()
+        preview.give_up()
         self.assert_gone()
 
     def test_another_mode(self) -> None:
@@ -152,7 +147,7 @@ class UnderThePen(SquareCase):
         moved[0, 2] += 0.5
         field("Sphere").data.vertices.foreach_set("co", moved.ravel())
         self.pen(13)
-        self.give_up()
+        preview.give_up()
         now = vertices(field("Sphere"))
         self.assertEqual(now[0, 2], 0.5)
         np.testing.assert_array_equal(now[1:], self.flat[1:])
@@ -183,7 +178,7 @@ class UnderThePen(SquareCase):
         self.pen()
         mesh.attributes["custom_normal"].data.foreach_get("vector", seen)
         self.assertLess(seen.reshape(-1, 3)[:, 2].min(), 0.95)
-        self.give_up()
+        preview.give_up()
         mesh.attributes["custom_normal"].data.foreach_get("vector", seen)
         np.testing.assert_array_equal(seen, up)
         self.assertEqual(state(field("Sphere")), self.before)

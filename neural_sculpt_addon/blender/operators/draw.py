@@ -88,6 +88,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._turned = False  # to another field than the active one
         self._drawing: Drawing | None = None
         self._listed: Stroke | None = None
+        preview.give_up()  # what a defect may have left
         try:
             ob = active_field(context)
             if self.uid:
@@ -123,11 +124,10 @@ class NEURAL_SCULPT_OT_draw(Operator):
     def cancel(self, context: Context) -> None:
         """Leave no trace in the window."""
         self._end(context)
-        preview.settle()
+        preview.give_up()
 
     def _end(self, context: Context) -> None:
-        """Show nothing of it, but on the mesh, until `preview.settle`."""
-        preview.let_go()
+        """Leave none but on the mesh."""
         overlay.hide_stroke()
         status_bar.show_hint(None)
         if context.area is not None:  # it is gone with the window
@@ -221,6 +221,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         stroke = self._stroke(drawing, context, ob)
         if self._listed is None and not self._only_selects(drawing):
             self._end(context)
+            preview.let_go()
             outcome = launch(self, edit_job(ob, (stroke,)))  # on the mesh it waits for its result
             preview.settle()
             return outcome
@@ -232,7 +233,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     def _only_selects(self, drawing: Drawing) -> bool:
         """Whether it is a click on another field so far, which selects that one."""
-        return self._turned and not drawing.habits.clicks and len(drawing.line.points) == 1
+        return self._turned and not drawing.habits.clicks and len(drawing.so_far.points) == 1
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
         """What would be sculpted if this were its end."""

@@ -87,6 +87,5 @@ def register() -> None:
 
 def unregister() -> None:
     """Show it no more; the session is stopped."""
-    preview.let_go()
-    preview.settle()
+    preview.give_up()
     session.watcher = Watcher()

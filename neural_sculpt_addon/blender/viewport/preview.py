@@ -104,12 +104,11 @@ def foresee(
 def draw(ob: Object, stroke: Stroke) -> bool:
     """Show the stroke under the pen as it is now; whether the mesh can show it.
 
-    What takes longer than a move of the pen may is shown soon after. `let_go` ends it.
+    What takes longer than a move of the pen may is shown soon after. `let_go` or `give_up` ends it.
     """
     target = ob.session_uid
     if stroke.kind is not Kind.DRAW or not _can_show(ob):
-        let_go()
-        settle()
+        give_up()
         return False
     before, display = _drawn.get(target), _displays.get(target)
     _drawn.clear()
@@ -147,6 +146,12 @@ def let_go() -> None:
     """No stroke is drawn any more; `settle` forgets it, unless it waits for a result by then."""
     _drawn.clear()
     seen_surface.release()
+
+
+def give_up() -> None:
+    """Show the stroke that was drawn no more."""
+    let_go()
+    settle()
 
 
 def settle() -> None:
