@@ -15,6 +15,7 @@ Nothing that an artist did is lost, and nothing that comes from outside breaks B
 
 - A stroke that is being computed when the worker dies is computed again. When it fails twice, it is
   in the history, muted, and the message names it.
+- A file that is saved while strokes wait for their results has them, muted.
 - A result reaches the scene whole or not at all, and a file is written whole or not at all.
 - What arrives damaged, from a file or from the worker, is refused with a sentence that says what
   to do. It runs nothing, and it asks for no more memory than its reader allows.

@@ -62,6 +62,8 @@ class Inbox:
                 self._file = path.open("rb")
             except (FileNotFoundError, PermissionError):  # a virus scanner may look first
                 return None
+            except OSError as error:
+                raise ProtocolError(f"A message cannot be opened ({error}).") from error
             self._reading = protocol.reading(self._file)
         message = None
         try:
@@ -71,6 +73,9 @@ class Inbox:
         except ProtocolError:
             self._close()
             raise
+        except OSError as error:
+            self._close()
+            raise ProtocolError(f"A message cannot be read ({error}).") from error
         self._close()
         if message is None:
             raise ProtocolError("A frame is empty.")

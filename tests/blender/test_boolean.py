@@ -45,6 +45,18 @@ class Booleans(SculptCase):
         self.assertAlmostEqual(vertices(ob)[:, 0].max(), 0.8, delta=2e-3)
         self.assertAlmostEqual(vertices(ob)[:, 0].min(), -0.6, delta=2e-3)
 
+    def test_a_field_that_is_deleted_meanwhile_ends_the_job_in_a_sentence(self) -> None:
+        """Whether a preview or the result comes first."""
+        ob, other = add("SPHERE"), add("TORUS")
+        select(other, ob)
+        with self.as_in_a_window():
+            bpy.ops.neural_sculpt.boolean(operation="UNION")
+            worker = self.session.client.pid
+            bpy.data.objects.remove(ob)
+            self.finish()
+        self.assertIn("the object is gone", self.session.last_error)
+        self.assertEqual(self.session.client.pid, worker)
+
     def test_what_cannot_be_combined_is_refused(self) -> None:
         ob = add("SPHERE")
         select(ob)

@@ -3,9 +3,11 @@
 and a result reaches the scene whole or not at all."""
 
 import os
+import shutil
 import signal
 import time
 
+import bpy
 import numpy as np
 from harness import SteeredCase, field, module, state, stroke, undo
 
@@ -62,6 +64,41 @@ class BrokenWorker(SteeredCase):
         self.assertEqual(self.listed()[-1], ("Good", False))
         undo()
         self.assertEqual(len(self.listed()), len(WAYS))
+
+    def test_a_history_that_lacks_a_layer_is_not_believed(self) -> None:
+        for name in ("One", "Two", "Three"):
+            stroke(np.eye(3), name=name)
+            self.finish()
+        before = state(field("Sphere"))
+        self.spoil.write_text("fewer")
+        bpy.ops.neural_sculpt.mute_stroke(uid=field("Sphere").neural_sculpt.strokes[0].uid)
+        self.finish()
+        self.assertIn("the layers of another history", self.session.last_error)
+        self.assertEqual(state(field("Sphere")), before)
+
+    def test_a_measure_that_is_none_costs_neither_a_worker_nor_a_stroke(self) -> None:
+        stroke(np.eye(3), name="One")
+        self.finish()
+        worker = self.session.client.pid
+        self.spoil.write_text("report")
+        self.say("measured")
+        self.pump(lambda: self.session.behind is None)
+        self.spoil.unlink()
+        stroke(np.eye(3), name="Two")
+        self.finish()
+        self.assertEqual(self.listed(), [("One", False), ("Two", False)])
+        self.assertEqual(self.session.client.pid, worker)
+        self.assertEqual(self.session.last_error, "")
+
+    def test_a_measure_that_cannot_be_asked_for_costs_no_worker(self) -> None:
+        stroke(np.eye(3), name="One")
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        worker = self.session.client.pid
+        shutil.rmtree(self.session.client._process._folder / "requests")
+        self.finish()
+        self.assertEqual(self.listed(), [("One", False)])
+        self.assertIsNone(self.session.behind)
+        self.assertEqual(self.session.client.pid, worker)
 
     def test_a_job_that_begins_in_the_moment_of_a_death(self) -> None:
         drawn = module("stroke.stroke").Stroke(np.eye(3), module("stroke.brush").Brush(0.1, 0.05))

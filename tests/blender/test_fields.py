@@ -51,7 +51,12 @@ class Add(SculptCase):
         numbers = 4 * first + (first + 1) * second + second + 1
         head = 8 + int.from_bytes(weights[:8], "little")
         self.assertEqual(len(weights) - head, 4 * numbers)
-        for damaged in (b"", weights[:7], weights[:head], b"\xff" * 99, b"\2" + bytes(7) + b"[]"):
+        endless = b'{"detail": {"shape": [1e999]}, "layers.0.bias": {"shape": [1]}}'
+        long = b"{%s}" % b" ".ljust(1 << 20)
+        for damaged in (
+            *(b"", weights[:7], weights[:head], b"\xff" * 99),
+            *(len(text).to_bytes(8, "little") + text for text in (b"[]", endless, long)),
+        ):
             group.base_weights, group.base_id = damaged, ""
             found = header_of(bpy.context.active_object).widths
             self.assertIn(found, ((), (first, second)))

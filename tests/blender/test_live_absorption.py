@@ -3,6 +3,8 @@
 
 import os
 import signal
+from dataclasses import replace
+from typing import Any
 from unittest.mock import patch
 
 import bpy
@@ -259,6 +261,50 @@ class Live(SculptCase):
         self.assertTrue(self.edited())
         bpy.ops.neural_sculpt.absorb()
         self.assertFalse(self.edited())
+
+    def test_an_answer_about_other_vertices_leaves_the_brush_stroke(self) -> None:
+        before = state(self.ob())
+        with self.as_in_a_window():
+            brush("Clay")
+            sculpted = vertices(self.ob())
+            self.look()
+            job = self.session.jobs[0]
+            believed = job.apply
+
+            def apply(result: Any) -> None:
+                arrays = {**result.arrays, "snapped": np.zeros((1, 3), np.float32)}
+                believed(replace(result, arrays=arrays))
+
+            job.apply = apply
+            self.finish()
+            self.assertIn("other vertices", self.session.last_error)
+            np.testing.assert_array_equal(vertices(self.ob()), sculpted)
+            self.assertEqual(self.names(), [])
+            self.assertTrue(self.edited())
+            self.look()
+            brush("Grab", 40)
+            self.look()
+            self.finish()
+        self.assertEqual(self.names(), ["Grab"])
+        self.assertFalse(self.edited())
+        undo()
+        self.assertEqual(state(self.ob()), before)
+
+    def test_what_is_cancelled_is_absorbed_with_the_next_stroke(self) -> None:
+        with self.as_in_a_window():
+            brush("Clay", -40)
+            self.look()
+            self.session.cancel()
+            self.assertFalse(self.live.is_on_its_way(self.ob()))
+            self.look()
+            self.assertFalse(self.session.jobs)
+            brush("Grab", 40)
+            sculpted = vertices(self.ob())
+            self.look()
+            self.finish()
+        self.assertEqual(self.names(), ["Grab"])
+        self.assertFalse(self.edited())
+        self.assert_is(sculpted)
 
     def test_a_worker_that_dies_costs_nothing(self) -> None:
         with self.as_in_a_window():

@@ -5,7 +5,7 @@ stroke, and no preview stays behind."""
 import bmesh
 import bpy
 import numpy as np
-from harness import field, module, push_undo, redo, stroke, undo, vertices
+from harness import field, module, push_undo, redo, state, stroke, undo, vertices
 from test_preview import SquareCase
 
 preview = module("blender.viewport.preview")
@@ -107,6 +107,29 @@ class Meanwhile(SquareCase):
         self.session.cancel()
         bpy.ops.object.mode_set(mode="OBJECT")
         self.assert_gone()
+
+    def test_a_file_saved_meanwhile_has_the_stroke_muted(self) -> None:
+        """And the scene has it once, when its result is there, whether the file could be written or
+        not."""
+        stroke(np.eye(3), name="One")
+        self.finish()
+        self.draw("Two")
+        before = state(field("Sphere"))
+        path = str(self.folder / "field.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+        self.assertEqual(state(field("Sphere")), before)
+        with self.assertRaises(RuntimeError):
+            bpy.ops.wm.save_as_mainfile(filepath=str(self.folder / "no" / "folder.blend"))
+        self.assertEqual(state(field("Sphere")), before)
+        self.finish()
+        self.assertEqual(self.listed(), [("One", False), ("Two", False)])
+        undo()
+        self.assertEqual(self.listed(), [("One", False)])
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(self.listed(), [("One", False), ("Two", True)])
+        bpy.ops.neural_sculpt.mute_stroke(uid=field("Sphere").neural_sculpt.strokes[1].uid)
+        self.finish()
+        self.assertEqual(self.listed(), [("One", False), ("Two", False)])
 
     def test_a_linked_duplicate_gets_no_mesh_outside_an_undo_step(self) -> None:
         stroke(np.eye(3), name="One")

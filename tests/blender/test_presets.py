@@ -2,7 +2,9 @@
 """Presets of the curve widgets: what is chosen is shown, and a stroke gets what is shown."""
 
 import json
+import os
 import shutil
+import unittest
 
 import bpy
 import numpy as np
@@ -119,6 +121,24 @@ class Presets(SculptCase):
         ops.import_preset(filepath=str(shared))
         (preset,) = self.presets.own("modulation").values()
         self.assertEqual(preset, self.store.preset("modulation", "Pearls"))
+
+    @unittest.skipUnless(os.name == "posix", "no file can be limited")
+    def test_a_preset_for_which_there_is_no_room_leaves_the_one_that_is_there(self) -> None:
+        import resource
+
+        self.brush.profile = "GEM"
+        ops.save_preset(kind="profile", name="Mine")
+        (path,) = module("blender.folders").preset_folder().iterdir()
+        written = path.read_bytes()
+        self.brush.profile = "DENT"
+        _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10, most))
+        try:
+            self.assert_fails("Free some space", ops.save_preset, kind="profile", name="Mine")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+        self.assertEqual([*path.parent.iterdir()], [path])
+        self.assertEqual(path.read_bytes(), written)
 
     def test_only_a_curve_can_be_saved(self) -> None:
         self.assert_fails("Choose Curve", ops.save_preset, kind="profile", name="Mine")

@@ -148,6 +148,10 @@ def spoiled(result):
         arrays["normals"] = arrays["normals"][:-1]
     elif how == "missing":
         del arrays["layer"]
+    elif how == "report":
+        fields["report"] = ["no", "report"]
+    elif how == "fewer":
+        fields["layers"] = fields["layers"][:-1]
     elif how == "revision":
         fields["revision"] = ["cannot", "be", "hashed"]
     elif how == "full":  # as on a full disk
@@ -182,7 +186,7 @@ def replay(job, progress):
     if job.fields["solver"] == "network":
         name, arrays = named(field)[0], {"field": named(field)[1]}
         fields = {"revision": job.fields["result_revision"], "base": name}
-    return Payload(fields, {**arrays, **proxy(field, job.fields["resolution"])})
+    return spoiled(Payload(fields, {**arrays, **proxy(field, job.fields["resolution"])}))
 
 
 def absorb(job, progress):
@@ -199,7 +203,7 @@ def absorb(job, progress):
 def measure(job, progress):
     """What stroke it was."""
     wait("measured", progress)
-    return Payload({"report": edits[job.fields["revision"]]})
+    return spoiled(Payload({"report": edits[job.fields["revision"]]}))
 
 
 def mesh(job, progress):

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strokes of Blender's own brushes go into the field by themselves, as one undo step each."""
 
+import os
+import signal
+
 import bpy
 import numpy as np
 import simulated_input as hand
@@ -11,7 +14,9 @@ from drawing import (
     enter_sculpt_mode,
     field,
     make_native_brushes,
+    middle,
     moved_since,
+    operate,
     redo,
     take_native_brush,
     undo,
@@ -87,6 +92,37 @@ class Live(WindowCase):
         yield from self.idle()
         self.assertTrue(np.array_equal(vertices(field()), before))
         self.assertFalse(edited())
+
+    def test_a_dialog_is_open_when_a_stroke_is_absorbed(self) -> Steps:
+        """It shows the field while the brush's step is taken back, and can be used afterwards."""
+        make_native_brushes("Clay")
+        yield from self.add()
+        yield from self.draw(self.arc(0.6))
+        yield from enter_sculpt_mode()
+        before = state(field())
+        take_native_brush("Clay")
+        yield hand.DRAWN
+        worker = self.session.client.pid
+        os.kill(worker, signal.SIGSTOP)
+        self.addCleanup(os.kill, worker, signal.SIGCONT)
+        yield from hand.drag(hand.to_window(self.arc(0.0)), pause=0.02)
+        yield from hand.until(lambda: bool(self.session.jobs), SECONDS, "a job")
+        hand.move(middle())
+        operate(bpy.ops.neural_sculpt.edit_stroke)
+        yield 3 * hand.DRAWN
+        os.kill(worker, signal.SIGCONT)
+        yield from hand.until(lambda: self.names()[1:] == ["Clay"], SECONDS, "the brush stroke")
+        x, y = middle()
+        for step in range(-100, 101, 20):  # over the settings
+            hand.move((x, y + step))
+            yield hand.DRAWN
+        hand.tap("RET", (x, y))
+        yield from self.idle()
+        yield 3 * hand.DRAWN
+        yield from undo()
+        if len(self.names()) == 2:  # the dialog has made a step
+            yield from undo()
+        self.assertEqual(state(field()), before)
 
     def test_the_switch_is_beside_absorb(self) -> Steps:
         """Off, a stroke stays on the mesh alone; the picture shows the panel."""

@@ -109,6 +109,7 @@ def test_arrays_that_blender_cannot_show_are_refused(name, wrong):
 @pytest.mark.parametrize(
     ("job", "field", "wrong"),
     [
+        (JobKind.BRUSHED, "report", {"error_mean": "much"}),
         (JobKind.EDIT, "revision", ["a"]),
         (JobKind.EDIT, "revision", ""),
         (JobKind.EDIT, "seconds", "1"),

@@ -391,6 +391,19 @@ def test_a_worker_that_talks_nonsense_is_ended(tmp_path):
     assert not client.alive
 
 
+@pytest.mark.skipif(os.name != "posix", reason="there a folder is as a file in use")
+def test_a_worker_whose_answer_cannot_be_opened_is_ended(tmp_path):
+    client = Client(["/bin/cat"], tmp_path / "log")
+    client.start()
+    job = client.submit(JobKind.EDIT, {})
+    (client._process._folder / ANSWERS / "0").mkdir()
+    (news,) = client.poll_once()
+    assert (news.kind, news.job, news.fields["died"]) == (MessageKind.ERROR, job, True)
+    assert "cannot be opened" in news.fields["message"]
+    assert not client.alive
+    client.stop()
+
+
 def test_a_worker_whose_progress_says_nothing_is_ended(tmp_path):
     script = textwrap.dedent("""
         import json, sys

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Messages as files of a folder, and the reading of large ones bit by bit."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,13 @@ def test_what_was_begun_in_a_hurry_ends_at_leisure(tmp_path):
     outbox.put(Message(JobKind.MESH, 1, {}, LARGE))
     assert inbox.take(0.0) is None
     np.testing.assert_array_equal(inbox.take().arrays["c"], LARGE["c"])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there a folder is as a file in use")
+def test_what_cannot_be_opened_is_no_message(tmp_path):
+    (tmp_path / "0").mkdir()
+    with pytest.raises(ProtocolError, match="cannot be opened"):
+        Inbox(tmp_path).take()
 
 
 def test_a_message_cut_short_is_refused_and_closed(tmp_path):

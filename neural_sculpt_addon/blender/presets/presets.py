@@ -5,7 +5,9 @@ The stem of a file identifies its preset, so files may be copied there by hand.
 """
 
 import logging
+import os
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -32,12 +34,18 @@ def refresh() -> None:
 
 
 def save(preset: Preset) -> str:
-    """Write a preset of the artist and return its stem; one of the same stem is replaced."""
+    """Write a preset of the artist and return its stem; one of the same stem is replaced, whole or
+    not at all."""
     stem = bpy.path.clean_name(f"{preset.kind}-{preset.name}").lower()
+    path = preset_folder() / (stem + SUFFIX)
+    part = path.with_suffix(".part")
     try:
         preset_folder().mkdir(parents=True, exist_ok=True)
-        (preset_folder() / (stem + SUFFIX)).write_text(dump_preset(preset), encoding="utf-8")
+        part.write_text(dump_preset(preset), encoding="utf-8")
+        os.replace(part, path)
     except OSError as error:
+        with suppress(OSError):
+            part.unlink()
         raise SculptError(f"The preset was not written ({error}). Free some space.") from error
     refresh()
     return stem

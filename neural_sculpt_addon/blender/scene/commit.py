@@ -215,7 +215,10 @@ def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], di
 
     A replay of the network's weights has none.
     """
-    numbered = enumerate(result.fields.get("layers", ()))
+    fields, heard = result.fields, sum(not entry.muted for entry in listed)
+    if "layers" in fields and len(fields["layers"]) != heard:
+        raise SculptError("The worker sent the layers of another history. Try again.")
+    numbered = enumerate(fields.get("layers", ()))
     entries, layers = [], {}
     for entry in listed:
         number, found = (None, None) if entry.muted else next(numbered, (None, None))

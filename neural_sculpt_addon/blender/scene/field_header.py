@@ -9,7 +9,13 @@ from bpy.types import Object
 from .properties import field_of
 
 REMEMBERED = 64
+LARGEST = 256 << 10
+"""Bytes of the head of any field, which the worker takes: panels wait while it is read."""
 
+_DAMAGE = (
+    *(ValueError, KeyError, TypeError, IndexError, AttributeError),
+    *(ArithmeticError, RecursionError),
+)
 _known: dict[str, "Header"] = {}
 
 
@@ -39,11 +45,14 @@ def header_of(ob: Object) -> Header:
 
 
 def _read(data: bytes) -> Header:
+    size = int.from_bytes(data[:8], "little")
+    if size > LARGEST:
+        return Header()
     try:
-        tensors = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        tensors = json.loads(data[8 : 8 + size])
         detail = tensors.get("detail", {"shape": [0]})["shape"][0]
         inner = sum(name.endswith(".bias") for name in tensors) - 1
         biases = (tensors[f"layers.{layer}.bias"]["shape"] for layer in range(inner))
         return Header(tuple(int(shape[0]) for shape in biases), int(detail))
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError):
+    except _DAMAGE:
         return Header()

@@ -14,7 +14,7 @@ from bpy.app.handlers import persistent
 
 from ...stroke.errors import SculptError
 from ..operators import notice
-from ..session import live, reports
+from ..session import live, reports, saved_strokes
 from ..session.job import Job
 from ..session.worker_session import session
 from ..viewport import preview
@@ -70,13 +70,21 @@ def _pass(step: Callable[[], object]) -> None:
 
 @persistent
 def hide(*_: object) -> None:
-    """Before saving, and after loading what Blender saved by itself."""
+    """After loading what Blender saved by itself."""
     preview.hide()
 
 
 @persistent
+def prepare_file(*_: object) -> None:
+    """Before saving."""
+    preview.hide()
+    saved_strokes.add()
+
+
+@persistent
 def show(*_: object) -> None:
-    """After saving."""
+    """After saving, or when that failed."""
+    saved_strokes.remove()
     preview.show()
 
 
@@ -121,8 +129,9 @@ _HANDLERS = (
     ("undo_post", follow),
     ("redo_post", follow),
     ("redo_post", bring_back),
-    ("save_pre", hide),
+    ("save_pre", prepare_file),
     ("save_post", show),
+    ("save_post_fail", show),
     ("load_pre", leave),
     ("load_post", hide),
 )

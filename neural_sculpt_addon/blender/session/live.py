@@ -84,8 +84,9 @@ class _Proxy:
 
     @property
     def has_failed(self) -> bool:
-        """Whether one of them could not be absorbed, and so none after it."""
-        return any(s.job is not None and s.job.status is JobStatus.FAILED for s in self.strokes)
+        """Whether one of them could not be absorbed, or was cancelled, and so none after it."""
+        ends = JobStatus.FAILED, JobStatus.CANCELLED
+        return any(s.job is not None and s.job.status in ends for s in self.strokes)
 
 
 _proxies: dict[int, _Proxy] = {}
@@ -253,6 +254,9 @@ def _job(target: int, proxy: _Proxy, stroke: _Stroke) -> Job:
         return replace(asked, fields={**fields, "remesh": remesh}, held=held, arrays=arrays)
 
     def apply(result: Message) -> None:
+        snapped = result.arrays.get(SNAPPED[0])
+        if snapped is not None and len(snapped) != len(stroke.part.vertices):
+            raise SculptError("The worker answered with other vertices than it was asked about.")
         stroke.result = result
         _finish(target)
 
@@ -274,6 +278,8 @@ def _finish(target: int) -> None:
     preview.hide()
     if not np.array_equal(positions(), strokes[-1].seen):
         return  # more was done, which the next look will find
+    proxy_mesh.refuse_locked(ob)
+    shapes = _positions(proxy)
     with session.history_grows():
         native_steps.take_back(
             lambda: proxy_mesh.mesh_of(found(target)),
@@ -281,31 +287,41 @@ def _finish(target: int) -> None:
         )
         _without_rounding(found(target), proxy)
         del _proxies[target]
-        base = proxy.positions
-        for stroke in strokes:
+        for stroke, now in zip(strokes, shapes, strict=True):
             assert stroke.result is not None
-            base = _commit(found(target), stroke, stroke.result, base)
+            _commit(found(target), stroke, stroke.result, now)
     proxy_mesh.mesh_of(found(target)).update()
     _known(found(target), positions())  # for the next stroke, which may come at once
 
 
+def _positions(proxy: _Proxy) -> list[NDArray[np.float32] | None]:
+    """The vertices (V, 3) after each stroke, ahead of any change; None where the proxy is made
+    anew."""
+    found, now = [], proxy.positions
+    for stroke in proxy.strokes:
+        assert stroke.result is not None
+        snapped = stroke.result.arrays.get(SNAPPED[0])
+        if snapped is not None:
+            now = now.copy()
+            now[stroke.part.vertices] = snapped
+        found.append(None if snapped is None else now)
+    return found
+
+
 def _commit(
-    ob: Object, stroke: _Stroke, result: Message, base: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """One stroke into the scene; the vertices (V, 3) of the proxy afterwards."""
+    ob: Object, stroke: _Stroke, result: Message, positions: NDArray[np.float32] | None
+) -> None:
+    """One stroke into the scene, after which the proxy has these vertices (V, 3)."""
     entry = Entry("", stroke.name)
-    if SNAPPED[0] not in result.arrays:
+    if positions is None:
         add_entry(ob, entry, result, stroke.name)
-        return base
-    base = base.copy()
-    base[stroke.part.vertices] = result.arrays[SNAPPED[0]]
-    add_brushed(ob, entry, result, stroke.part.vertices, base)
+        return
+    add_brushed(ob, entry, result, stroke.part.vertices, positions)
     if result.fields["report"].get("error_mean", 0.0) > LOST:
         notice.tell(
             f"The field cannot hold all of {stroke.name}: details finer than its finest level were"
             " left out. The proxy shows what it holds."
         )
-    return base
 
 
 def is_at_work() -> bool:

@@ -267,7 +267,7 @@ class Session:
         behind = self.behind
         if not self.jobs and behind is not None and behind.status is JobStatus.QUEUED:
             if self.worker.alive:
-                self._begin(behind)
+                self._try_behind(behind, partial(self._begin, behind))
             else:  # it is gone with all that it knew
                 self.behind = None
 
@@ -328,8 +328,8 @@ class Session:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
         elif message.kind is MessageKind.PREVIEW:
-            if job.preview is not None:
-                job.preview(message)
+            if job.preview and not self._try(job, partial(job.preview, message)):
+                self._silence(job)
         elif message.kind is MessageKind.CANCELLED:
             self._end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
@@ -370,10 +370,21 @@ class Session:
         """Of the job behind the others, which nobody waits for."""
         if message.kind is MessageKind.RESULT:
             self.behind = None
-            answers.check(job.kind, message)
-            job.apply(message)
+            self._try_behind(job, partial(self._apply_behind, job, message))
         elif message.kind in {MessageKind.ERROR, MessageKind.CANCELLED}:
             log.info("%s: %s", job.label, message.fields.get("message", message.kind))
+            self.behind = None
+
+    def _apply_behind(self, job: Job, message: Message) -> None:
+        answers.check(job.kind, message)
+        job.apply(message)
+
+    def _try_behind(self, job: Job, step: Callable[[], None]) -> None:
+        """Take a step of the job behind the others; when that cannot be, forget it."""
+        try:
+            step()
+        except SculptError as error:
+            log.warning("%s: %s", job.label, error)
             self.behind = None
 
     def _try(self, job: Job, step: Callable[[], None]) -> bool:

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes that wait for their result are in a file that is saved meanwhile, muted.
+
+The scene has them only while the file is written, so that no step of Blender's history knows of it.
+"""
+
+from dataclasses import replace
+
+from ..scene import chosen, stroke_list
+from ..scene.properties import field_of
+from .job import find
+from .worker_session import session
+
+_places: dict[int, int] = {}
+"""By session_uid of the object the place of the active entry before."""
+_uids: set[str] = set()
+"""Of the entries that are there for the file alone."""
+
+
+def add() -> None:
+    """Before saving."""
+    for job in session.jobs:
+        ob = find(job.target or 0)
+        if ob is None or not job.strokes or not job.pending or ob.library or ob.override_library:
+            continue
+        _places.setdefault(ob.session_uid, field_of(ob).active_stroke)
+        entries = [replace(stroke_list.entry_of(stroke), muted=True) for stroke in job.strokes]
+        _uids.update(entry.uid for entry in entries)
+        stroke_list.append(ob, entries, {})
+
+
+def remove() -> None:
+    """After saving, or when that failed."""
+    for target, place in _places.items():
+        if (ob := find(target)) is None:
+            continue
+        listed = field_of(ob).strokes
+        for index in reversed(range(len(listed))):
+            if listed[index].uid in _uids:
+                listed.remove(index)
+        field_of(ob).active_stroke = place
+        chosen.forget()
+    _places.clear()
+    _uids.clear()
