@@ -17,6 +17,7 @@ from .operators.consolidate import NEURAL_SCULPT_OT_consolidate
 from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
+from .operators.from_file import NEURAL_SCULPT_OT_strokes_from_file
 from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
 from .operators.good_enough import NEURAL_SCULPT_OT_good_enough
@@ -90,6 +91,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
     NEURAL_SCULPT_OT_strokes_from_lines,
+    NEURAL_SCULPT_OT_strokes_from_file,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
     NEURAL_SCULPT_OT_set_strength,

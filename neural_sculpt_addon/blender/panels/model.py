@@ -10,6 +10,7 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
+from ..locale.translations import OURS
 from ..scene import native_edits
 from ..scene.field_header import header_of
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
@@ -73,7 +74,7 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
     column.label(text=f"{iface_('Size')}: {sizes}", translate=False)
     assert isinstance(ob.data, Mesh)
     triangles = f"{len(ob.data.polygons):,}"
-    column.label(text=f"{iface_('Triangles')}: {triangles}", translate=False)
+    column.label(text=f"{iface_('Triangles', OURS)}: {triangles}", translate=False)
     if widths := header_of(ob).widths:
         units = " + ".join(map(str, widths))
         column.label(text=iface_("Network: {} units").format(units), translate=False)
@@ -91,7 +92,10 @@ def _draw_solver(layout: UILayout, ob: Object) -> None:
     row = layout.row(align=True)
     for solver, title in ((LOCAL, n_("Detail")), (NETWORK, n_("Network"))):
         chosen = field_of(ob).solver == solver
-        row.operator("neural_sculpt.choose_solver", text=title, depress=chosen).solver = solver
+        button = row.operator(
+            "neural_sculpt.choose_solver", text=title, text_ctxt=OURS, depress=chosen
+        )
+        button.solver = solver
     row.operator("neural_sculpt.consolidate", text="", icon="OUTLINER_DATA_LATTICE")
 
 
