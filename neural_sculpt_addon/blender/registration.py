@@ -49,6 +49,7 @@ from .operators.presets import (
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
+from .operators.show_worst import NEURAL_SCULPT_OT_show_worst
 from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
 from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
@@ -75,7 +76,7 @@ from .scene.properties import (
 )
 from .session import live
 from .session.worker_session import session
-from .viewport import fit_overlay, overlay, seen_surface, tools
+from .viewport import fit_overlay, overlay, seen_surface, tools, worst_place
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,
@@ -104,6 +105,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_boolean,
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
+    NEURAL_SCULPT_OT_show_worst,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
@@ -145,6 +147,7 @@ PARTS = (
     strength,
     overlay,
     fit_overlay,
+    worst_place,
     tools,
 )
 """What is registered after the classes and the properties."""

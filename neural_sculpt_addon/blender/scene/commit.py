@@ -271,14 +271,16 @@ def _present(ob: Object, replaced: Object | None) -> None:
 def _dress(ob: Object, like: Object) -> None:
     """Give an object the materials and the color of another mesh. The one that most of its faces
     have comes first, for all faces of a proxy have that."""
+    mesh, shape = ob.data, like.data
+    assert isinstance(mesh, Mesh) and isinstance(shape, Mesh)
     materials = [slot.material for slot in like.material_slots]
     if materials:
-        faces = np.empty(len(like.data.polygons), np.int32)
-        like.data.polygons.foreach_get("material_index", faces)
+        faces = np.empty(len(shape.polygons), np.int32)
+        shape.polygons.foreach_get("material_index", faces)
         count = np.bincount(faces.clip(0, len(materials) - 1), minlength=len(materials))
         materials.insert(0, materials.pop(int(count.argmax())))
     for material in materials:
-        ob.data.materials.append(material)
+        mesh.materials.append(material)
     ob.color = like.color
 
 
