@@ -17,6 +17,7 @@ from .operators.consolidate import NEURAL_SCULPT_OT_consolidate
 from .operators.draw import NEURAL_SCULPT_OT_draw
 from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
 from .operators.export import NEURAL_SCULPT_OT_export
+from .operators.from_file import NEURAL_SCULPT_OT_strokes_from_file
 from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
 from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
 from .operators.good_enough import NEURAL_SCULPT_OT_good_enough
@@ -48,6 +49,7 @@ from .operators.presets import (
 from .operators.remesh import NEURAL_SCULPT_OT_remesh
 from .operators.resize import NEURAL_SCULPT_OT_resize
 from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
+from .operators.show_worst import NEURAL_SCULPT_OT_show_worst
 from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
 from .operators.stroke import NEURAL_SCULPT_OT_stroke
 from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
@@ -74,7 +76,7 @@ from .scene.properties import (
 )
 from .session import live
 from .session.worker_session import session
-from .viewport import fit_overlay, overlay, seen_surface, tools
+from .viewport import fit_overlay, overlay, seen_surface, tools, worst_place
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,
@@ -90,6 +92,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_resize,
     NEURAL_SCULPT_OT_stroke,
     NEURAL_SCULPT_OT_strokes_from_lines,
+    NEURAL_SCULPT_OT_strokes_from_file,
     NEURAL_SCULPT_OT_mute_stroke,
     NEURAL_SCULPT_OT_solo_stroke,
     NEURAL_SCULPT_OT_set_strength,
@@ -102,6 +105,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_boolean,
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
+    NEURAL_SCULPT_OT_show_worst,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
@@ -143,6 +147,7 @@ PARTS = (
     strength,
     overlay,
     fit_overlay,
+    worst_place,
     tools,
 )
 """What is registered after the classes and the properties."""

@@ -77,6 +77,22 @@ class Strokes(SculptCase):
         bad = {"points": [[0, 0, 0]], "radius": -1, "intensity": 0.1}
         self.refused("radius", stroke_json=json.dumps({"version": 1, "strokes": [bad]}))
 
+    def test_files_that_cannot_be_read(self) -> None:
+        read = bpy.ops.neural_sculpt.strokes_from_file
+        self.assert_fails("none.json", read, filepath=str(self.folder / "none.json"))
+        self.assert_fails(self.folder.name, read, filepath=str(self.folder))
+        path = self.folder / "some.json"
+        for sentence, content in {
+            "some.json": b"\xff\xfe",
+            "JSON": b"{",
+            "no strokes": b'{"version": 1, "strokes": []}',
+        }.items():
+            path.write_bytes(content)
+            self.assert_fails(sentence, read, filepath=str(path))
+        with path.open("wb") as file:
+            file.truncate(2**30)
+        self.assert_fails("larger than any", read, filepath=str(path))
+
     def test_senseless_strokes(self) -> None:
         points = arc(self.ob).tolist()
         plain = {"points": points, "radius": 0.1, "intensity": 0.05}

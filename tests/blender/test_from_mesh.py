@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, in_world, module, push_undo, undo, vertices
+from harness import SculptCase, in_world, module, push_undo, stroke, undo, vertices
 from mathutils import Euler, Matrix, Vector
 
 
@@ -70,6 +70,28 @@ class FromMesh(SculptCase):
         points, triangles, _ = read(source, bpy.context)
         self.assertEqual((len(points), len(triangles)), (16, 24))
         self.assertEqual(points[:, 0].max(), 5.0)
+
+    def test_materials_and_color_stay(self) -> None:
+        """All of them; the proxy has the one that most faces had."""
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        for name in ("Iron", "Clay", "Glass"):
+            source.data.materials.append(bpy.data.materials.new(name))
+        source.material_slots[2].link = "OBJECT"
+        source.material_slots[2].material = bpy.data.materials.new("Wax")
+        for face, index in zip(source.data.polygons, (0, 2, 2, 1, 2, 1), strict=True):
+            face.material_index = index
+        source.color = (0.25, 0.5, 0.75, 1.0)
+        ob = self.fit(source)
+        names = [slot.material.name for slot in ob.material_slots]
+        self.assertEqual(names, ["Wax", "Iron", "Clay"])
+        self.assertEqual({face.material_index for face in ob.data.polygons}, {0})
+        self.assertEqual(tuple(ob.color), (0.25, 0.5, 0.75, 1.0))
+        count = len(ob.data.vertices)
+        _, place, _, _ = ob.closest_point_on_mesh((0.1, -1.0, 0.2))
+        stroke(np.array([place]), radius=0.2, intensity=0.1, name="Dab")
+        self.assertNotEqual(len(ob.data.vertices), count)
+        self.assertEqual([slot.material.name for slot in ob.material_slots], names)
 
     def test_same_seed_same_field(self) -> None:
         bpy.ops.mesh.primitive_cube_add()

@@ -80,3 +80,25 @@ class Reports(SteeredCase):
             self.assertEqual(reports.report_of(field("Sphere")), {})
         field("Sphere").neural_sculpt.report = '{"error_mean": 0.5}'
         self.assertEqual(reports.report_of(field("Sphere")), {"error_mean": 0.5})
+
+    def test_the_worst_place_is_shown_until_the_field_changes(self) -> None:
+        show, mark = bpy.ops.neural_sculpt.show_worst, module("blender.viewport.worst_place")
+        ob = field("Sphere")
+        with self.assertRaisesRegex(RuntimeError, "not measured"):
+            show()
+        ob.neural_sculpt.report = '{"untouched_normal_max": 0.5, "untouched_worst": [0, 1, 2]}'
+        self.assertFalse(mark.is_shown(ob))
+        for shown in (True, False, True):
+            show()
+            self.assertEqual(mark.is_shown(ob), shown)
+        self.stroke("One")
+        self.assertFalse(mark.is_shown(field("Sphere")))
+
+    def test_a_worst_place_that_is_none(self) -> None:
+        worst = module("blender.session.reports").worst_place
+        known = {"untouched_normal_max": 0.5, "untouched_worst": [0, 1, 2.5]}
+        self.assertEqual(worst(known), (0.0, 1.0, 2.5))
+        for wrong in ({"untouched_normal_max": 0.0}, {"untouched_normal_max": "1"}):
+            self.assertIsNone(worst(known | wrong))
+        for place in (None, [0, 1], [0, 1, "2"], "012", {}):
+            self.assertIsNone(worst(known | {"untouched_worst": place}), place)

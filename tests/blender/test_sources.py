@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lines of Blender's own tools become strokes: grease pencil, annotations, curves, hair."""
 
+import json
 import unittest
 
 import bpy
@@ -198,3 +199,26 @@ class Strokes(SculptCase):
         grease_pencil(self.path.astype(np.float32) + np.float32([0, 0, 9]))
         bpy.context.view_layer.objects.active = self.ob
         self.assert_fails("too far", ops.strokes_from_lines)
+
+
+class File(SculptCase):
+    def test_the_strokes_of_a_file_are_one_step(self) -> None:
+        ob = add("SPHERE")
+        path = self.folder / "two.json"
+        points = (arc(ob, tilt=0.4), arc(ob, tilt=-0.4))
+        listed = [
+            {"points": p.tolist(), "radius": 0.1, "intensity": 0.05, "name": name}
+            for name, p in zip(("Over", "Under"), points, strict=True)
+        ]
+        path.write_text(json.dumps({"version": 1, "strokes": listed}), encoding="utf-8")
+        before = vertices(ob)
+        size = np.linalg.norm(before, axis=1).mean()
+        ops.strokes_from_file(filepath=str(path))
+        self.assertEqual([item.name for item in ob.neural_sculpt.strokes], ["Over", "Under"])
+        heights = np.linalg.norm(vertices(ob), axis=1) - size
+        for line in points:
+            near = to_path(vertices(ob), line[2:-2] * (1 + 0.05 / size)) < 0.02
+            self.assertGreater(near.sum(), 5)
+            self.assertAlmostEqual(np.median(heights[near]), 0.05, delta=0.01)
+        undo()
+        np.testing.assert_array_equal(vertices(bpy.context.active_object), before)

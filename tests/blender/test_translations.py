@@ -53,6 +53,20 @@ def said() -> Iterator[str]:
         yield from (text for node in texts if (text := text_of(node)).strip("{}: \N{DEGREE SIGN}"))
 
 
+def calls() -> Iterator[tuple[str, str, str | None]]:
+    """Where a text is shown by a call, the text, and our context where the call names that."""
+    for node in sources(".blender"):
+        if not isinstance(node, ast.Call):
+            continue
+        name = getattr(node.func, "attr", None) or getattr(node.func, "id", "")
+        given = {k.arg: k.value for k in node.keywords}
+        text = node.args[0] if name == "iface_" else given.get("text")
+        context = node.args[1] if name == "iface_" and node.args[1:] else given.get("text_ctxt")
+        if name in {"iface_", *SHOWING}:
+            named = isinstance(context, ast.Name) and context.id == "OURS"
+            yield name, text_of(text), module("blender.locale.translations").OURS if named else None
+
+
 def properties() -> Iterator[tuple[str, dict[str, Any]]]:
     """How all properties that are not hidden were defined."""
     for cls in module("blender.registration").CLASSES:
@@ -136,6 +150,33 @@ class Translations(unittest.TestCase):
 
     def test_every_text_is_in_german(self) -> None:
         self.assertEqual(sorted(texts() - set(german())), [])
+
+    def test_words_of_another_sense_are_said_in_our_context(self) -> None:
+        """Blender's own translation of a word goes before ours where the context is its own."""
+        translations = module("blender.locale.translations")
+        known = translations.GERMAN
+        ours = {text for context, text in known if context == translations.OURS}
+        ours -= {text for text in ours if ("", text) in known}  # which are said in both senses
+        self.assertIn("Triangles", ours)
+        said = []
+        for name, given in properties():
+            items = given.get("items")
+            names = [given["name"], *(i[1] for i in (items if isinstance(items, list) else ()))]
+            said += [(name, text, given.get("translation_context")) for text in names]
+        for cls in module("blender.registration").CLASSES:
+            context = getattr(cls, "bl_translation_context", None)
+            said.append((cls.__name__, getattr(cls, "bl_label", ""), context))
+        said += calls()
+        for place, text, context in said:
+            if text in ours:
+                self.assertEqual(context, translations.OURS, f"{text} of {place}")
+
+    def test_in_our_context_all_is_known(self) -> None:
+        translations = module("blender.locale.translations")
+        table = translations._in_contexts({("", "a"): "A", ("Neural Sculpt", "b"): "B"})
+        known = {context: said for (context, text), said in table.items() if text == "a"}
+        self.assertEqual(known, dict.fromkeys(("*", "Operator", "Neural Sculpt"), "A"))
+        self.assertEqual([key for key in table if key[1] == "b"], [("Neural Sculpt", "b")])
 
     def test_what_is_filled_in_remains(self) -> None:
         for (_, text), said in module("blender.locale.translations").GERMAN.items():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a fresh Blender to a sculpted Suzanne, as the README tells it: six clicks and one stroke.
+"""From a fresh Blender to a sculpted Suzanne, as the README tells it: seven presses of a button or
+a key, which are counted, the stroke's own among them.
 
 1. Press Delete: the cube, which is selected, is gone.
 2. Click Add in the header of the viewport,
@@ -9,6 +10,8 @@
 6. Press the numeric keypad's period, which is View, Frame Selected: she fills the view.
    Draw over her head with the left mouse button.
 """
+
+from unittest.mock import patch
 
 import bpy
 import harness
@@ -30,6 +33,8 @@ from simulated_input import Pixel, Steps
 
 ADD = (284, 41)  # of the header's menu, from the upper left
 ROW = 20  # pixels of a menu's entry
+PRESSES = 8
+"""As many at most, of the mouse's buttons and of keys, until the first stroke is done."""
 FOREHEAD = np.array(  # model space
     [
         *((-0.137, -0.171, 0.517), (-0.054, -0.162, 0.536), (0.026, -0.148, 0.548)),
@@ -46,8 +51,21 @@ class FirstUse(WindowCase):
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
         bpy.context.preferences.view.smooth_view = 0
 
+    def count_presses(self) -> list[str]:
+        """What is pressed from now on."""
+        presses, event = [], hand._event
+
+        def counted(kind: str, value: str, *given: object) -> None:
+            if value == "PRESS":
+                presses.append(kind)
+            event(kind, value, *given)
+
+        self.enterContext(patch.object(hand, "_event", counted))
+        return presses
+
     def test_first_use(self) -> Steps:
         tool = yield from self.tool_button()
+        presses = self.count_presses()
         hand.tap("DEL", middle())
         yield from hand.until(lambda: "Cube" not in bpy.data.objects, SECONDS, "no cube")
         height = hand.screen_pixels().shape[0]
@@ -69,6 +87,9 @@ class FirstUse(WindowCase):
         yield from still_picture()
         before, triangles = vertices(field()), corners(field())
         yield from self.draw(FOREHEAD)
+        self.assertLessEqual(len(presses), PRESSES, presses)
+        clicks = [kind for kind in presses if kind == "LEFTMOUSE"]
+        self.assertEqual(len(clicks), 5, "four clicks and the stroke")
         tree = BVHTree.FromPolygons(before.tolist(), triangles.tolist())
         self.check(tree)
 

@@ -38,7 +38,9 @@ MESSAGE = "Message"
 put together, each {} from something else."""
 
 OURS = "Neural Sculpt"
-"""Context of words that mean something else elsewhere."""
+"""Context of words that mean something else elsewhere: Blender's own translation of a word goes
+before an add-on's. All texts are known in it, so that what says some of these words can say all
+that it says in it."""
 
 GERMAN = read_po(Path(__file__).with_name("de.po"))
 
@@ -68,15 +70,20 @@ def _put_together(message: str) -> str:
 
 def register() -> None:
     """Add the languages."""
-    table = {
-        locale: {
-            (context, text): said
-            for (given, text), said in texts.items()
-            for context in ((OURS,) if given == OURS else CONTEXTS)
-        }
-        for locale, texts in LANGUAGES.items()
-    }
+    table = {locale: _in_contexts(texts) for locale, texts in LANGUAGES.items()}
     bpy.app.translations.register(ADDON, table)
+
+
+def _in_contexts(texts: dict[tuple[str, str], str]) -> dict[tuple[str, str], str]:
+    """The translations by each context in which Blender looks for them."""
+    own = {(OURS, text): said for (given, text), said in texts.items() if given == OURS}
+    everywhere = {
+        (context, text): said
+        for (given, text), said in texts.items()
+        for context in (*CONTEXTS, OURS)
+        if given != OURS
+    }
+    return everywhere | own
 
 
 def unregister() -> None:

@@ -12,6 +12,7 @@ from mathutils import Matrix
 
 from ...worker.client import JobKind, Message
 from .. import preferences
+from ..locale.translations import OURS
 from ..scene.commit import NewField, create_field
 from ..session.job import Job, Request
 from .launch import REGISTER, Outcome, fail, launch
@@ -36,6 +37,7 @@ class NEURAL_SCULPT_OT_add(Operator):
             *((name, name.title(), f"A {name.lower()} as a neural field") for name in PRIMITIVES),
             (FILE, "From File…", "A network from a .safetensors or .pth file"),
         ],
+        translation_context=OURS,
     )
     filepath: StringProperty(
         name="Network",

@@ -18,6 +18,7 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
+from ..locale.translations import OURS
 from ..scene import native_edits
 from ..scene.commit import add_entry, new_revision
 from ..scene.properties import NETWORK, field_of, is_field, world_scale
@@ -53,6 +54,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
     )
     blend: FloatProperty(
         name="Blend",
+        translation_context=OURS,
         description="Radius in which both flow into each other; 0 leaves a crease",
         min=0.0,
         subtype="DISTANCE",

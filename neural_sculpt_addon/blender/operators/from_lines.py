@@ -13,6 +13,7 @@ from mathutils import Vector
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import MOST_POINTS, Stroke
+from ..locale.translations import OURS
 from ..scene import native_edits
 from ..scene.brush import brush_stroke, pressure_factors
 from ..scene.properties import brush_of, world_scale
@@ -42,6 +43,7 @@ Their thickness acts as the pen's pressure"""
             ),
             (ANNOTATIONS, "Annotations", "Those of the scene"),
         ],
+        translation_context=OURS,
     )
     distance: FloatProperty(
         name="Distance",

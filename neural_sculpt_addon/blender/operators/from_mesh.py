@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from .. import preferences
+from ..locale.translations import OURS
 from ..scene import proxy_mesh
 from ..scene.commit import NewField, create_field
 from ..scene.properties import LOCAL, solver_property
@@ -41,6 +42,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             ("FINE", "Fine", "Slow and close to the mesh"),
         ],
         default="NORMAL",
+        translation_context=OURS,
     )
     solver: solver_property()
     width: EnumProperty(

@@ -13,6 +13,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 
 from ...stroke.errors import SculptError
+from ..locale.translations import OURS
 from ..presets import curve_store, presets
 from ..presets.preset_file import LONGEST_NAME, Preset
 from ..presets.shape_choices import CURVE
@@ -59,7 +60,9 @@ class _PresetOperator(Operator):
 
 
 class _OwnOperator(_PresetOperator):
-    preset: EnumProperty(name="Preset", description="One of your own", items=_own_items)
+    preset: EnumProperty(
+        name="Preset", description="One of your own", items=_own_items, translation_context=OURS
+    )
 
     @classmethod
     def poll(cls, context: Context) -> bool:

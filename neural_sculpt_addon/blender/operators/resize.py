@@ -15,6 +15,7 @@ from bpy.props import EnumProperty, FloatProperty
 from bpy.types import Context, Event, Operator
 from bpy_extras import view3d_utils
 
+from ..locale.translations import OURS
 from ..panels import status_bar
 from ..scene.properties import brush_of
 from ..viewport import overlay
@@ -42,6 +43,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
             ("RADIUS", "Radius", "Half width of the stroke"),
             ("INTENSITY", "Intensity", "Height of the stroke"),
         ],
+        translation_context=OURS,
     )
     factor: FloatProperty(
         name="Factor", description="Instead of the mouse", default=1.0, options={"SKIP_SAVE"}

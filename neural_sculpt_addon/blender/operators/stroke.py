@@ -17,6 +17,7 @@ from bpy.types import Context, Operator
 from ...stroke.errors import SculptError
 from ...stroke.file import parse_strokes
 from ...stroke.stroke import Stroke
+from ..locale.translations import OURS
 from ..scene.brush import brush_stroke
 from ..scene.properties import NEURAL_SCULPT_PG_point
 from ..session import live
@@ -50,6 +51,7 @@ class NEURAL_SCULPT_OT_stroke(Operator):
         min=-1.0,
         max=1.0,
         options={"SKIP_SAVE"},
+        translation_context=OURS,
     )
     name: StringProperty(name="Name", description="Of the stroke", options={"SKIP_SAVE"})
 

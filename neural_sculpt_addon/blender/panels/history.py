@@ -3,11 +3,15 @@
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
+import json
 from typing import Any
 
+import numpy as np
 from bpy.types import Context, UILayout, UIList
 
+from ...stroke.stroke import Kind
 from ...worker.client import JobKind
+from ..presets import thumbnails
 from ..scene import proxy_mesh, stroke_list
 from ..scene.properties import LOCAL, NEURAL_SCULPT_PG_listed_stroke, field_of
 from . import strength
@@ -37,16 +41,42 @@ class NEURAL_SCULPT_UL_strokes(UIList):
         name = row.row()
         name.active = not item.muted
         is_stroke = bool(item.data)
-        sign = "CURVE_DATA" if is_stroke else "SCULPTMODE_HLT"
         alone = len(data.strokes) > 1 and [s.uid for s in data.strokes if not s.muted] == [item.uid]
-        name.prop(item, "name", text="", emboss=False, icon=sign)
-        for operator, sign in (
-            *((("edit_stroke", "GREASEPENCIL"),) if is_stroke else ()),
-            ("solo_stroke", "SOLO_ON" if alone else "SOLO_OFF"),
-            ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF"),
-        ):
+        name.prop(item, "name", text="", emboss=False, **_picture(item))
+        edit, solo = ("edit_stroke", EDIT), ("solo_stroke", "SOLO_ON" if alone else "SOLO_OFF")
+        others = () if _is_narrow(context) else (edit, solo) if is_stroke else (solo,)
+        for operator, sign in (*others, ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF")):
             button = row.operator(f"neural_sculpt.{operator}", text="", icon=sign, emboss=False)
             button.uid = item.uid
+
+
+EDIT = "GREASEPENCIL"
+
+NARROW = 240
+"""Pixels of a sidebar, for a user interface at its normal size, below which the names of a list
+with all its buttons could not be read: fewer are beside them, the others below."""
+
+SIGNS = {Kind.SMOOTH: "MOD_SMOOTH", Kind.FLATTEN: "MESH_PLANE", Kind.PINCH: "MOD_CAST"}
+"""As in the list of kinds."""
+
+
+def _is_narrow(context: Context) -> bool:
+    return context.region.width < NARROW * context.preferences.system.ui_scale
+
+
+def _picture(item: NEURAL_SCULPT_PG_listed_stroke) -> dict[str, Any]:
+    """What made an entry: the profile of a brush that draws, upside down where it carves, or the
+    sign of its kind; and the sign of Sculpt Mode."""
+    stroke = stroke_list.shown(item)
+    if stroke is None:
+        return {"icon": "SCULPTMODE_HLT"}
+    if stroke.kind is not Kind.DRAW:
+        return {"icon": SIGNS[stroke.kind]}
+    profile, down = stroke.brush.profile, stroke.brush.intensity < 0
+    values = profile(np.linspace(*profile.DOMAIN, 129)[::-1])
+    key = f"entry {json.dumps(profile.to_json())} {down}"
+    number = thumbnails.icon(key, profile.WORD, -values if down else values)
+    return {"icon_value": number} if number else {"icon": "BRUSH_DATA"}
 
 
 class NEURAL_SCULPT_PT_history(FieldSidebar):
@@ -59,16 +89,22 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
         """Draw the list and its buttons."""
         layout = self.layout
         group = field_of(context.active_object)
-        row = layout.row()
-        row.template_list(
+        narrow = _is_narrow(context)
+        both = layout.column() if narrow else layout.row()
+        both.template_list(
             NEURAL_SCULPT_UL_strokes.bl_idname, "", group, "strokes", group, "active_stroke", rows=5
         )
-        column = row.column(align=True)
-        column.operator("neural_sculpt.duplicate_stroke", text="", icon="DUPLICATE")
-        column.operator("neural_sculpt.delete_stroke", text="", icon="REMOVE")
-        column.separator()
+        buttons = both.row(align=True) if narrow else both.column(align=True)
+        if narrow:
+            buttons.operator("neural_sculpt.edit_stroke", text="", icon=EDIT)
+            buttons.operator("neural_sculpt.solo_stroke", text="", icon="SOLO_OFF")
+        buttons.operator("neural_sculpt.duplicate_stroke", text="", icon="DUPLICATE")
+        buttons.operator("neural_sculpt.delete_stroke", text="", icon="REMOVE")
+        buttons.separator()
         for direction in ("UP", "DOWN"):
-            button = column.operator("neural_sculpt.move_stroke", text="", icon=f"TRIA_{direction}")
+            button = buttons.operator(
+                "neural_sculpt.move_stroke", text="", icon=f"TRIA_{direction}"
+            )
             button.direction = direction
         if uid := stroke_list.active_uid(context.active_object):
             if group.solver == LOCAL:

@@ -6,6 +6,8 @@
 import bpy
 from bpy.types import Context, Menu
 
+from ..operators.add import FILE
+
 
 def draw_add(menu: Menu, context: Context) -> None:
     """Shift A, Neural Field."""
@@ -24,6 +26,13 @@ def draw_object(menu: Menu, context: Context) -> None:
     menu.layout.operator("neural_sculpt.boolean", icon="MOD_BOOLEAN")
 
 
+def draw_import(menu: Menu, context: Context) -> None:
+    """File, Import, a field and strokes."""
+    entry = menu.layout.operator("neural_sculpt.add", text="Neural Field (.safetensors, .pth)")
+    entry.kind = FILE
+    menu.layout.operator("neural_sculpt.strokes_from_file", text="Neural Strokes (.json)")
+
+
 def draw_export(menu: Menu, context: Context) -> None:
     """File, Export, Neural Field."""
     menu.layout.operator(
@@ -35,6 +44,7 @@ _ENTRIES = (
     ("VIEW3D_MT_add", draw_add),
     ("VIEW3D_MT_object_convert", draw_convert),
     ("VIEW3D_MT_object", draw_object),
+    ("TOPBAR_MT_file_import", draw_import),
     ("TOPBAR_MT_file_export", draw_export),
 )
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The active field: what it was made from, how large and how good it is."""
 
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -10,11 +10,13 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
+from ..locale.translations import OURS
 from ..scene import native_edits
 from ..scene.field_header import header_of
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session
+from ..viewport import worst_place
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
@@ -31,10 +33,11 @@ LENGTHS = {
 """Lengths of a report that are shown, in this order."""
 TOLERATED = ("tube_p95", "reverse_p95")
 """Those that the report's tolerance bounds."""
-ANGLES = {
-    "normal_deg": n_("Normals off by"),
-    "untouched_normal_rms": n_("Untouched normals off by"),
+TURNED = {
+    "untouched_normal_rms": n_("Untouched normals turned by"),
+    "untouched_normal_max": n_("Untouched normals, worst"),
 }
+"""Angles of a report between the normals before and after, where the stroke was not."""
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
@@ -73,7 +76,7 @@ def _draw_field(layout: UILayout, context: Context, ob: Object) -> None:
     column.label(text=f"{iface_('Size')}: {sizes}", translate=False)
     assert isinstance(ob.data, Mesh)
     triangles = f"{len(ob.data.polygons):,}"
-    column.label(text=f"{iface_('Triangles')}: {triangles}", translate=False)
+    column.label(text=f"{iface_('Triangles', OURS)}: {triangles}", translate=False)
     if widths := header_of(ob).widths:
         units = " + ".join(map(str, widths))
         column.label(text=iface_("Network: {} units").format(units), translate=False)
@@ -91,7 +94,10 @@ def _draw_solver(layout: UILayout, ob: Object) -> None:
     row = layout.row(align=True)
     for solver, title in ((LOCAL, n_("Detail")), (NETWORK, n_("Network"))):
         chosen = field_of(ob).solver == solver
-        row.operator("neural_sculpt.choose_solver", text=title, depress=chosen).solver = solver
+        button = row.operator(
+            "neural_sculpt.choose_solver", text=title, text_ctxt=OURS, depress=chosen
+        )
+        button.solver = solver
     row.operator("neural_sculpt.consolidate", text="", icon="OUTLINER_DATA_LATTICE")
 
 
@@ -115,15 +121,29 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
             column.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
     if _is_number(gain := report.get("gain")):
         column.label(text=f"{iface_('Height reached')}: {gain:.1%}", translate=False)
-    for key, label in ANGLES.items():
-        if _is_number(angle := report.get(key)):
-            text = f"{iface_(label)}: {angle:.1f}\N{DEGREE SIGN}"
-            column.label(text=text, translate=False)
+    if _is_number(angle := report.get("normal_deg")):
+        column.label(text=f"{iface_('Normals off by')}: {_degrees(angle, 1)}", translate=False)
+    _draw_turned(column, ob, report)
     if _is_number(share := report.get("sign_errors")) and share > 0:
         column.label(text=f"{iface_('Volume on the wrong side')}: {share:.2%}", translate=False)
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
             column.label(text=f"{iface_('Separate pieces')}: {value}", translate=False)
+
+
+def _draw_turned(column: UILayout, ob: Object, report: dict[str, Any]) -> None:
+    """How much the untouched surface looks different, and a button that shows where most."""
+    for key, label in TURNED.items():
+        if _is_number(angle := report.get(key)):
+            row = column.row(align=True)
+            row.label(text=f"{iface_(label)}: {_degrees(angle, 2)}", translate=False)
+            if key == "untouched_normal_max" and reports.worst_place(report) is not None:
+                shown = worst_place.is_shown(ob)
+                row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
+
+
+def _degrees(angle: float, places: int) -> str:
+    return f"{angle:.{places}f}\N{DEGREE SIGN}"
 
 
 def _is_number(value: object) -> TypeGuard[float]:

@@ -6,6 +6,7 @@
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context
 
+from ..locale.translations import OURS
 from ..scene.properties import field_of
 from .sidebar import CLOSED, FieldSidebar
 
@@ -23,7 +24,7 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
         resolution = field_of(context.active_object).resolution
         layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
         shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")
-        layout.label(text=f"{iface_('Shading')}: {shading}", translate=False)
+        layout.label(text=f"{iface_('Shading', OURS)}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
         layout.prop(field_of(context.active_object), "live")
         layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")

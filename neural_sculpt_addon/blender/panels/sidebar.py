@@ -7,7 +7,7 @@ from typing import Any
 
 from bpy.types import Context, Panel, UILayout
 
-from ..locale.translations import translated
+from ..locale.translations import OURS, translated
 from ..scene.properties import is_field
 from ..session.job import Job
 from ..session.worker_session import session
@@ -22,6 +22,7 @@ class Sidebar(Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Neural Sculpt"
+    bl_translation_context = OURS
 
 
 class FieldSidebar(Sidebar):

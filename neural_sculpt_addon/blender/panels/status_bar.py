@@ -13,6 +13,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Header, STATUSBAR_HT_header
 
+from ..locale.translations import OURS
 from ..scene.properties import is_field
 from ..session.worker_session import session
 from ..viewport.overlay import active_tool
@@ -68,7 +69,7 @@ def _draw_keys(header: Header, context: Context) -> None:
         row.label(text="", icon=sign)
         if sign in WIDE:
             row.separator(factor=1.5)
-        row.label(text=text)
+        row.label(text=text, text_ctxt=OURS)
 
 
 def _draw_slow_job(header: Header, context: Context) -> None:

@@ -39,3 +39,4 @@ class NEURAL_SCULPT_PT_stroke(Sidebar):
         selected.source = "SELECTED"
         annotated = column.operator(lines, text="From Annotations", icon="GREASEPENCIL")
         annotated.source = "ANNOTATIONS"
+        column.operator("neural_sculpt.strokes_from_file", text="From File…", icon="FILE")

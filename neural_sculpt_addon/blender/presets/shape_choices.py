@@ -16,6 +16,7 @@ from bpy.props import EnumProperty
 
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
+from ..locale.translations import OURS
 from . import presets, thumbnails
 from .preset_file import BUILT_IN, Preset
 
@@ -95,5 +96,5 @@ def _items(shape: Shape, loaded: tuple[tuple[str, Preset], ...], _locale: str) -
     for number, (choice, preset) in enumerate(loaded, PRESET_NUMBER):
         tip = tip_("Load this preset into the curve widget")
         icon = thumbnails.icon(f"{choice} {hash(preset)}", shape.WORD, thumbnails.sample(preset))
-        items.append((choice, iface_(preset.name), tip, icon, number))
+        items.append((choice, iface_(preset.name, OURS), tip, icon, number))
     return items

@@ -53,7 +53,7 @@ def create_field(
 ) -> Object:
     """Add an object for a field that has no strokes yet, and select it in Object Mode.
 
-    `replaced`, the mesh whose place it takes, is hidden.
+    `replaced`, the mesh whose place it takes, is hidden; it hands on its materials and its color.
     """
     base = _bytes(result, "field")
     state = _State(new_revision(), json.dumps(report), _geometry(result, smooth=True))
@@ -70,6 +70,8 @@ def create_field(
     group.source, group.solver = new.source, new.solver
     group.resolution = new.resolution
     _write(ob, state)
+    if replaced is not None:
+        _dress(ob, replaced)
     push_undo(f"Add {new.name}")
     return ob
 
@@ -274,6 +276,22 @@ def _present(ob: Object, replaced: Object | None) -> None:
     """Select the object, in the place of another."""
     select(ob)
     _hide(replaced)
+
+
+def _dress(ob: Object, like: Object) -> None:
+    """Give an object the materials and the color of another mesh. The one that most of its faces
+    have comes first, for all faces of a proxy have that."""
+    mesh, shape = ob.data, like.data
+    assert isinstance(mesh, Mesh) and isinstance(shape, Mesh)
+    materials = [slot.material for slot in like.material_slots]
+    if materials:
+        faces = np.empty(len(shape.polygons), np.int32)
+        shape.polygons.foreach_get("material_index", faces)
+        count = np.bincount(faces.clip(0, len(materials) - 1), minlength=len(materials))
+        materials.insert(0, materials.pop(int(count.argmax())))
+    for material in materials:
+        mesh.materials.append(material)
+    ob.color = like.color
 
 
 def _hide(ob: Object | None) -> None:

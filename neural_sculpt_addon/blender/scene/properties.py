@@ -73,6 +73,7 @@ def strength_property(**given: Any) -> Any:
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+        translation_context=OURS,
         **given,
     )
 
@@ -92,6 +93,7 @@ def solver_property() -> Any:
             ),
         ],
         default=LOCAL,
+        translation_context=OURS,
     )
 
 
@@ -207,6 +209,7 @@ def intensity_property() -> Any:
         soft_min=-0.2,
         soft_max=0.2,
         max=1.0,
+        translation_context=OURS,
     )
 
 
@@ -224,6 +227,7 @@ def scene_intensity_property() -> Any:
     return FloatProperty(
         name="Intensity",
         description="Height of the stroke, on the active field; negative carves",
+        translation_context=OURS,
         **_scene_units("intensity"),
     )
 
@@ -259,6 +263,7 @@ def strength_of_kind_property(least: float = 0.0) -> Any:
         min=least,
         max=1.0,
         subtype="FACTOR",
+        translation_context=OURS,
     )
 
 
@@ -272,6 +277,7 @@ def ends_property() -> Any:
             (Ends.FLAT.name, "Flat", "The stroke is cut off at its ends"),
         ],
         default=Ends.ROUND.name,
+        translation_context=OURS,
     )
 
 
@@ -289,6 +295,7 @@ def direction_property() -> Any:
             ),
         ],
         default=Direction.SURFACE.name,
+        translation_context=OURS,
     )
 
 

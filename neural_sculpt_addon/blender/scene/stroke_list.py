@@ -81,6 +81,14 @@ def stroke_of(ob: Object, uid: str) -> Stroke:
     return _found(entries(ob), uid).stroke
 
 
+def shown(item: NEURAL_SCULPT_PG_listed_stroke) -> Stroke | None:
+    """The stroke of an item, cheap from the second time on; None of absorbed sculpting, and when it
+    is damaged."""
+    with suppress(ValueError, RecursionError, SculptError):
+        return _parsed(item.data)
+    return None
+
+
 def heard(listed: Iterable[Entry]) -> list[tuple[str, float, str]]:
     """All that the field depends on: equal for lists that make the same field."""
     return [(e.data, e.strength, e.layer) for e in listed if not e.muted]

@@ -36,6 +36,17 @@ def report_of(ob: Object) -> dict[str, Any]:
     return report if isinstance(report, dict) else {}
 
 
+def worst_place(report: dict[str, Any]) -> tuple[float, float, float] | None:
+    """Where the normals of the untouched surface have turned most, model space; None when nowhere,
+    or when that was not measured."""
+    most, place = report.get("untouched_normal_max"), report.get("untouched_worst")
+    if not (isinstance(most, int | float) and most > 0 and isinstance(place, list)):
+        return None
+    if len(place) != 3 or not all(isinstance(x, int | float) for x in place):
+        return None
+    return float(place[0]), float(place[1]), float(place[2])
+
+
 def is_measured_now(ob: Object) -> bool:
     """Whether the report is on its way."""
     job = session.behind

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The place where the last stroke turned the normals of the untouched surface most: a ring on it.
+
+The ring is shown from when the artist asks for it until the field changes. Model space.
+"""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportGeneralTypeIssues=false
+
+from typing import Any
+
+import bpy
+import gpu
+import numpy as np
+from bpy.types import Object, RegionView3D, SpaceView3D
+from bpy_extras import view3d_utils
+from gpu_extras.batch import batch_for_shader
+from mathutils import Vector
+
+from .. import preferences
+from ..scene.properties import field_of, is_field
+from .recorder import Point
+
+RADIUS = 18.0  # pixels
+NEAR = 0.01
+"""How near to the place the surface is that is seen there, model space."""
+
+_handlers: list[Any] = []
+
+
+class _State:
+    shown: tuple[int, str, Point] | None = None
+    """Of which object and revision, and where."""
+
+
+def show(ob: Object, place: Point) -> None:
+    """Show the ring."""
+    _State.shown = ob.session_uid, field_of(ob).revision, place
+
+
+def hide() -> None:
+    """Show it no longer."""
+    _State.shown = None
+
+
+def is_shown(ob: Object) -> bool:
+    """Whether the ring is on the field as it is."""
+    return _State.shown is not None and _State.shown[:2] == (ob.session_uid, field_of(ob).revision)
+
+
+def face(ob: Object, place: Point, camera: RegionView3D) -> None:
+    """Turn the view to the place when the surface hides it or it looks away."""
+    at = Vector(place)
+    found, _, normal, _ = ob.closest_point_on_mesh(at)
+    to_model = ob.matrix_world.inverted_safe()
+    back = camera.view_rotation @ Vector((0, 0, 1))
+    eye = camera.view_matrix.inverted_safe().translation if camera.is_perspective else None
+    start = to_model @ (ob.matrix_world @ at + 1e3 * back if eye is None else eye)
+    hit, seen, _, _ = ob.ray_cast(start, at - start)
+    if hit and (seen - at).length < NEAR:
+        return
+    world = ob.matrix_world.to_3x3().inverted_safe().transposed() @ normal if found else back
+    if camera.view_perspective == "CAMERA":
+        camera.view_perspective = "PERSP"
+    camera.view_rotation = world.to_track_quat("Z", "Y")
+    camera.view_location = ob.matrix_world @ at
+
+
+def _draw() -> None:
+    """Over the view, in pixels of the region."""
+    context = bpy.context
+    ob, region, camera = context.active_object, context.region, context.region_data
+    if ob is None or not is_field(ob) or not is_shown(ob) or not ob.visible_get():
+        return
+    assert _State.shown is not None
+    world = ob.matrix_world @ Vector(_State.shown[2])
+    place = view3d_utils.location_3d_to_region_2d(region, camera, world)
+    if place is None:
+        return
+    angle = np.linspace(0, 2 * np.pi, 49)
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)  # (N, 3)
+    scale = context.preferences.system.pixel_size
+    points = (np.array([*place, 0.0]) + RADIUS * scale * circle).astype(np.float32)
+    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
+    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})
+    gpu.state.blend_set("ALPHA")
+    for width, color in (
+        (4.5, (0.0, 0.0, 0.0, 0.6)),
+        (2.0, preferences.overlay_colors().raising),
+    ):
+        shader.uniform_float("lineWidth", width * scale)
+        shader.uniform_float("color", color)
+        batch.draw(shader)
+    gpu.state.blend_set("NONE")
+
+
+def register() -> None:
+    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
+    if not bpy.app.background:
+        _handlers.append(SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_PIXEL"))
+
+
+def unregister() -> None:
+    """Draw no more."""
+    hide()
+    if _handlers:
+        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
