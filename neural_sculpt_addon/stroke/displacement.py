@@ -29,6 +29,7 @@ class Displacement(NamedTuple):
     nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
+    vertex: NDArray[np.intp]  # (M,), of the path, the nearest one
 
     @property
     def core(self) -> NDArray[np.bool_]:
@@ -43,16 +44,25 @@ class Displacement(NamedTuple):
             self.nearness[chosen],
             self.beyond[chosen],
             self.normals[chosen],
+            self.vertex[chosen],
         )
 
 
-def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:
+def displace(
+    stroke: Stroke,
+    path: Path,
+    points: ArrayLike,
+    normals: ArrayLike,
+    vertex: NDArray[np.intp] | None = None,
+) -> Displacement:
     """The displacement of surface `points` (M, 3) with unit outward `normals` (M, 3).
 
     `path` is the stroke laid on the same surface; mirror images are strokes of their own.
+
+    vertex: see `locate`
     """
     normals = np.asarray(normals, float)
-    place = locate(path, points)
+    place = locate(path, points, vertex)
     brush = stroke.brush
     cosine = np.einsum("ij,ij->i", normals, place.normals)
     share = np.clip(cosine / FACING, 0, 1)
@@ -66,7 +76,7 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
     direction = place.normals if stroke.direction is Direction.STROKE else normals
-    return Displacement(amount, direction, nearness, place.beyond, normals)
+    return Displacement(amount, direction, nearness, place.beyond, normals, place.vertex)
 
 
 def local_radius(stroke: Stroke, u: Array) -> Array:
