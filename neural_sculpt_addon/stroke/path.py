@@ -83,15 +83,13 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
         index, t = _nearest(path.points, path.closed, x, vertex)
         following = index + 1
 
-    def blend(values: Array) -> Array:
-        weight = t[:, None] if values.ndim == 2 else t
-        return values[index] * (1 - weight) + values[following] * weight
-
-    offset = x - blend(path.points)  # (M, 3)
+    known = np.column_stack([path.points, path.normals, path.laterals, path.u])  # (N, 10)
+    blend = known[index] * (1 - t[:, None]) + known[following] * t[:, None]
+    offset = x - blend[:, :3]
     distance = np.linalg.norm(offset, axis=1)
-    normals, laterals = _unit(blend(path.normals)), _unit(blend(path.laterals))
+    normals, laterals, u = _unit(blend[:, 3:6]), _unit(blend[:, 6:9]), blend[:, 9]
     side = np.einsum("ij,ij->i", offset, laterals)
-    u, sine, end = blend(path.u), np.sign(side), np.zeros(len(x), bool)
+    sine, end = np.sign(side), np.zeros(len(x), bool)
     if not path.closed:
         some = np.flatnonzero((u <= 0) | (u >= 1))  # of a dab all
         ahead = np.einsum("ij,ij->i", offset[some], np.cross(laterals[some], normals[some]))
@@ -122,20 +120,19 @@ def _nearest(
 ) -> tuple[np.ndarray, Array]:
     """Index of the segment of `path` nearest to each x, and the place on it in [0, 1]: it is one of
     the two at the nearest vertex."""
-    best = np.full(len(x), np.inf)
-    index, place = np.zeros(len(x), int), np.zeros(len(x))
-    count = len(path) - 1
+    chords = np.diff(path, axis=0)
+    squares = np.maximum(np.einsum("ij,ij->i", chords, chords), 1e-30)
+    count = len(chords)
+    found = []
     for neighbour in (vertex - 1, vertex):
         segment = neighbour % count if closed else np.clip(neighbour, 0, count - 1)
-        a, chord = path[segment], path[segment + 1] - path[segment]
-        t = np.einsum("ij,ij->i", x - a, chord) / np.maximum(
-            np.einsum("ij,ij->i", chord, chord), 1e-30
-        )
-        t = np.clip(t, 0, 1)
-        distance = np.linalg.norm(x - a - t[:, None] * chord, axis=1)
-        closer = distance < best
-        best[closer], index[closer], place[closer] = distance[closer], segment[closer], t[closer]
-    return index, place
+        offset, chord = x - path[segment], chords[segment]
+        t = np.clip(np.einsum("ij,ij->i", offset, chord) / squares[segment], 0, 1)
+        offset -= t[:, None] * chord
+        found.append((segment, t, np.einsum("ij,ij->i", offset, offset)))
+    (first, t, nearer), (second, u, farther) = found
+    closer = farther < nearer
+    return np.where(closer, second, first), np.where(closer, u, t)
 
 
 def _laterals(tangents: Array, normals: Array) -> Array:
