@@ -145,13 +145,16 @@ def _proxy(mesh: RawMesh, active: ActiveCells, field: Field, progress: Progress)
     """The proxy whose mesh is ready, without its specks."""
     np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
     vertices, normals, triangles, edges = mesh.vertices, mesh.normals, mesh.triangles, mesh.edges
-    specks = find_specks(field, vertices, triangles, active.spacing, lambda: progress(1, "Meshing"))
-    if specks.any():
-        left = ~specks
-        number = (np.cumsum(left) - 1).astype(np.int32)
-        triangles = number[triangles[left[triangles[:, 0]]]]
-        vertices, normals, edges = vertices[left], normals[left], edges[left]
-    return Proxy(vertices, normals, triangles, edges, active, mesh)
+    proxy = Proxy(vertices, normals, triangles, edges, active, mesh)
+    left = ~find_specks(
+        *(field, vertices, triangles, proxy.components, active.spacing),
+        lambda: progress(1, "Meshing"),
+    )
+    if left.all():
+        return proxy
+    number = (np.cumsum(left) - 1).astype(np.int32)
+    triangles = number[triangles[left[triangles[:, 0]]]]
+    return Proxy(vertices[left], normals[left], triangles, edges[left], active, mesh)
 
 
 def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from .components import find_components, signed_volumes
+from .components import Components, signed_volumes
 from .evaluate import values
 from .field import Field
 
@@ -28,16 +28,18 @@ def find_specks(
     field: Field,
     vertices: NDArray[np.float32],
     triangles: NDArray[np.int32],
+    pieces: Components,
     spacing: float,
     check: Callable[[], None],
 ) -> NDArray[np.bool_]:
     """Which of the `vertices` (V, 3) of the field's mesh belong to specks (V,).
 
     triangles: (F, 3)
+    pieces:    of that mesh
     spacing:   edge of a cell of the lattice, in model space
     check:     is called now and then, and may raise
     """
-    count, labels = find_components(triangles, len(vertices))
+    count, labels = pieces
     small = np.bincount(labels, minlength=count) < SMALL
     if count == 1 or small.all():
         return np.zeros(len(vertices), bool)

@@ -163,7 +163,8 @@ def displaced(
     upright, tangents = displacement.normals, []
     for axis in (first, second):
         bend = (normals(guide, samples.points + BEND * axis) - upright) / BEND
-        ahead = displace(stroke, path, samples.points + step * axis, upright + step * bend)
+        beside, turned = samples.points + step * axis, upright + step * bend
+        ahead = displace(stroke, path, beside, turned, displacement.vertex)
         slope = (ahead.amount - displacement.amount) / step
         if stroke.direction is Direction.STROKE:
             bend = (ahead.direction - displacement.direction) / step

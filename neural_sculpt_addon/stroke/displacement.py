@@ -33,6 +33,7 @@ class Displacement(NamedTuple):
     # and at least MASKED where a mask keeps the surface
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
+    vertex: NDArray[np.intp]  # (M,), of the path, the nearest one
 
     @property
     def core(self) -> NDArray[np.bool_]:
@@ -47,15 +48,25 @@ class Displacement(NamedTuple):
             self.nearness[chosen],
             self.beyond[chosen],
             self.normals[chosen],
+            self.vertex[chosen],
         )
 
 
-def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) -> Displacement:
+def displace(
+    stroke: Stroke,
+    path: Path,
+    points: ArrayLike,
+    normals: ArrayLike,
+    vertex: NDArray[np.intp] | None = None,
+) -> Displacement:
     """The displacement of surface `points` (M, 3) with unit outward `normals` (M, 3).
 
     `path` is the stroke laid on the same surface; mirror images are strokes of their own.
+
+    vertex: see `locate`
     """
-    return displace_at(stroke, locate(path, points), points, normals, len(path.points) == 1)
+    place = locate(path, points, vertex)
+    return displace_at(stroke, place, points, normals, len(path.points) == 1)
 
 
 def displace_at(
@@ -81,7 +92,7 @@ def displace_at(
         amount[near] *= 1 - mask
         nearness[near[mask == 1]] = MASKED
     direction = place.normals if stroke.direction is Direction.STROKE else normals
-    return Displacement(amount, direction, nearness, place.beyond, normals)
+    return Displacement(amount, direction, nearness, place.beyond, normals, place.vertex)
 
 
 def local_radius(stroke: Stroke, u: Array) -> Array:

@@ -44,6 +44,7 @@ class Place(NamedTuple):
     sine: Array  # (M,), +1 on the side of v, -1 on the other, in between around an end
     beyond: NDArray[np.bool_]  # (M,), past an open end: the nearest point is the end itself
     normals: Array  # (M, 3), n(u)
+    vertex: NDArray[np.intp]  # (M,), the nearest one of the path
 
 
 def make_path(
@@ -71,38 +72,42 @@ def make_path(
     return Path(p, tangents, laterals, n, u, float(along[-1]), closed)
 
 
-def locate(path: Path, points: ArrayLike) -> Place:
-    """The place in the stroke of `points` (M, 3); where passes cross, the nearest decides."""
+def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None) -> Place:
+    """The place in the stroke of `points` (M, 3); where passes cross, the nearest decides.
+
+    vertex: (M,) the nearest of points beside these, closer to them than vertices to each other
+    """
     x = np.asarray(points, float).reshape(-1, 3)
+    if vertex is None:
+        vertex = _nearest_vertex(path.points, x)
     if len(path.points) == 1:
-        index, t = np.zeros(len(x), int), np.zeros(len(x))
+        index, t = vertex, np.zeros(len(x))
         following = index
     else:
-        index, t = _nearest(path.points, path.closed, x)
+        index, t = _nearest(path.points, path.closed, x, vertex)
         following = index + 1
 
-    def blend(values: Array) -> Array:
-        weight = t[:, None] if values.ndim == 2 else t
-        return values[index] * (1 - weight) + values[following] * weight
-
-    offset = x - blend(path.points)  # (M, 3)
+    known = np.column_stack([path.points, path.normals, path.laterals, path.u])  # (N, 10)
+    blend = known[index] * (1 - t[:, None]) + known[following] * t[:, None]
+    offset = x - blend[:, :3]
     distance = np.linalg.norm(offset, axis=1)
-    normals, laterals = _unit(blend(path.normals)), _unit(blend(path.laterals))
+    normals, laterals, u = _unit(blend[:, 3:6]), _unit(blend[:, 6:9]), blend[:, 9]
     side = np.einsum("ij,ij->i", offset, laterals)
-    ahead = np.einsum("ij,ij->i", offset, np.cross(laterals, normals))
-    u = blend(path.u)
-    end = np.full(len(x), len(path.points) == 1)
-    if len(path.points) > 1 and not path.closed:
-        end = (u <= 0) & (ahead < 0) | (u >= 1) & (ahead > 0)
-    sine = np.where(end, side / np.maximum(np.hypot(side, ahead), 1e-12), np.sign(side))
-    return Place(u, distance, sine, end, normals)
+    sine, end = np.sign(side), np.zeros(len(x), bool)
+    if not path.closed:
+        some = np.flatnonzero((u <= 0) | (u >= 1))  # of a dab all
+        ahead = np.einsum("ij,ij->i", offset[some], np.cross(laterals[some], normals[some]))
+        past = np.where(u[some] <= 0, ahead < 0, ahead > 0) | (len(path.points) == 1)
+        some, ahead = some[past], ahead[past]
+        end[some] = True
+        sine[some] = side[some] / np.maximum(np.hypot(side[some], ahead), 1e-12)
+    return Place(u, distance, sine, end, normals, vertex)
 
 
-def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:
-    """Index of the segment of `path` nearest to each x, and the place on it in [0, 1].
+def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
+    """Index of the vertex of `path` nearest to each x.
 
-    The segment is one of the two at the nearest vertex; |a - b|^2 expanded, so a product of
-    matrices finds that vertex, in chunks that fit the cache.
+    |a - b|^2 expanded, so a product of matrices finds it, in chunks that fit the cache.
     """
     squares = np.einsum("ij,ij->i", path, path)
     factor = np.vstack([-2 * path.T, squares])  # (4, N)
@@ -111,20 +116,27 @@ def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:
     for start in range(0, len(x), CHUNK):
         part = slice(start, start + CHUNK)
         vertex[part] = np.argmin(homogeneous[part] @ factor, axis=1)
-    best = np.full(len(x), np.inf)
-    index, place = np.zeros(len(x), int), np.zeros(len(x))
-    count = len(path) - 1
+    return vertex
+
+
+def _nearest(
+    path: Array, closed: bool, x: Array, vertex: NDArray[np.intp]
+) -> tuple[np.ndarray, Array]:
+    """Index of the segment of `path` nearest to each x, and the place on it in [0, 1]: it is one of
+    the two at the nearest vertex."""
+    chords = np.diff(path, axis=0)
+    squares = np.maximum(np.einsum("ij,ij->i", chords, chords), 1e-30)
+    count = len(chords)
+    found = []
     for neighbour in (vertex - 1, vertex):
         segment = neighbour % count if closed else np.clip(neighbour, 0, count - 1)
-        a, chord = path[segment], path[segment + 1] - path[segment]
-        t = np.einsum("ij,ij->i", x - a, chord) / np.maximum(
-            np.einsum("ij,ij->i", chord, chord), 1e-30
-        )
-        t = np.clip(t, 0, 1)
-        distance = np.linalg.norm(x - a - t[:, None] * chord, axis=1)
-        closer = distance < best
-        best[closer], index[closer], place[closer] = distance[closer], segment[closer], t[closer]
-    return index, place
+        offset, chord = x - path[segment], chords[segment]
+        t = np.clip(np.einsum("ij,ij->i", offset, chord) / squares[segment], 0, 1)
+        offset -= t[:, None] * chord
+        found.append((segment, t, np.einsum("ij,ij->i", offset, offset)))
+    (first, t, nearer), (second, u, farther) = found
+    closer = farther < nearer
+    return np.where(closer, second, first), np.where(closer, u, t)
 
 
 def _laterals(tangents: Array, normals: Array, image: Array) -> Array:

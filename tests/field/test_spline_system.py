@@ -23,7 +23,7 @@ from neural_sculpt_addon.field.solvers.spline_system import (
 from neural_sculpt_addon.stroke.errors import Cancelled
 from tests.field.splines import basis
 
-CONVERGED = 300  # iterations
+CONVERGED = {"iterations": 300, "settled": 0.0}
 
 
 def block(level, first, size):
@@ -96,7 +96,7 @@ def test_the_solution_is_that_of_the_dense_system(level, first, steep):
     rows = rows_about(level, index, 400, steep, seed=level)
     matrix, weights, right = dense(level, index, rows)
     expected = best(matrix, weights, right)
-    found = everywhere(solve_level(level, index, rows, iterations=CONVERGED), index)
+    found = everywhere(solve_level(level, index, rows, **CONVERGED), index)
     np.testing.assert_array_equal(found, quantised(found))
     np.testing.assert_allclose(found, expected, atol=1e-5)
     assert np.abs(expected).max() > 0.01
@@ -113,7 +113,7 @@ def test_a_node_that_no_row_touches_is_zero_and_one_that_few_touch_is_damped():
     rows.residuals[0], rows.weights[0] = 0.1, 0.05
     both = np.sort(np.append(index, lonely))
     expected = best(*dense(6, both, rows))
-    found = everywhere(solve_level(6, both, rows, iterations=CONVERGED), both)
+    found = everywhere(solve_level(6, both, rows, **CONVERGED), both)
     touched = basis(rows.points[:1], both, 6)[0][0] > 0
     assert touched.sum() == 8
     assert not found[np.isin(both, lonely) & ~touched].any()
@@ -150,7 +150,7 @@ def test_rows_in_pieces_have_one_solution():
         right += splines.T @ (square * rows.residuals[part])
     diagonal = np.diag(normal)
     damped = normal + np.diag(DAMPING * np.maximum(diagonal, LEAST_TOUCHED * diagonal.mean()))
-    found = everywhere(solve_level(5, index, rows, iterations=CONVERGED), index)
+    found = everywhere(solve_level(5, index, rows, **CONVERGED), index)
     np.testing.assert_allclose(found, np.linalg.solve(damped, right), atol=1e-6 + UNIT)
 
 

@@ -58,6 +58,7 @@ class Growth:
         self._along = np.full(count, -np.inf)
         self._distance, self._sine = np.zeros(count), np.zeros(count)
         self._beyond, self._normals = np.zeros(count, bool), np.zeros((count, 3))
+        self._nearest = np.zeros(count, np.intp)
 
     def follow(self, stroke: Stroke) -> Iterator[int]:
         """Let the stroke be this one; gives how many vertices were looked at since."""
@@ -123,6 +124,7 @@ class Growth:
         self._along[vertices] = np.where(in_reach, place.u * path.length, -np.inf)
         self._distance[vertices], self._sine[vertices] = place.distance, place.sine
         self._beyond[vertices], self._normals[vertices] = place.beyond, place.normals
+        self._nearest[vertices] = place.vertex
         self.fresh[vertices] = True
 
     def _displace(self, stroke: Stroke, path: Path, vertices: Indices) -> None:
@@ -133,6 +135,7 @@ class Growth:
             self._sine[vertices],
             self._beyond[vertices],
             self._normals[vertices],
+            self._nearest[vertices],
         )
         upright = self._surface.normals[vertices]
         positions = self._surface.positions[vertices]

@@ -10,7 +10,7 @@ that few rows touch stay small. Conjugate gradients on the normal equations (Hes
 by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple, TypeVar
 
@@ -34,9 +34,11 @@ DAMPING = 0.03
 LEAST_TOUCHED = 0.1
 """Of the mean diagonal: what nodes that few rows touch are damped as if they had."""
 
-ITERATIONS = 20
+ITERATIONS, SETTLED = 20, 0.01
+"""At most, and the share of the residual that may be left: the coarse levels, whose few nodes many
+rows determine, take a quarter of them."""
 
-PIECE = 1 << 15
+PIECE = 1 << 13
 """Rows that one thread takes at a time: each piece has its own sum over all nodes, to be added."""
 
 
@@ -73,19 +75,17 @@ class Rows:
 
 
 class _Piece(NamedTuple):
-    """Some of the rows: those of them that a node reaches.
+    """Some of the rows: those of them that a node may reach.
 
     matrix:     (n, K), and transposed
     weights:    (n,), squared
-    residuals:  (m,), a view of those of all rows of the piece
-    some:       (n,), which of them
+    some:       (n,), which of all N + M rows
     """
 
     matrix: csr_array
     transposed: csc_array
     weights: Array
-    residuals: Array
-    some: NDArray[np.int64]
+    some: NDArray[np.intp]
 
 
 def solve_level(
@@ -96,61 +96,72 @@ def solve_level(
     iterations: int = ITERATIONS,
     damped: float = LEAST_TOUCHED,
     left_out: float = 0.0,
+    settled: float = SETTLED,
 ) -> Level:
     """The best coefficients of the nodes `index` (K,) of a level.
 
-    damped:   see LEAST_TOUCHED
-    left_out: of the mean diagonal: nodes with less are left out
+    iterations, settled: see ITERATIONS
+    damped:              see LEAST_TOUCHED
+    left_out:            of the mean diagonal: nodes with less are left out
     What they add to the rows is taken from their residuals, which are changed in place.
     """
     numbers = Grid.empty(level, torch.int32).plus(
         index, np.arange(1, len(index) + 1, dtype=np.int32)
     )
 
-    kinds = (
-        (rows.points, None, rows.weights, rows.residuals),
-        (rows.at, rows.along, rows.steep, rows.slopes),
-    )
+    values = len(rows.points)
+    parts = -(-(values + len(rows.at)) // PIECE)
+    weight = np.append(rows.weights, rows.steep) ** 2
+    residuals = np.append(rows.residuals, rows.slopes)
 
-    def piece(part: tuple[int, slice]) -> _Piece:
-        kind, chosen = part
-        points, along, weight, residuals = kinds[kind]
-        along = None if along is None else along[chosen]
-        matrix, some = _matrix(numbers, points[chosen], along, len(index))
-        return _Piece(matrix, matrix.T, weight[chosen][some] ** 2, residuals[chosen], some)
+    def piece(number: int) -> _Piece:
+        """As large a share of either kind of rows as of the other."""
+        mine, theirs = (
+            slice(number * count // parts, (number + 1) * count // parts)
+            for count in (values, len(rows.at))
+        )
+        value = _entries(numbers, rows.points[mine], None)
+        slope = _entries(numbers, rows.at[theirs], rows.along[theirs])
+        data, columns, counts = (np.append(*both) for both in zip(value[:3], slope[:3], strict=True))
+        some = np.append(mine.start + value.some, values + theirs.start + slope.some)
+        ends = np.concatenate([[0], counts.cumsum(dtype=np.int32)])
+        matrix = csr_array((data, columns, ends), shape=(len(some), len(index)))
+        return _Piece(matrix, matrix.T, weight[some], some)
 
-    parts = [(kind, part) for kind in (0, 1) for part in _parts(len(kinds[kind][0]))]
-    pieces = list(_each(piece, parts, check))
+    pieces = list(_each(piece, range(parts), check))
     c = np.zeros(len(index), np.float32)
     if pieces:
-        c = quantised(_solve(pieces, iterations, damped, left_out, check))
+        c = quantised(_solve(pieces, residuals, iterations, settled, damped, left_out, check))
 
     def take_away(piece: _Piece) -> None:
-        piece.residuals[piece.some] -= piece.matrix @ c
+        residuals[piece.some] -= piece.matrix @ c
 
     list(_each(take_away, pieces, check))
+    rows.residuals[:], rows.slopes[:] = residuals[:values], residuals[values:]
     some = np.flatnonzero(c)
     return Level(index[some], c[some])
 
 
-def _parts(count: int) -> list[slice]:
-    """Slices of `count` rows."""
-    parts = -(-count // PIECE)
-    return [slice(i * count // parts, (i + 1) * count // parts) for i in range(parts)]
-
-
-def _each(task: Callable[[T], U], parts: Iterable[T], check: Check) -> Iterator[U]:
+def _each(task: Callable[[T], U], parts: Sequence[T], check: Check) -> Iterator[U]:
     """What `task` makes of each of the parts, in order."""
-    for result in map(task, parts) if in_pool() else pool().map(task, parts):
+    alone = len(parts) == 1 or in_pool()
+    for result in map(task, parts) if alone else pool().map(task, parts):
         check()
         yield result
 
 
-def _matrix(
-    numbers: Grid, points: Array, along: Array | None, count: int
-) -> tuple[csr_array, NDArray[np.int64]]:
-    """Rows of the splines at `points` (N, 3), or of their slopes in directions (N, 3), and which of
-    the points they belong to."""
+class _Entries(NamedTuple):
+    """The entries (E,) of rows (n,) of the matrix, their columns, how many each row has, and which
+    of the points they belong to."""
+
+    values: Array
+    columns: NDArray[np.int32]
+    counts: NDArray[np.int32]
+    some: NDArray[np.int64]
+
+
+def _entries(numbers: Grid, points: Array, along: Array | None) -> _Entries:
+    """Those of the splines at `points` (N, 3), or of their slopes in directions (N, 3)."""
     some, scale, offset, nodes = around([numbers], torch.from_numpy(points))
     wx, wy, wz = weights(offset).unbind(1)  # (3, n) each
     if along is None:
@@ -163,13 +174,18 @@ def _matrix(
         value += xy[:, :, None] * (sz * ez)
     columns = nodes.T.numpy()  # (n, 27), rising; 0 where there is no node
     exists = columns > 0
-    ends = np.concatenate([[0], exists.sum(axis=1, dtype=np.int32).cumsum(dtype=np.int32)])
-    matrix = value.view(27, -1).T.numpy()[exists], columns[exists] - 1, ends
-    return csr_array(matrix, shape=(len(some), count)), some.numpy()
+    entries = value.view(27, -1).T.numpy()[exists], columns[exists] - 1
+    return _Entries(*entries, exists.sum(axis=1, dtype=np.int32), some.numpy())
 
 
 def _solve(
-    pieces: list[_Piece], iterations: int, damped: float, left_out: float, check: Check
+    pieces: list[_Piece],
+    residuals: Array,
+    iterations: int,
+    settled: float,
+    damped: float,
+    left_out: float,
+    check: Check,
 ) -> Array:
     def total(task: Callable[[_Piece], Array]) -> Array:
         sums = _each(task, pieces, check)
@@ -186,12 +202,13 @@ def _solve(
     floor = np.maximum(diagonal, damped * mean)
     damping = DAMPING * floor
     scale = np.where(diagonal < left_out * mean, 0, 1 / (floor + damping))
-    residual = total(lambda piece: piece.transposed @ (piece.weights * piece.residuals[piece.some]))
+    residual = total(lambda piece: piece.transposed @ (piece.weights * residuals[piece.some]))
     c = np.zeros_like(residual)
     z = scale * residual
     p, rz = z, _dot(residual, z)
+    enough = max(settled**2 * rz, 1e-14)
     for _ in range(iterations):
-        if rz < 1e-14:
+        if rz < enough:
             break
         q = normal(p) + damping * p
         step = rz / _dot(p, q)
