@@ -7,12 +7,13 @@ it (`simulated_input.picture`). Standard library only.
 
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from blenders import Program
@@ -92,8 +93,8 @@ def run(
 ) -> tuple[int, list[str], float]:
     """Run a command: exit code, the lines that it prints, seconds.
 
-    Lines that begin with PERSON are done instead of shown by `show`. Ends the command after `limit`
-    seconds.
+    Lines that begin with PERSON are done instead of shown by `show`. After `limit` seconds the
+    command is ended, and so is what it started: that would hold the pipe open.
     """
     lines, start = [], time.monotonic()
     environment = {**os.environ, **variables}
@@ -106,14 +107,40 @@ def run(
         stderr=subprocess.STDOUT,
         text=True,
         errors="replace",
+        start_new_session=True,
     ) as process:
-        timer = threading.Timer(limit, process.kill)
+        timer = threading.Timer(limit, _end, [process])
         timer.start()
-        for line in process.stdout or ():
-            if line.startswith(PERSON):
-                subprocess.run(line.split(), env=environment, check=False)
-                continue
-            lines.append(line.rstrip())
-            show(lines[-1])
-        timer.cancel()
+        _running.add(process)
+        try:
+            for line in process.stdout or ():
+                if line.startswith(PERSON):
+                    subprocess.run(line.split(), env=environment, check=False)
+                    continue
+                lines.append(line.rstrip())
+                show(lines[-1])
+        except BaseException:  # Ctrl C does not reach a session of its own
+            _end(process)
+            raise
+        finally:
+            timer.cancel()
+            _running.discard(process)
     return process.returncode, lines, time.monotonic() - start
+
+
+def end_all() -> None:
+    """End every command that runs in some thread."""
+    for process in tuple(_running):
+        _end(process)
+
+
+def _end(process: "subprocess.Popen[str]") -> None:
+    """Kill a command and what it started."""
+    if os.name == "nt":
+        process.kill()
+        return
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+_running: "set[subprocess.Popen[str]]" = set()

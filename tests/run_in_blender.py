@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run tests/blender in a Blender, against the extension as an artist installs it.
 
-    blender --background --python tests/run_in_blender.py -- [EXTENSION.zip] [-k PATTERN ...]
-    python tests/run_in_blender.py -- [EXTENSION.zip] [-k PATTERN ...]         (a Python with bpy)
+    blender --background --python tests/run_in_blender.py -- [EXTENSION.zip] [--short] [-k PATTERN]
+    python tests/run_in_blender.py -- [EXTENSION.zip] [--short] [-k PATTERN]   (a Python with bpy)
 
-Without a zip, the sources are packed as they are. It is installed into a user folder of its own
+Without a zip, the sources are packed as they are. --short leaves out the tests marked `long`, and
+-k may be given more than once. The extension is installed into a user folder of its own
 that is gone afterwards. The worker is the Python that NEURAL_SCULPT_PYTHON names. The last line
 reads `Blender 5.2.2: 23 passed, 0 failed, 0 skipped`, and the exit code says whether none failed.
 """
@@ -26,21 +27,22 @@ USER_FOLDER = "BLENDER_USER_RESOURCES"
 
 def main() -> int:
     """Install, test, remove; the exit code."""
-    extension, patterns = _arguments()
+    extension, patterns, short = _arguments()
     if "bpy" in sys.modules and USER_FOLDER not in os.environ:
         return _again_with_own_folder()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         os.environ.setdefault(USER_FOLDER, folder)  # before bpy is imported
-        return _test(extension or _pack(Path(folder)), patterns)
+        return _test(extension or _pack(Path(folder)), patterns, short)
 
 
-def _arguments() -> tuple[Path | None, list[str]]:
+def _arguments() -> tuple[Path | None, list[str], bool]:
     given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
     if "bpy" in sys.modules and "--" not in sys.argv:
         given = []  # they are Blender's
     patterns = [given[i + 1] for i, word in enumerate(given[:-1]) if word == "-k"]
     zips = [Path(word).resolve() for word in given if word.endswith(".zip")]
-    return (zips[0] if zips else None), [p if "*" in p else f"*{p}*" for p in patterns]
+    patterns = [pattern if "*" in pattern else f"*{pattern}*" for pattern in patterns]
+    return (zips[0] if zips else None), patterns, "--short" in given
 
 
 def _again_with_own_folder() -> int:
@@ -67,7 +69,7 @@ def _pack(folder: Path) -> Path:
     return target
 
 
-def _test(extension: Path, patterns: list[str]) -> int:
+def _test(extension: Path, patterns: list[str], short: bool) -> int:
     import bpy
 
     bpy.ops.extensions.package_install_files(
@@ -78,7 +80,10 @@ def _test(extension: Path, patterns: list[str]) -> int:
         return 1
     loader = unittest.TestLoader()
     loader.testNamePatterns = patterns or None
-    suite = loader.discover(str(ROOT / "tests" / "blender"))
+    suite = loader.discover(str(ROOT / "tests" / "blender"))  # whose folder is on the path then
+    from harness import each, is_long
+
+    suite = unittest.TestSuite(test for test in each(suite) if not (short and is_long(test)))
     result = unittest.TextTestRunner(sys.stdout, verbosity=2).run(suite)
     bpy.ops.preferences.addon_disable(module=EXTENSION)
 

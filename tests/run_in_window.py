@@ -4,11 +4,12 @@
 Started by `scripts/test.py --window`, on a virtual screen:
 
     blender --enable-event-simulate --python tests/run_in_window.py -- \\
-        EXTENSION.zip PICTURES [-k PATTERN ...]
+        EXTENSION.zip PICTURES [--short] [-k PATTERN ...]
 
 Without --enable-event-simulate only test_person.py runs: Blender then takes no other input. A test
-is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at
-the end of each test goes to the folder PICTURES. The last line reads as in run_in_blender.py.
+is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at the
+end of each test goes to the folder PICTURES. --short leaves out tests marked `long`. The last line
+reads as in run_in_blender.py.
 """
 
 import sys
@@ -25,24 +26,18 @@ for place in ("tests/window", "tests/blender", "scripts"):
     sys.path.insert(0, str(ROOT / place))
 
 import simulated_input  # noqa: E402 - found by the paths above
+from harness import each, is_long  # noqa: E402
 
 EXTENSION = "bl_ext.user_default.neural_sculpt"
 
 
-def cases(patterns: list[str]) -> Iterator[unittest.TestCase]:
+def cases(patterns: list[str], short: bool) -> Iterator[unittest.TestCase]:
     """The tests of tests/window, one by one."""
     loader = unittest.TestLoader()
     loader.testNamePatterns = patterns or None
     files = "test_[!p]*.py" if bpy.app.use_event_simulate else "test_person.py"
-    waiting: list[unittest.TestSuite | unittest.TestCase] = [
-        loader.discover(str(ROOT / "tests" / "window"), files)
-    ]
-    while waiting:
-        first = waiting.pop(0)
-        if isinstance(first, unittest.TestSuite):
-            waiting[:0] = first
-        else:
-            yield first
+    found = each(loader.discover(str(ROOT / "tests" / "window"), files))
+    return (case for case in found if not (short and is_long(case)))
 
 
 def steps() -> simulated_input.Steps:
@@ -53,7 +48,7 @@ def steps() -> simulated_input.Steps:
         filepath=given[0], repo="user_default", enable_on_install=True
     )
     count = {"passed": 0, "failed": 0, "skipped": 0}
-    for case in cases(patterns):
+    for case in cases(patterns, "--short" in given):
         start = time.monotonic()
         outcome, reason = yield from run(case, Path(given[1]))
         count[outcome] += 1

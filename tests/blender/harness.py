@@ -30,6 +30,29 @@ def module(name: str) -> ModuleType:
     return importlib.import_module(f"{EXTENSION}.{name}")
 
 
+def long(test: Callable) -> Callable:
+    """Mark a test that takes more than five seconds or so and is not essential.
+
+    `scripts/test.py` runs it with --all only: else `--short` is given to what runs the tests.
+    """
+    test.long = True
+    return test
+
+
+def is_long(case: unittest.TestCase) -> bool:
+    """Whether a test is marked so."""
+    return getattr(getattr(case, case.id().rpartition(".")[2], None), "long", False)
+
+
+def each(tests: unittest.TestSuite | unittest.TestCase) -> Iterator[unittest.TestCase]:
+    """The tests in a suite, one by one."""
+    if isinstance(tests, unittest.TestSuite):
+        for test in tests:
+            yield from each(test)
+    else:
+        yield tests
+
+
 class SculptCase(unittest.TestCase):
     """Starts each test in an empty scene with one undo step, and a folder for files."""
 

@@ -10,6 +10,7 @@ from harness import (
     arc,
     collection,
     field,
+    long,
     module,
     push_undo,
     state,
@@ -97,6 +98,7 @@ class Absorb(SculptCase):
         self.assertFalse(module("blender.scene.native_edits").edited(ob))
         np.testing.assert_allclose(vertices(ob), proxy, atol=1e-5)
 
+    @long
     def test_other_topology_in_sculpt_mode(self) -> None:
         ob = add("TORUS")
         modifier = ob.modifiers.new("Subdivision", "SUBSURF")

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, add, field, undo, vertices
+from harness import SculptCase, add, field, long, undo, vertices
 
 
 def select(*objects: Object) -> None:
@@ -36,6 +36,7 @@ class Booleans(SculptCase):
         np.testing.assert_array_equal(vertices(field(name)), before)
         self.assertFalse(bpy.data.objects["Cube"].hide_get())
 
+    @long
     def test_another_field_is_united_where_it_is(self) -> None:
         ob, other = add("SPHERE"), add("SPHERE")
         other.location, other.scale = (0.5, 0, 0), (0.5, 0.5, 0.5)

@@ -9,7 +9,7 @@ import time
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, module, state, stroke, undo
+from harness import SteeredCase, field, long, module, state, stroke, undo
 
 WAYS = ("nan", "index", "shape", "missing", "revision", "death")
 if os.name == "posix":
@@ -46,6 +46,7 @@ class BrokenWorker(SteeredCase):
                 self.assertEqual(self.session.last_error, "")
                 self.assertEqual(self.listed(), [(way, False) for way in WAYS[:number]])
 
+    @long
     def test_twice_the_stroke_is_kept_and_the_next_one_has_its_turn(self) -> None:
         for number, how in enumerate(WAYS, 1):
             with self.subTest(how):

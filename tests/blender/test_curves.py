@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import SculptCase, brush_settings, module, push_undo, redo, undo
+from harness import SculptCase, brush_settings, long, module, push_undo, redo, undo
 
 PROFILE = [(-1.0, 0.0), (-0.6, -0.25), (0.0, 1.0), (0.6, -0.25), (1.0, 0.0)]
 
@@ -30,6 +30,7 @@ class Curves(SculptCase):
         self.assertEqual((brush.profile.name, brush.modulation.name), ("cubic", "inverse_central"))
         self.assertEqual((brush.radius, brush.intensity), (0.25, -0.125))
 
+    @long
     def test_every_shape_of_the_stroke_room_can_be_chosen(self) -> None:
         profile, modulation = module("stroke.profile"), module("stroke.modulation")
         for word, shape in (("profile", profile.Profile), ("modulation", modulation.Modulation)):

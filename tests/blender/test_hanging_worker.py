@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, module, state, stroke
+from harness import SteeredCase, field, long, module, state, stroke
 
 SILENT = 3.0
 
@@ -48,6 +48,7 @@ class HangingWorker(SteeredCase):
         self.assertEqual(self.session.last_error, "")
         self.assertEqual(self.listed(), [("One", False), ("Two", False)])
 
+    @long
     def test_cancel_of_its_job_replaces_the_worker(self) -> None:
         before = state(field("Sphere"))
         hung = self.hang("One")
@@ -60,6 +61,7 @@ class HangingWorker(SteeredCase):
         self.assertEqual(self.session.last_error, "")
         self.assertEqual(self.listed(), [("Two", False)])
 
+    @long
     def test_cancel_of_one_job_keeps_the_others(self) -> None:
         self.hang("One", "Two")
         self.session.cancel_job(self.session.jobs[0])

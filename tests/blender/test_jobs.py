@@ -13,6 +13,7 @@ from harness import (
     add,
     arc,
     field,
+    long,
     module,
     push_undo,
     redo,
@@ -232,6 +233,7 @@ class Jobs(SculptCase):
         self.assertEqual(self.names(), ["One", "Two"], "a new worker does what is left")
         self.assertEqual(self.muted(), [False, False])
 
+    @long
     def test_the_worker_is_killed_twice_by_the_same_stroke(self) -> None:
         with self.as_in_a_window():
             self.stroke(name="One")

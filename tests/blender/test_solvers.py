@@ -12,6 +12,7 @@ from harness import (
     brush_settings,
     collection,
     field,
+    long,
     module,
     state,
     stroke,
@@ -36,6 +37,7 @@ class Solvers(SculptCase):
         """Height above the sphere, in intensities."""
         return (np.linalg.norm(vertices(field("Sphere")), axis=1).max() - self.size) / INTENSITY
 
+    @long
     def test_from_detail_to_a_network(self) -> None:
         self.stroke()
         self.assertFalse(ops.choose_solver.poll())
@@ -54,6 +56,7 @@ class Solvers(SculptCase):
         undo()
         self.assertEqual(state(field("Sphere")), before)
 
+    @long
     def test_strokes_of_a_network(self) -> None:
         ops.choose_solver(solver="NETWORK")
         self.stroke()

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import bpy
 import numpy as np
-from harness import SteeredCase, add, field, push_undo, redo, state, stroke, undo
+from harness import SteeredCase, add, field, long, push_undo, redo, state, stroke, undo
 from undo_orders import Order, Steps
 from undo_sequences import Hands, Sequence
 
@@ -96,6 +96,7 @@ class Undo(SteeredCase):
 
 
 class Orders(SteeredCase):
+    @long
     def test_random_orders(self) -> None:
         for seed in range(10):
             with self.subTest(seed=seed):
@@ -138,6 +139,7 @@ class Orders(SteeredCase):
 
 
 class Sequences(SteeredCase):
+    @long
     def test_a_few_of_the_attack(self) -> None:
         for seed in range(3):
             with self.subTest(seed=seed):

@@ -57,6 +57,7 @@ def test_the_result_is_that_of_the_two_balls(solid, operation, sign_a, sign_b, c
     assert done.report["components"] == components(extract(done.field, 128)) == 1
 
 
+@pytest.mark.long
 def test_a_blend_fills_a_corner_by_a_quarter_of_its_radius():
     """Two equal balls: halfway between them f = g, so that min - k / 4 lies there."""
     blend, apart = 0.2, np.array([0.5, 0, 0])
@@ -85,6 +86,7 @@ def test_a_mesh_cuts_and_beyond_the_layers_reach_no_bit_changes():
     assert np.array_equal(values(done.field.plus(done.layer, -1), points), values(field, points))
 
 
+@pytest.mark.long
 def test_a_ball_cut_in_two_is_two_pieces():
     slab = trimesh.creation.box((0.1, 1.5, 1.5))
     done = combine(ball(RADIUS), mesh_solid(slab.vertices, slab.faces), "difference")

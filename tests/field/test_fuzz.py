@@ -7,6 +7,7 @@ NEURAL_SCULPT_FUZZ=500 tries so many strokes instead of a few.
 import os
 
 import numpy as np
+import pytest
 import torch
 import trimesh
 from hypothesis import HealthCheck, given, settings
@@ -94,6 +95,7 @@ slow = settings(
 
 @slow
 @given(strokes())
+@pytest.mark.long
 def test_any_stroke_can_be_sculpted(ready, stroke):
     check(ready, stroke, Solver.LOCAL)
 

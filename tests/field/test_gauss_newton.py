@@ -293,6 +293,7 @@ print(hashlib.sha256(bytes_).hexdigest())
 """
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bits_on_any_number_of_cores():
     found = set()
     for cores in ("1", "3", "64"):

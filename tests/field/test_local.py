@@ -226,6 +226,7 @@ def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
 
 
+@pytest.mark.long
 def test_a_stroke_that_is_too_large_gets_a_coarser_level_and_says_so(preparation):
     combed = Profile(table=(0.0, 1.0) * 16 + (0.0,))  # as fine as 0.3 / 32
     small, large = (

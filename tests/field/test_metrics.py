@@ -322,6 +322,7 @@ def test_samples_of_both_surfaces_are_drawn_apart(preparation):
     assert report["chamfer"] == pytest.approx(report["chamfer_floor"], rel=0.02)
 
 
+@pytest.mark.long
 def test_the_chamfer_distance_of_concentric_spheres(preparation):
     report = chamfer(pose(preparation, belt(0.9, 0.0)), ball(0.55))
     assert report["chamfer"] == pytest.approx(0.1, rel=0.02)

@@ -121,6 +121,7 @@ def test_the_papers_weights():
     assert (WEIGHTS.eikonal, WEIGHTS.boundary) == (5, 5)
 
 
+@pytest.mark.long
 def test_few_epochs_bring_the_surface_closer_to_its_target(ready):
     """Against a target in closed form: a sphere whose radius grows by s b(v / r) at the equator."""
     turn = np.linspace(0, 2 * np.pi, 25)[:-1]

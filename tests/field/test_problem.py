@@ -259,6 +259,7 @@ def test_targets_beyond_a_thin_part_are_left_out():
     assert len(alone.target.points) - len(tube.target.points) >= through.sum()
 
 
+@pytest.mark.long
 def test_what_runs_through_itself_is_left_out():
     """The inner equator of the torus, 0.3 from the axis, raised to the axis and beyond."""
     torus = prepare(primitive("torus"))

@@ -220,6 +220,7 @@ def test_vertices_that_no_edit_reached_keep_every_bit(stroke):
     )
 
 
+@pytest.mark.long
 def test_what_is_spliced_is_what_marching_cubes_makes_of_all_cells(stroke):
     layer, field, _ = stroke
     proxy = extract(field, 80)
@@ -297,6 +298,7 @@ def test_updates_of_any_field_equal_dense_evaluation_and_give_closed_meshes(
     amount=st.floats(1e-4, 0.1),
     seed=st.integers(0, 2**31),
 )
+@pytest.mark.long
 def test_updates_of_a_solid_are_closed_and_on_the_surface(name, cells, amount, seed):
     field = primitive(name)
     proxy = extract(field, cells)

@@ -100,6 +100,7 @@ def test_smoothing_takes_bumps_away_and_leaves_the_ball(rough):
     assert report["tube_p95"] < 1e-4
 
 
+@pytest.mark.long
 def test_weaker_smoothing_takes_a_part(rough):
     left = relief(sculpt(rough, meridian(Kind.SMOOTH, 0.5)).field) / relief(rough.field)
     assert 0.4 < left < 0.75
@@ -168,6 +169,7 @@ def test_turned_images_are_smoothed_alike(smooth):
     assert np.abs(values(field, points) - values(smooth.field, points)).max() > 1e-3
 
 
+@pytest.mark.long
 def test_the_same_stroke_gives_the_same_bits(rough):
     layers = [sculpt(rough, meridian(Kind.SMOOTH)).layer for _ in range(2)]
     assert layers[0].keys() == layers[1].keys()

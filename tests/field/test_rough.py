@@ -34,6 +34,7 @@ def meridian(height):
 
 
 @pytest.mark.parametrize("height", [0.06, -0.06])
+@pytest.mark.long
 def test_a_high_stroke_over_bumps_comes_out_whole(rough, height):
     edit = sculpt(rough, meridian(height))
     assert components(extract(edit.field, 256)) == 1

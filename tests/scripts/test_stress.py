@@ -14,6 +14,7 @@ SHARES = {"enabling": 3, "frames_to_client": 100, "frames_to_worker": 20}
 
 
 @pytest.mark.parametrize("name", SHARES)
+@pytest.mark.long
 def test_a_share_of_the_attack_breaks_nothing(name):
     result = stress.run(name, SHARES[name], seed=1)
     assert result["failures"] == []

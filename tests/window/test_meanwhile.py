@@ -31,7 +31,7 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import brush_settings, module, state, vertices
+from harness import brush_settings, long, module, state, vertices
 from simulated_input import Steps
 
 BUTTON = 20  # pixels of a button without words
@@ -77,6 +77,7 @@ class Meanwhile(WindowCase):
     def has_preview(self) -> bool:
         return module("blender.viewport.preview").TRUE["position"] in field().data.attributes
 
+    @long
     def test_edit_stroke_escaped_and_undone(self) -> Steps:
         """Opened by its button, left by Esc: no undo or redo ever meets what a dialog has made."""
         yield from self.add()
@@ -286,6 +287,7 @@ class Meanwhile(WindowCase):
         self.assertTrue(edited())
         self.session.last_error = ""
 
+    @long
     def test_sculpt_mode_is_stepped_through(self) -> Steps:
         """Native strokes, neural ones and Absorb: by Ctrl Z and Shift Ctrl Z mesh, list and panels
         become what they were. Between a native stroke and ours one of them does nothing."""

@@ -19,7 +19,7 @@ from drawing import (
     moved_since,
     operate,
 )
-from harness import state, vertices
+from harness import long, state, vertices
 from simulated_input import Steps
 from undo_orders import Order
 
@@ -52,6 +52,7 @@ class Person(WindowCase):
         yield from self.add()
         yield from Order("person", PersonHands(self, 0), field().name).play_borders()
 
+    @long
     def test_random_order(self) -> Steps:
         yield from self.add()
         yield from Order("person", PersonHands(self, 0), field().name).play()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender believes of the worker's answers."""
 
-import time
+import sys
 
 import numpy as np
 import pytest
@@ -156,10 +156,16 @@ def test_vertices_that_a_brush_stroke_moves_need_normals():
         answers.check(JobKind.BRUSHED, result(ABSORBED, {"layer": np.ones(3, np.uint8)}))
 
 
-def test_a_large_proxy_is_looked_at_within_a_few_milliseconds():
-    arrays, times = layered(100_000), []
-    for _ in range(5):
-        start = time.perf_counter()
-        answers.check(JobKind.EDIT, result(EDITED, arrays))
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.008
+def test_a_large_proxy_is_looked_at_by_numpy_alone():
+    """No vertex has a call of its own, so Blender's window does not wait for it."""
+
+    def calls(count):
+        called, message = [], result(EDITED, layered(count))
+        sys.setprofile(lambda _frame, event, _given: called.append(event))
+        try:
+            answers.check(JobKind.EDIT, message)
+        finally:
+            sys.setprofile(None)
+        return len(called)
+
+    assert calls(100_000) == calls(100) > 0

@@ -318,6 +318,7 @@ def test_a_worker_that_hangs_is_given_up_as_one_that_died(client, monkeypatch):
     assert finish(client, client.submit(JobKind.MESH, {})).kind is MessageKind.RESULT
 
 
+@pytest.mark.long
 def test_a_long_silent_computation_is_no_hanging(client, monkeypatch):
     monkeypatch.setattr(pulse, "SILENT", 3.0)
     job = client.submit(JobKind.SAMPLE, {"seconds": 10.0})
@@ -488,6 +489,7 @@ def test_the_end_of_stdin_ends_the_worker_in_mid_job_and_leaves_no_files(tmp_pat
     assert not folder.exists()
 
 
+@pytest.mark.long
 def test_a_worker_whose_request_is_lost_says_so_and_ends(tmp_path):
     folder = folder_for(tmp_path)
     with subprocess.Popen(TOY_WORKER, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as worker:

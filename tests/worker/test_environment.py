@@ -205,6 +205,7 @@ def test_the_marker_stays_incomplete_until_the_self_test_has_passed(tmp_path, of
     assert "torch==" in (tmp_path / "env" / "install.log").read_text()
 
 
+@pytest.mark.long
 def test_an_installation_can_be_cancelled_and_begun_again(tmp_path, offline):
     def give_up(fraction: float, message: str) -> None:
         if fraction > 0:

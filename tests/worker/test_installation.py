@@ -81,6 +81,7 @@ def test_a_python_without_packages_can_run_it_and_says_what_failed(folder, tmp_p
 
 
 @LINUX
+@pytest.mark.long
 def test_the_end_of_stdin_ends_it_and_pip(folder, halting):
     command = installation_command(sys.executable, folder)
     with subprocess.Popen(command, bufsize=0, stdin=subprocess.PIPE) as process:

@@ -207,6 +207,7 @@ def test_a_brush_stroke_is_one_more_layer_and_moves_the_vertices_it_names():
         run(jobs, JobKind.BRUSHED, asked, ob.bytes | broken)
 
 
+@pytest.mark.long
 def test_a_boolean_is_one_more_layer():
     """With another field, moved and scaled, and with a mesh."""
     jobs, ob, other = Jobs(CPU), Object(primitive("sphere")), Object(primitive("sphere"))

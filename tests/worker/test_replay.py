@@ -123,6 +123,7 @@ def test_entries_that_are_none_are_refused(sculpted, entries):
         replay(jobs, ob, entries)
 
 
+@pytest.mark.long
 def test_strokes_that_change_the_network_are_repeated_from_where_they_differ():
     jobs, ob = Jobs(CPU), Object(primitive("sphere"))
     wide = [stroke(radius=0.15), stroke(x=0.55, radius=0.15)]

@@ -77,6 +77,7 @@ def test_the_worker_opens_none(tmp_path):
     assert network_sockets(trace) == []
 
 
+@pytest.mark.long
 def test_fit_and_apply_open_none(tmp_path):
     mesh, field, strokes = (tmp_path / name for name in ("box.ply", "a.safetensors", "s.json"))
     trimesh.creation.icosahedron().export(mesh)
@@ -94,6 +95,7 @@ def test_fit_and_apply_open_none(tmp_path):
 
 
 @pytest.mark.skipif(not BLENDER.exists(), reason="no Blender as a module in .venv")
+@pytest.mark.long
 def test_a_stroke_in_blender_opens_none(tmp_path):
     script = textwrap.dedent("""
         import os, sys

@@ -4,7 +4,8 @@
 import unittest
 
 import numpy as np
-from harness import module, to_path
+
+from tests.interaction.support import module, to_path
 
 RECORDER = module("blender.viewport.recorder")
 

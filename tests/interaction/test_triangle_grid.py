@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays and nearest points on triangles in a grid, by closed forms and by Blender's own tree."""
+"""Rays and nearest points on triangles in a grid, by closed forms and by libigl."""
 
 import unittest
 
-import bpy
+import igl
 import numpy as np
-from harness import SculptCase, module, push_undo, undo, vertices
-from mathutils.bvhtree import BVHTree
+
+from tests.interaction.support import module
 
 Grid = module("blender.viewport.triangle_grid").TriangleGrid
 RADIUS = 0.6
@@ -60,17 +60,26 @@ class Rays(unittest.TestCase):
                 self.assertIsNone(found)
         self.assertGreater(met, 100)
 
-    def test_meets_what_blenders_tree_meets(self) -> None:
+    def test_meets_what_libigl_meets(self) -> None:
         for points, triangles in (sphere(12), sphere(1), uneven()):
-            grid, tree = Grid(points, triangles), BVHTree.FromPolygons(points, triangles.tolist())
+            grid, given = Grid(points, triangles), (points.astype(float), triangles.astype(int))
+            met = 0
             for _ in range(200):
-                start, ahead = 3 * unit(self.random), unit(self.random)
-                found, (place, normal, _, _) = grid.cast(start, ahead), tree.ray_cast(start, ahead)
-                if place is None:
+                start = 3 * unit(self.random)
+                ahead = -start + self.random.normal(size=3)  # some pass by
+                found, hits = grid.cast(start, ahead), igl.ray_mesh_intersect(start, ahead, *given)
+                if not hits:
                     self.assertIsNone(found)
-                else:
-                    np.testing.assert_allclose(found[0], place, atol=1e-4)
-                    np.testing.assert_allclose(found[1], normal, atol=1e-3)
+                    continue
+                met += 1
+                face, distance, _, _ = hits[0]
+                a, b, c = points[triangles[face]].astype(float)
+                normal = np.cross(b - a, c - a)
+                normal /= np.linalg.norm(normal)
+                np.testing.assert_allclose(found[0], start + distance * ahead, atol=1e-4)
+                np.testing.assert_allclose(found[1], normal, atol=1e-3)
+            self.assertGreater(met, 20)
+            self.assertLess(met, 200)
 
     def test_no_ray_slips_through_edges_and_corners(self) -> None:
         points, triangles = sphere(15)
@@ -119,48 +128,6 @@ class Laid(unittest.TestCase):
         outside = [(0.5, -1, 1), (-1, 0.25, -2), (2, 2, 0), (-1, -1, 0), (3, -1, 0), (0.2, 0.2, 1)]
         expected = [(0.5, 0, 0), (0, 0.25, 0), (0.5, 0.5, 0), (0, 0, 0), (1, 0, 0), (0.2, 0.2, 0)]
         np.testing.assert_allclose(grid.lay(outside)[0], expected, atol=1e-6)
-
-
-class SeenSurface(SculptCase):
-    """A mesh in the scene, a ball of radius 1, is met as the viewport shows it."""
-
-    def setUp(self) -> None:
-        super().setUp()
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=1)
-        push_undo("Ball")
-
-    def top(self) -> float | None:
-        """Where a ray from above meets it."""
-        grid = module("blender.viewport.seen_surface").grid_of(bpy.context.active_object)
-        found = None if grid is None else grid.cast((0, 0, 9), (0, 0, -1))
-        return None if found is None else round(float(found[0][2]), 4)
-
-    def scale(self, size: float) -> None:
-        ob = bpy.context.active_object
-        ob.data.attributes["position"].data.foreach_set("vector", (size * vertices(ob)).ravel())
-        ob.data.update()
-
-    def test_follows_each_change(self) -> None:
-        self.assertEqual(self.top(), 1.0)
-        self.scale(2)
-        self.assertEqual(self.top(), 2.0)
-        push_undo("Twice")
-        bpy.context.active_object.location.z = 5
-        self.assertEqual(self.top(), 2.0, "in the object's own space")
-        bpy.context.active_object.modifiers.new("Up", "DISPLACE").strength = 0.5
-        self.assertAlmostEqual(self.top(), 2.25, places=2)  # its middle level is 0.5
-        push_undo("Displaced")
-        undo()
-        self.assertEqual(self.top(), 2.0)
-        undo()
-        self.assertEqual(self.top(), 1.0)
-        bpy.context.active_object.data.clear_geometry()
-        self.assertIsNone(self.top())
-
-    def test_is_not_met_while_it_is_hidden(self) -> None:
-        self.assertEqual(self.top(), 1.0)
-        bpy.context.active_object.hide_set(True)
-        self.assertIsNone(self.top())
 
 
 def unit(random: np.random.Generator) -> np.ndarray:

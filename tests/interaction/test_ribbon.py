@@ -4,7 +4,8 @@
 import unittest
 
 import numpy as np
-from harness import module
+
+from tests.interaction.support import module
 
 RIBBON = module("blender.viewport.ribbon")
 Brush = module("stroke.brush").Brush

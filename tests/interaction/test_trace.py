@@ -4,7 +4,8 @@
 import unittest
 
 import numpy as np
-from harness import module
+
+from tests.interaction.support import module
 
 TRACE = module("blender.viewport.trace")
 LIFT = module("blender.viewport.ribbon").LIFT

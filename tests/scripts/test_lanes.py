@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parts beside each other: all run, each is shown whole, and what failed comes last."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import lanes
+import pytest
+import screen
+from failures import Failure
+from lanes import Outcome, Part
+
+from tests.worker.support import gone, until
+
+
+def part(name, **counts):
+    def work(show):
+        for line in range(3):
+            show(f"{name} {line}")
+        return Outcome(name, **counts)
+
+    return Part(name, work)
+
+
+def test_lanes_run_at_the_same_time_and_outcomes_are_in_order(capsys):
+    meet = threading.Barrier(2, timeout=60)
+
+    def work(show):
+        show("came")
+        meet.wait()  # for ever, were the other one not there
+        return Outcome("met", passed=1)
+
+    first = [Part("first", work), part("after", passed=2)]
+    outcomes = lanes.side_by_side([first, [Part("second", work)]], [part("rest", passed=3)])
+    assert [outcome.passed for outcome in outcomes] == [1, 2, 1, 3]
+    shown = capsys.readouterr().out
+    for name in ("after", "rest"):
+        assert f"== {name}\n{name} 0\n{name} 1\n{name} 2\n" in shown
+    assert shown.index("== first") < shown.index("== after")
+
+
+def test_an_error_of_a_part_is_its_failure_alone():
+    def broken(_):
+        raise OSError("no room")
+
+    first, second = lanes.side_by_side([[Part("broken", broken), part("whole", passed=1)]])
+    assert (first.failed, first.note) == (1, "OSError: no room")
+    assert second.passed == 1
+
+
+def test_what_failed_is_told_last_and_the_total_after_it(capsys):
+    failed = Outcome("two", 3, 1, 0, 5.0, failures=[Failure("test_it", ["E  1 != 2"])])
+    crashed = Outcome("three", 0, 1, 0, 5.0, "it crashed", printed=["the stack"])
+    assert not lanes.report([Outcome("one", 4, 0, 1, 61.0), failed, crashed], 71.0)
+    lines = capsys.readouterr().out.split("\n")
+    total = "7 passed, 2 failed, 1 skipped"
+    end = lines[lines.index(total) + 1 :]
+    assert [line for line in end if line] == [
+        "== what failed in two",
+        "FAILED test_it",
+        "    E  1 != 2",
+        "== what failed in three: it crashed",
+        "    the stack",
+        total,
+    ]
+    assert re.search(r"^all, in 1 min 11 s +7 +2 +1 +71.0$", "\n".join(lines), re.M)
+
+
+def test_success_ends_with_the_total(capsys):
+    assert lanes.report([Outcome("one", 4, 0, 1, 3.0)], 3.0)
+    assert capsys.readouterr().out.endswith("\n4 passed, 0 failed, 1 skipped\n")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="process groups of POSIX")
+def test_a_command_that_takes_too_long_ends_with_what_it_started(tmp_path):
+    pid = tmp_path / "pid"
+    started = f"sleep 600 & echo $! > {pid}; echo begun; wait"
+    code, lines, seconds = screen.run(["sh", "-c", started], {}, 2.0, lambda _: None)
+    assert (code, lines) == (-signal.SIGKILL, ["begun"])
+    assert seconds > 2.0
+    until(lambda: gone(int(pid.read_text())))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_when_told_to_end_it_shows_what_there_is_and_leaves_nothing(tmp_path):
+    pid, scripts = tmp_path / "pid", Path(lanes.__file__).parent
+    (tmp_path / "script.py").write_text(
+        f"import sys; sys.path.insert(0, {str(scripts)!r})\n"
+        "import lanes, screen\n"
+        "def work(show):\n"
+        f"    screen.run(['sh', '-c', 'echo $$ > {pid}; echo begun; sleep 600'], {{}}, 600, show)\n"
+        "lanes.end_when_told()\n"
+        "one, two, three = (lanes.Part(name, work) for name in ('one', 'two', 'three'))\n"
+        "lanes.side_by_side([[one], [two]], [three])\n"
+    )
+    command = [sys.executable, str(tmp_path / "script.py")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as script:
+        try:
+            until(lambda: pid.exists() and pid.read_text().strip())
+            script.terminate()
+            shown, _ = script.communicate(timeout=60)
+        finally:
+            script.kill()
+    assert script.returncode == 128 + signal.SIGTERM
+    assert "as far as it came\nbegun" in shown
+    assert "three" not in shown
+    until(lambda: gone(int(pid.read_text())))
