@@ -111,7 +111,7 @@ def solve_level(
 
     values = len(rows.points)
     parts = -(-(values + len(rows.at)) // PIECE)
-    weight = np.append(rows.weights, rows.steep) ** 2
+    weight = np.square(np.append(rows.weights, rows.steep))
     residuals = np.append(rows.residuals, rows.slopes)
 
     def piece(number: int) -> _Piece:
