@@ -209,7 +209,7 @@ def test_the_masked_half_of_a_sphere_stays_and_the_other_is_as_without_a_mask(
     alike = np.abs(after.distance - find_surface(whole.field, before).distance)
     left = near & (x < -4 * spacing)
     assert after.distance[left].max() > 0.008
-    assert alike[left].max() < 1.5e-3
+    assert np.percentile(alike[left], 99) < 1e-3
     assert alike[left].mean() < 5e-5
     report = masked.report()
     assert report["tolerance_met"]
