@@ -159,8 +159,7 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
     edit = LocalEdit(problem, progress)
     layer, repairs = edit.solve(), 0
     while True:
-        seconds = time.perf_counter() - started
-        field = before.field.plus(layer)
+        seconds, field = time.perf_counter() - started, edit.field
         proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
         if repairs == REPAIRS or components(proxy) == components(before.proxy):

@@ -28,7 +28,7 @@ from .fold import SweptVolume, bounding, crossings
 from .lay import lay
 from .nearest import search_tree
 from .prepare import Preparation
-from .projection import project
+from .projection import ARRIVED, project
 from .split import edges_of, split
 from .surface import Samples
 from .threads import in_pieces, join
@@ -166,7 +166,9 @@ class Problem:
         corners = proxy.triangles[near[proxy.triangles].any(axis=1)]
         some, triangles = np.unique(corners, return_inverse=True)
         triangles = triangles.reshape(-1, 3).astype(np.int64)
-        before, after, _ = self.move(Samples(proxy.vertices[some], proxy.normals[some]))
+        vertices = proxy.vertices[some]
+        before = Samples(vertices, normals(self.field, vertices))
+        after, _ = self.move(before)
         finest = FINE_EDGE * self._radius
         for _ in range(DIVISIONS):
             edges = edges_of(triangles)
@@ -180,11 +182,11 @@ class Problem:
             middles = before.points[edges.ends[long]].mean(axis=1)
 
             def bring(part: slice, start: NDArray[np.float32] = middles) -> Samples:
-                return Samples(*project(self.field, start[part])[:2])
+                return Samples(*project(self.field, start[part], tolerance=ARRIVED)[:2])
 
             triangles = split(triangles, edges, long, len(before.points))
-            new, moved, _ = self.move(in_pieces(bring, len(middles), self.check))
-            before, after = join([before, new]), join([after, moved])
+            new = in_pieces(bring, len(middles), self.check)
+            before, after = join([before, new]), join([after, self.move(new)[0]])
         return before, after, triangles
 
     def _bounding(self, surface: Samples, moved: Samples) -> NDArray[np.bool_]:
@@ -197,25 +199,25 @@ class Problem:
         The samples' normals are those of the field: samples of the surface that was asked for may
         lie beside what the field made of it.
         """
-
-        surface, moved, stretch = self.move(surface)
+        surface = Samples(surface.points, normals(self.field, surface.points))
+        moved, stretch = self.move(surface)
         if crossings(self.field, surface, moved, self.check).any():
             stretch[~self._bounding(surface, moved)] = 0
         return moved, stretch
 
-    def move(self, surface: Samples) -> tuple[Samples, Samples, Array]:
-        """Surface samples (N,) with the normals of the field, and what `displaced` says of them
-        without a look at where it runs through itself."""
+    def move(self, surface: Samples) -> tuple[Samples, Array]:
+        """What `displaced` says of surface samples (N,) that have the normals of the field, without
+        a look at where it runs through itself."""
 
         guide = self.guide  # whose making is shared by threads, as this is
 
-        def part_of(part: slice) -> tuple[Samples, Samples, Array]:
-            return self._move(surface.points[part], guide)
+        def part_of(part: slice) -> tuple[Samples, Array]:
+            return self._move(surface.where(part), guide)
 
         return in_pieces(part_of, len(surface.points), self.check)
 
-    def _move(self, points: NDArray[np.float32], guide: Field) -> tuple[Samples, Samples, Array]:
-        surface = Samples(points, normals(self.field, points))
+    def _move(self, surface: Samples, guide: Field) -> tuple[Samples, Array]:
+        points = surface.points
         upright = surface.normals if guide is self.field else normals(guide, points)
         moved = Samples(*(array.copy() for array in surface))
         largest, stretch = np.zeros((2, len(points)))
@@ -228,7 +230,7 @@ class Problem:
             goal, factor = displaced(guide, *one, surface.where(won), there.where(wins))
             moved.points[won], moved.normals[won], stretch[won] = *goal, factor
             largest[won] = np.abs(there.amount[wins])
-        return surface, moved, stretch
+        return moved, stretch
 
     @cached_property
     def guide(self) -> Field:

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from neural_sculpt_addon.field.evaluate import normals
 from neural_sculpt_addon.field.fold import SweptVolume, bounding, crossings
 from neural_sculpt_addon.field.prepare import prepare
 from neural_sculpt_addon.field.problem import pose
@@ -89,7 +90,8 @@ def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
 def swept(problem, check=go_on):
     """The surface of the proxy, where it is displaced to, and what it sweeps over."""
     proxy = problem.preparation.proxy
-    before, after, _ = problem.move(Samples(proxy.vertices, proxy.normals))
+    before = Samples(proxy.vertices, normals(problem.field, proxy.vertices))
+    after, _ = problem.move(before)
     triangles, radius = proxy.triangles.astype(np.int64), problem.stroke.brush.radius
     return before, after, SweptVolume(problem.field, before, after, triangles, radius, check)
 

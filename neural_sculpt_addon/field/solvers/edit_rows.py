@@ -49,6 +49,9 @@ UPRIGHT = 1.0
 NEAR = 0.9
 """Cells: the surface passes a cell whose middle is nearer, for half of its diagonal is 0.87."""
 
+STEEPEST = 2.0
+"""|grad f|, beyond which a cell that the surface just meets may be missed."""
+
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
@@ -125,8 +128,7 @@ class EditedSurface:
         before, after = self._between(missed, level, random)
         self._before_and_after = join([self._before_and_after, (before, after)])
         self._look()
-        f0 = values(self._problem.field, centres(places(active, level), level))
-        points, wanted = self._around(active, level, f0)
+        points, wanted = self._around(active, level)
         rows.add(points, wanted, wanted - values(field, points), AROUND)
         rows.extend(_on_surface(field, after, level, random))
 
@@ -144,32 +146,40 @@ class EditedSurface:
         start = np.repeat(before.where(inside).points, MORE, axis=0)
         start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
         found = project(problem.field, start, tolerance=ON_SURFACE / 10)
-        surface = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
-        before, after, _ = problem.move(surface)
+        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        after, _ = problem.move(before)
         if self._swept is not None:
             left = bounding(problem.field, self._swept, before, after, problem.check)
             before, after = before.where(left), after.where(left)
         return before, after
 
     def _around(
-        self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32]
+        self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32] | None = None
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points in the active cells (N, 3), and what f shall be there (N,), given what it was."""
+        """Points in the active cells (N, 3), and what f shall be there (N,). `f0` is what it was,
+        if that is known."""
         points = centres(places(active, level), level)
         before, after = self._before_and_after
 
-        def measure(part: slice) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        def was(some: NDArray[np.intp]) -> NDArray[np.float32]:
+            return values(self._problem.field, points[some]) if f0 is None else f0[some]
+
+        def measure(
+            part: slice,
+        ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
             away, nearest = self._tree.query(points[part])
             nearest = np.asarray(nearest)
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
             moved = (sample.points != before.points[nearest]).any(axis=1)
-            return np.where(moved, plane, f0[part]), np.asarray(away, np.float64)
+            return plane, moved, np.asarray(away, np.float64)
 
-        wanted, away = in_pieces(measure, len(points), self._problem.check)
+        wanted, moved, away = in_pieces(measure, len(points), self._problem.check)
+        kept = np.flatnonzero(~moved)
+        wanted[kept] = was(kept)
         if self._swept is not None:
             near = np.flatnonzero(self._swept.near(points))
-            inside = (f0[near] < 0) + self._swept.winding(points[near]) > BURIED
+            inside = (was(near) < 0) + self._swept.winding(points[near]) > BURIED
             wrong = (wanted[near] < 0) != inside
             sides = np.where(inside, -1, 1)
             wanted[near[wrong]] = (sides * away[near])[wrong]
@@ -192,8 +202,10 @@ class EditedSurface:
         fine = children(dilated(coarse, level - 1), level - 1)
         reached = np.union1d(dilated(active, level), fine)
         middles = centres(places(reached, level), level)
-        value, gradient = values_and_gradients(problem.field, middles)
+        value = values(problem.field, middles)
         before = value[np.searchsorted(reached, active)]
+        middles = middles[np.abs(value) < NEAR * h * STEEPEST]
+        value, gradient = values_and_gradients(problem.field, middles)
         slope = np.linalg.norm(gradient, axis=1)
         near = np.repeat(np.flatnonzero(np.abs(value) < NEAR * h * np.maximum(slope, 1)), TRIES)
         away = random.uniform(-h / 2, h / 2, (len(near), 3)).astype(np.float32)

@@ -132,7 +132,7 @@ def resolution(problem: Problem) -> Resolution:
 
 
 class LocalEdit:
-    """The equations of one stroke, and its layer so far."""
+    """The equations of one stroke, its layer so far, and the `field` with it."""
 
     def __init__(self, problem: Problem, progress: Progress = silent) -> None:
         """Draw the rows. SculptError when the stroke is too large, or leaves nothing under it."""
@@ -158,7 +158,8 @@ class LocalEdit:
         high = _parents(_passed(surface.where(far), target.where(far), level), level)
         self._coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
         progress(0.3, "Sculpting")
-        self._problem, self._field, self._random = problem, problem.field, random
+        self._problem, self._random = problem, random
+        self.field = problem.field
         self._surface = EditedSurface(
             problem, displaced, gaps, self._active, self._coarse, level, random
         )
@@ -183,8 +184,7 @@ class LocalEdit:
             level += 1
             cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
-            field = self._field.plus(self._layer)
-            self._surface.add_finer(self._rows, missed, cells, level, field, self._random)
+            self._surface.add_finer(self._rows, missed, cells, level, self.field, self._random)
             self._add(level, cells)
         level = self.resolution.level
         for _ in range(REPAIRS):
@@ -203,7 +203,7 @@ class LocalEdit:
         around: fine ones are added.
         """
         level, rows = self.resolution.level, self._rows
-        h, field = spacing(level), self._field.plus(self._layer)
+        h, field = spacing(level), self.field
         added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
         self._active = np.union1d(self._active, added)
         middles = centres(places(added, level), level)
@@ -225,10 +225,13 @@ class LocalEdit:
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, cells, self._rows, self._problem.check)
-        if level in self._layer:
-            total = Level.sum([self._layer[level], found])
-            found = Level(total.index, quantised(total.values))  # within the bound of coefficients
-        self._layer[level] = found
+        if level not in self._layer:
+            self._layer[level] = found
+            self.field = self.field.plus({level: found})
+            return
+        total = Level.sum([self._layer[level], found])
+        self._layer[level] = Level(total.index, quantised(total.values))  # within their bound
+        self.field = self._problem.field.plus(self._layer)
 
     def _missed(self, level: int, active: NDArray[np.int32], room: int) -> NDArray[np.int32]:
         """The active cells (K,) of a level of which more than a share of the surface samples are
