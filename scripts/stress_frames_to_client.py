@@ -17,6 +17,7 @@ from mutations import mutated_frame
 
 COUNT = 100_000
 ROLE = "worker"
+KINDS = "edit", "edit", "replay", "brushed", "boolean", "consolidate", "measure"
 PATIENCE = 60.0  # seconds, after which a client hangs
 
 
@@ -49,9 +50,10 @@ def _answer(client: Any, random: Random) -> str:
     from neural_sculpt_addon.worker.protocol import ProtocolError
 
     client.start()
-    job = client.submit(JobKind.EDIT, {})
+    kind = JobKind(random.choice(KINDS))
+    job = client.submit(kind, {})
     process = client._process
-    _put(process, mutated_frame(_frame(job, random), random))
+    _put(process, mutated_frame(_frame(kind, job, random), random))
     finals = _finals(client, process)
     passed_over = not finals
     if passed_over:
@@ -67,7 +69,7 @@ def _answer(client: Any, random: Random) -> str:
     if final.kind is not MessageKind.RESULT:
         return "errors"
     try:
-        answers.check(JobKind.EDIT, final)
+        answers.check(kind, final)
     except ProtocolError:
         return "refused"
     _check_mesh(final.arrays)
@@ -95,8 +97,8 @@ def _put(process: Any, frame: bytes) -> None:
     (folder / "part").rename(folder / str(process._answers._count))
 
 
-def _frame(job: int, random: Random) -> bytes:
-    """A sound message about a job."""
+def _frame(asked: str, job: int, random: Random) -> bytes:
+    """A sound message about a job of a kind."""
     import numpy as np
 
     from neural_sculpt_addon.worker.client import MessageKind
@@ -105,16 +107,28 @@ def _frame(job: int, random: Random) -> bytes:
     if kind is not MessageKind.RESULT:
         fields = {"fraction": 0.5, "message": "Half.", "detail": "", "protocol": 3}
         return _bytes(kind, job, fields)
-    fields = {"revision": "new", "layer": "id", "context": "", "seconds": 1.0}
-    points = np.eye(3, dtype=np.float32)
-    arrays = {
-        "layer": np.ones(9, np.uint8),
+    some, points, report = np.ones(9, np.uint8), np.eye(3, dtype=np.float32), {"error_mean": 0.1}
+    mesh = {
         "vertices": points,
         "normals": points,
         "triangles": np.array([[0, 1, 2]], np.int32),
         "edges": np.array([[0, 1], [1, 2], [0, 2]], np.int32),
         "corner_edges": np.array([[0, 1, 2]], np.int32),
     }
+    layer = {"revision": "new", "layer": "id", "context": ""}
+    layers = [{"id": "id", "context": ""}, {"id": "other", "context": ""}]
+    snapped = {"layer": some, "snapped": points, "snapped_normals": points}
+    fields, arrays = {
+        "edit": ({**layer, "seconds": 1.0}, {"layer": some, **mesh}),
+        "replay": ({"revision": "new", "layers": layers}, {"layer.1": some, **mesh}),
+        "brushed": ({**layer, "report": report}, snapped),
+        "boolean": ({**layer, "report": report}, {"layer": some, **mesh}),
+        "consolidate": (
+            {"revision": "new", "id": "id", "report": report},
+            {"field": some, **mesh},
+        ),
+        "measure": ({"report": report}, {}),
+    }[asked]
     return _bytes(kind, job, fields, arrays)
 
 
@@ -130,9 +144,12 @@ def _bytes(kind: Any, job: int, fields: Any, arrays: Any = None) -> bytes:
 
 def _check_mesh(arrays: Any) -> None:
     """Independent of what the product checks."""
-    for name in ("vertices", "normals"):
-        if not all(abs(value) < 3.5e38 for value in arrays[name].ravel().tolist()):
+    for name in ("vertices", "normals", "snapped", "snapped_normals"):
+        values = arrays[name].ravel().tolist() if name in arrays else []
+        if not all(abs(value) < 3.5e38 for value in values):
             raise AssertionError(f"{name} are not finite")
+    if "vertices" not in arrays:
+        return
     for name, into in (("triangles", "vertices"), ("edges", "vertices"), ("corner_edges", "edges")):
         if not all(0 <= value < len(arrays[into]) for value in arrays[name].ravel().tolist()):
             raise AssertionError(f"{name} point beyond {into}")

@@ -30,8 +30,13 @@ ROLE = "worker"
 PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
 SENT = 10  # of so many frames that the protocol refuses one is sent
-WEIGHTS = {"measure": 1, "edit": 5, "replay": 20}
+WEIGHTS = {
+    **{"measure": 1, "edit": 5, "smooth": 2, "brushed": 5, "replay": 20},
+    **{"boolean": 2, "boolean mesh": 2},
+}
 """How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
+KIND = {"smooth": "edit", "boolean mesh": "boolean"}
+"""Of requests that have another name here."""
 TICK = 0.002  # seconds between two looks at a worker that has not ended
 
 
@@ -189,8 +194,9 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
     from neural_sculpt_addon.field import checkpoint
     from neural_sculpt_addon.field.layers import digest
     from neural_sculpt_addon.field.primitives import primitive
+    from neural_sculpt_addon.field.proxy import extract
     from neural_sculpt_addon.stroke.brush import Brush
-    from neural_sculpt_addon.stroke.stroke import Stroke
+    from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 
     field = primitive("sphere")
     checkpoint.save(field, folder / "in.safetensors")
@@ -205,6 +211,20 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
     fit = {"preset": "draft", "detail": False, "width": 64, "thickness": None, "seed": 0}
     entry = {"stroke": stroke, "layer": None, "context": "", "strength": 1.0}
     replay = {"base": base, "entries": [entry], "solver": "local", **made}
+    smooth = Stroke(points, Brush(0.05, 0.5), kind=Kind.SMOOTH).to_json()
+    patch = extract(field, 16)
+    part = patch.vertices[:, 0] > 0
+    whole = patch.triangles[part[patch.triangles].all(axis=1)]
+    used, numbered = np.unique(whole, return_inverse=True)
+    before = patch.vertices[used]
+    moved = {"before": before, "after": before * np.float32(1.01)}
+    brushed = {**moved, "triangles": numbered.reshape(-1, 3).astype("<i4")}
+    unite = {**made, "operation": "union", "blend": 0.0}
+    beside = np.eye(4) + 0.2 * np.eye(4, k=3)  # by 0.2 along X
+    other = {"other": of, "matrix": beside.ravel().tolist()}
+    corners = 0.7 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], "<f8")
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], "<i8")
+    tetrahedron = {"vertices": corners, "triangles": faces}
     kinds: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         "edit": ({"stroke": stroke, "solver": "local", **made}, held),
         "replay": (replay, held),
@@ -212,6 +232,10 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "mesh": (of, held),
         "fit": ({"resolution": 16, **fit}, box),
         "absorb": (made, {**held, **box}),
+        "smooth": ({"stroke": smooth, "solver": "local", **made}, held),
+        "brushed": ({**made, "remesh": False}, {**held, **brushed}),
+        "boolean": ({**unite, **other}, held),
+        "boolean mesh": (unite, {**held, **tetrahedron}),
         "load": ({"path": "in.safetensors", "resolution": 16}, {}),
         "save": ({**of, "path": "out.safetensors"}, held),
         "sample": ({**of, "resolution": 8}, held),
@@ -226,7 +250,7 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
     def request(job: int, random: Random) -> bytes:
         (kind,) = random.choices(names, weights)
         fields, arrays = kinds[kind]
-        return _bytes(kind, job, fields, arrays)
+        return _bytes(KIND.get(kind, kind), job, fields, arrays)
 
     return request
 

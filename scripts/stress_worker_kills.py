@@ -4,7 +4,8 @@
 Blender as a module; the worker is the product's own, forked from a process that has loaded it. One
 to three strokes wait; the worker is killed before the first is sent, as it is sent, after a random
 time, or when it has written a random share of its answer. A stroke that is not listed once is lost;
-one that is muted was not computed again, though its worker died once.
+one that is muted was not computed again, though its worker died once. Where the strokes were done
+before the kill there is another try.
 """
 
 import os
@@ -41,7 +42,9 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
         forks = patch.object(harness.module("worker.process"), "start_logged", nursery.start)
         forks.start()
         drawn: list[str] = []
-        for number in range(count):
+        number = -1
+        while totals["kills"] < count:
+            number += 1
             random = Random(f"{seed} {number}")
             if number % FRESH == 0:
                 _new_field(harness, session)
