@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3).
+"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3), times
+the grey of its alpha, if it has one.
 
 v is the signed distance from the path. Around a round end the profile of both sides is blended by
 the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
@@ -13,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .alpha import Alpha
 from .curve import Array, arc_length
-from .path import Path, locate
+from .path import Path, Place, locate
 from .stroke import Direction, Ends, Stroke
 
 FACING = 0.5
@@ -65,6 +67,8 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
     amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
+    if brush.alpha is not None:
+        amount = amount * _grey(brush.alpha, stroke, path, place, amount != 0)
     direction = place.normals if stroke.direction is Direction.STROKE else normals
     return Displacement(amount, direction, nearness, place.beyond, normals)
 
@@ -72,6 +76,24 @@ def displace(stroke: Stroke, path: Path, points: ArrayLike, normals: ArrayLike) 
 def local_radius(stroke: Stroke, u: Array) -> Array:
     """The radius (M,) at u (M,), with the factors of the control points."""
     return stroke.brush.radius * _factors(stroke, stroke.radius_factors, u)
+
+
+def _grey(
+    alpha: Alpha, stroke: Stroke, path: Path, place: Place, needed: NDArray[np.bool_]
+) -> Array:
+    """Of the alpha (M,) at places in the stroke, 0 where it is not `needed` (M,).
+
+    Along the stroke lengths are in its largest radius, so images are as far apart everywhere.
+    """
+    largest = max(stroke.brush.radius * stroke.largest_factor, 1e-9)
+    along = (place.u * path.length + place.cosine * place.distance) / largest
+    left = place.sine * place.distance / np.maximum(local_radius(stroke, place.u), 1e-9)
+    inset = float(stroke.ends is Ends.FLAT and len(path.points) > 1)
+    grey = np.zeros(len(along))
+    grey[needed] = alpha.along(
+        along[needed], left[needed], path.length / largest, path.closed, inset
+    )
+    return grey
 
 
 def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:

@@ -42,6 +42,7 @@ class Place(NamedTuple):
     u: Array  # (M,), of the nearest path point
     distance: Array  # (M,), to it
     sine: Array  # (M,), +1 on the side of v, -1 on the other, in between around an end
+    cosine: Array  # (M,), 0 beside the path; around an end to 1 ahead of the last, -1 behind it
     beyond: NDArray[np.bool_]  # (M,), past an open end: the nearest point is the end itself
     normals: Array  # (M, 3), n(u)
 
@@ -90,8 +91,9 @@ def locate(path: Path, points: ArrayLike) -> Place:
     end = np.full(len(x), len(path.points) == 1)
     if len(path.points) > 1 and not path.closed:
         end = (u <= 0) & (ahead < 0) | (u >= 1) & (ahead > 0)
-    sine = np.where(end, side / np.maximum(np.hypot(side, ahead), 1e-12), np.sign(side))
-    return Place(u, distance, sine, end, normals)
+    flat = np.maximum(np.hypot(side, ahead), 1e-12)
+    sine, cosine = np.where(end, side / flat, np.sign(side)), np.where(end, ahead / flat, 0.0)
+    return Place(u, distance, sine, cosine, end, normals)
 
 
 def _nearest(path: Array, closed: bool, x: Array) -> tuple[np.ndarray, Array]:

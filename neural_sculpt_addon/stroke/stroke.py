@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import reading
+from .alpha import Alpha
 from .brush import Brush
 from .errors import SculptError
 from .modulation import Modulation
@@ -124,14 +125,13 @@ class Stroke:
     def copies(self) -> tuple["Stroke", ...]:
         """The stroke itself and its mirror images, each without a mirror of its own.
 
-        A reflection swaps the sides of n x u, so the profile is mirrored with it.
+        A reflection swaps the sides of n x u, so the brush is mirrored with it.
         """
         axes = sorted(self.mirror)
         copies = []
         for chosen in (c for size in range(len(axes) + 1) for c in combinations(axes, size)):
             signs = np.array([-1.0 if axis in chosen else 1.0 for axis in AXES])  # (3,)
-            profile = self.brush.profile
-            brush = replace(self.brush, profile=profile.mirrored() if len(chosen) % 2 else profile)
+            brush = self.brush.mirrored() if len(chosen) % 2 else self.brush
             copies.append(
                 replace(self, points=self.points * signs, brush=brush, mirror=frozenset())
             )
@@ -146,6 +146,8 @@ class Stroke:
             "profile": self.brush.profile.to_json(),
             "modulation": self.brush.modulation.to_json(),
         }
+        if self.brush.alpha is not None:
+            data["alpha"] = self.brush.alpha.to_json()
         for word in ("radius_factors", "intensity_factors"):
             if (factors := getattr(self, word)) is not None:
                 data[word] = factors.tolist()
@@ -177,6 +179,7 @@ class Stroke:
             intensity=_read(reading.number, data, "intensity", 0.0),
             profile=Profile.from_json(data.get("profile", {"name": "quintic"})),
             modulation=Modulation.from_json(data.get("modulation", {"name": "identity"})),
+            alpha=Alpha.from_json(data["alpha"]) if "alpha" in data else None,
         )
         return Stroke(
             points=data["points"],
@@ -194,8 +197,8 @@ class Stroke:
 
 
 _WORDS = {
-    *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
-    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind"),
+    *("points", "radius", "intensity", "profile", "modulation", "alpha", "closed"),
+    *("radius_factors", "intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind"),
 }
 
 
