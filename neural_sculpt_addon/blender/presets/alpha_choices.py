@@ -61,7 +61,7 @@ def angle_property() -> Any:
 def spacing_property() -> Any:
     """From one image of an alpha to the next."""
     return FloatProperty(
-        name="Image Spacing",
+        name="Spacing",
         description="From one image to the next along the stroke, in radii; at 2 one begins where"
         " the one before it ends",
         default=NATURAL_SPACING,
