@@ -9,6 +9,7 @@ from .locale import translations
 from .operators import install_worker
 from .operators.absorb import NEURAL_SCULPT_OT_absorb
 from .operators.add import NEURAL_SCULPT_OT_add
+from .operators.alpha_image import NEURAL_SCULPT_OT_alpha_image
 from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
 from .operators.boolean import NEURAL_SCULPT_OT_boolean
 from .operators.cancel import NEURAL_SCULPT_OT_cancel
@@ -58,6 +59,7 @@ from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
 from .panels.preset_menus import (
+    NEURAL_SCULPT_MT_alpha_images,
     NEURAL_SCULPT_MT_modulation_presets,
     NEURAL_SCULPT_MT_profile_presets,
 )
@@ -65,7 +67,7 @@ from .panels.proxy import NEURAL_SCULPT_PT_proxy
 from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
-from .presets import shape_choices
+from .presets import alpha_choices, shape_choices
 from .scene import history, kept_brush, sound_strings
 from .scene.properties import (
     GROUP,
@@ -106,6 +108,7 @@ CLASSES = (
     NEURAL_SCULPT_OT_choose_solver,
     NEURAL_SCULPT_OT_consolidate,
     NEURAL_SCULPT_OT_show_worst,
+    NEURAL_SCULPT_OT_alpha_image,
     NEURAL_SCULPT_OT_save_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_delete_preset,
@@ -125,6 +128,7 @@ CLASSES = (
     NEURAL_SCULPT_PT_model,
     NEURAL_SCULPT_MT_profile_presets,
     NEURAL_SCULPT_MT_modulation_presets,
+    NEURAL_SCULPT_MT_alpha_images,
     NEURAL_SCULPT_PT_brush,
     NEURAL_SCULPT_PT_pressure,
     NEURAL_SCULPT_PT_stroke,
@@ -177,5 +181,6 @@ def unregister() -> None:
     delattr(Object, GROUP)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
+    alpha_choices.unregister()
     shape_choices.unregister()
     translations.unregister()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The brush: how wide, how strong and of which shape a stroke displaces the surface."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+from .alpha import Alpha
 from .errors import SculptError
 from .modulation import Modulation
 from .profile import Profile
@@ -18,12 +19,14 @@ class Brush:
 
     radius:    half width of the tube, model space, in [0.001, 1]
     intensity: signed height of the displacement, model space, in [-1, 1]; negative carves
+    alpha:     relief of the displacement, if it has one
     """
 
     radius: float
     intensity: float
     profile: Profile = field(default_factory=lambda: Profile("quintic"))
     modulation: Modulation = field(default_factory=lambda: Modulation("identity"))
+    alpha: Alpha | None = None
 
     def __post_init__(self) -> None:
         """Refuse sizes that fit no field. SculptError."""
@@ -33,3 +36,8 @@ class Brush:
             raise SculptError(
                 f"The intensity is {self.intensity:.6g}; it must lie between -1 and 1."
             )
+
+    def mirrored(self) -> "Brush":
+        """The brush of a mirror image: a reflection swaps the sides of n x u."""
+        alpha = None if self.alpha is None else self.alpha.mirrored()
+        return replace(self, profile=self.profile.mirrored(), alpha=alpha)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3).
+"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3), times
+the grey of its alpha, if it has one.
 
 v is the signed distance from the path. Around a round end the profile of both sides is blended by
 the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .alpha import Alpha
 from .curve import Array, arc_length
 from .path import Path, Place, locate
 from .stroke import Direction, Ends, Stroke
@@ -66,11 +68,11 @@ def displace(
     vertex: see `locate`
     """
     place = locate(path, points, vertex)
-    return displace_at(stroke, place, points, normals, len(path.points) == 1)
+    return displace_at(stroke, path, place, points, normals)
 
 
 def displace_at(
-    stroke: Stroke, place: Place, points: ArrayLike, normals: ArrayLike, is_dab: bool = False
+    stroke: Stroke, path: Path, place: Place, points: ArrayLike, normals: ArrayLike
 ) -> Displacement:
     """The same for surface points whose place (M,) in the stroke is known already."""
     normals = np.asarray(normals, float)
@@ -84,8 +86,10 @@ def displace_at(
     left, right = (1 + place.sine) / 2, (1 - place.sine) / 2
     height = left * brush.profile(inside) + right * brush.profile(-inside)
     amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
-    if stroke.ends is Ends.FLAT and not is_dab:
+    if stroke.ends is Ends.FLAT and len(path.points) > 1:
         amount = np.where(place.beyond, 0.0, amount)
+    if brush.alpha is not None:
+        amount = amount * _grey(brush.alpha, stroke, path, place, amount != 0)
     if stroke.mask is not None:
         near = np.flatnonzero(nearness < MASKED)
         mask = stroke.mask(np.asarray(points, float)[near])
@@ -98,6 +102,24 @@ def displace_at(
 def local_radius(stroke: Stroke, u: Array) -> Array:
     """The radius (M,) at u (M,), with the factors of the control points."""
     return stroke.brush.radius * _factors(stroke, stroke.radius_factors, u)
+
+
+def _grey(
+    alpha: Alpha, stroke: Stroke, path: Path, place: Place, needed: NDArray[np.bool_]
+) -> Array:
+    """Of the alpha (M,) at places in the stroke, 0 where it is not `needed` (M,).
+
+    Along the stroke lengths are in its largest radius, so images are as far apart everywhere.
+    """
+    largest = max(stroke.brush.radius * stroke.largest_factor, 1e-9)
+    along = (place.u * path.length + place.cosine * place.distance) / largest
+    left = place.sine * place.distance / np.maximum(local_radius(stroke, place.u), 1e-9)
+    inset = float(stroke.ends is Ends.FLAT and len(path.points) > 1)
+    grey = np.zeros(len(along))
+    grey[needed] = alpha.along(
+        along[needed], left[needed], path.length / largest, path.closed, inset
+    )
+    return grey
 
 
 def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:

@@ -42,6 +42,7 @@ class Place(NamedTuple):
     u: Array  # (M,), of the nearest path point
     distance: Array  # (M,), to it
     sine: Array  # (M,), +1 on the side of v, -1 on the other, in between around an end
+    cosine: Array  # (M,), 0 beside the path; around an end to 1 ahead of the last, -1 behind it
     beyond: NDArray[np.bool_]  # (M,), past an open end: the nearest point is the end itself
     normals: Array  # (M, 3), n(u)
     vertex: NDArray[np.intp]  # (M,), the nearest one of the path
@@ -93,15 +94,16 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
     distance = np.linalg.norm(offset, axis=1)
     normals, laterals, u = _unit(blend[:, 3:6]), _unit(blend[:, 6:9]), blend[:, 9]
     side = np.einsum("ij,ij->i", offset, laterals)
-    sine, end = np.sign(side), np.zeros(len(x), bool)
+    sine, cosine, end = np.sign(side), np.zeros(len(x)), np.zeros(len(x), bool)
     if not path.closed:
         some = np.flatnonzero((u <= 0) | (u >= 1))  # of a dab all
         ahead = np.einsum("ij,ij->i", offset[some], np.cross(laterals[some], normals[some]))
         past = np.where(u[some] <= 0, ahead < 0, ahead > 0) | (len(path.points) == 1)
         some, ahead = some[past], ahead[past]
         end[some] = True
-        sine[some] = side[some] / np.maximum(np.hypot(side[some], ahead), 1e-12)
-    return Place(u, distance, sine, end, normals, vertex)
+        flat = np.maximum(np.hypot(side[some], ahead), 1e-12)
+        sine[some], cosine[some] = side[some] / flat, ahead / flat
+    return Place(u, distance, sine, cosine, end, normals, vertex)
 
 
 def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import reading
+from .alpha import Alpha
 from .brush import Brush
 from .errors import SculptError
 from .mask import Mask
@@ -152,18 +153,17 @@ class Stroke:
     def copies(self) -> tuple["Stroke", ...]:
         """The stroke itself and its images, each without a symmetry of its own.
 
-        A reflection swaps the sides of n x u, so the profile is mirrored with it; a rotation does
+        A reflection swaps the sides of n x u, so the brush is mirrored with it; a rotation does
         not. Images that lie upon each other, as of a dab on an axis, are one.
         """
         copies: dict[int, Stroke] = {}
         middles = self.images @ self.points.mean(axis=0)  # (M, 3)
         for number, image in enumerate(self.images):
-            profile = self.brush.profile
             flipped = np.linalg.det(image) < 0
             copy = replace(
                 self,
                 points=self.points @ image.T,
-                brush=replace(self.brush, profile=profile.mirrored() if flipped else profile),
+                brush=self.brush.mirrored() if flipped else self.brush,
                 mirror=frozenset(),
                 radial=ONCE,
                 image=image,
@@ -182,6 +182,8 @@ class Stroke:
             "profile": self.brush.profile.to_json(),
             "modulation": self.brush.modulation.to_json(),
         }
+        if self.brush.alpha is not None:
+            data["alpha"] = self.brush.alpha.to_json()
         for word in ("radius_factors", "intensity_factors"):
             if (factors := getattr(self, word)) is not None:
                 data[word] = factors.tolist()
@@ -217,6 +219,7 @@ class Stroke:
             intensity=_read(reading.number, data, "intensity", 0.0),
             profile=Profile.from_json(data.get("profile", {"name": "quintic"})),
             modulation=Modulation.from_json(data.get("modulation", {"name": "identity"})),
+            alpha=Alpha.from_json(data["alpha"]) if "alpha" in data else None,
         )
         return Stroke(
             points=data["points"],
@@ -236,9 +239,9 @@ class Stroke:
 
 
 _WORDS = {
-    *("points", "radius", "intensity", "profile", "modulation", "closed", "radius_factors"),
-    *("intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind", "radial"),
-    "mask",
+    *("points", "radius", "intensity", "profile", "modulation", "alpha", "closed"),
+    *("radius_factors", "intensity_factors", "ends", "direction", "mirror", "name", "seed", "kind"),
+    *("radial", "mask"),
 }
 
 
@@ -271,6 +274,8 @@ def _counts(data: object) -> Counts:
 def _coincide(one: Stroke, other: Stroke) -> bool:
     """Whether two copies of a stroke displace the surface alike: their points are the same, in the
     same order or, where neither ends nor sides tell, in another one."""
+    if one.brush.alpha is not None:
+        return False
     mine, theirs = one.brush.profile, other.brush.profile
     if np.ptp(one.points, axis=0).max() <= SAME:  # a dab is turned about itself
         return mine == mine.mirrored()

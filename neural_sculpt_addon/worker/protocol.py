@@ -27,7 +27,7 @@ from ..stroke.errors import SculptError
 PROTOCOL = 3
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""
 
-MAX_HEADER = 4 << 20  # bytes
+MAX_HEADER = 16 << 20  # bytes: a history of hundreds of strokes with images
 MAX_PAYLOAD = 2 << 30  # bytes
 DTYPES = frozenset({"<f4", "<f8", "<i4", "<i8", "|u1"})
 

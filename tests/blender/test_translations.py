@@ -93,6 +93,8 @@ def shown() -> Iterator[str]:
         for _, name, tip in choices.fixed_items(shape):
             yield from (name, tip)
         yield from (preset.name for preset in choices._presets(shape).values())
+    for _, name, tip in module("blender.presets.alpha_choices").fixed_items():
+        yield from (name, tip)
 
 
 def texts() -> set[str]:

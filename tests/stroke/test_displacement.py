@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.displacement import displace, local_radius
 from neural_sculpt_addon.stroke.modulation import Modulation
@@ -181,21 +182,22 @@ def test_the_equator_of_a_sphere(radius, intensity, latitude, longitude):
     )
 
 
+@pytest.mark.parametrize("alpha", [None, Alpha("star", angle=25, spacing=1.3)])
 @pytest.mark.parametrize("axes", ["X", "Y", "Z", "XY", "XYZ"])
 @pytest.mark.parametrize("count", [1, 40])
-def test_mirror_images_displace_mirrored_points_alike(axes, count):
+def test_mirror_images_displace_mirrored_points_alike(alpha, axes, count):
     angle = np.linspace(0.2, 1.2, count)
     tilt = 0.3 + 0.5 * angle
     normals = np.stack(
         [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.sin(tilt)], axis=1
     )
-    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW), mirror=frozenset(axes))
+    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW, alpha=alpha), mirror=frozenset(axes))
     random = np.random.default_rng(1)
     n = normals[random.integers(0, count, 300)] + 0.2 * random.normal(size=(300, 3))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     original, *images = stroke.copies()
     expected = displace(original, make_path(0.5 * normals, normals), 0.5 * n, n)
-    assert np.ptp(expected.amount) > 0.05
+    assert np.ptp(expected.amount) > 0.03
     assert len(images) == 2 ** len(axes) - 1
     for image in images:
         signs = np.sign(image.points[0]) * np.sign(original.points[0])
@@ -243,3 +245,70 @@ def test_chosen_points():
     part = found.where(chosen)
     np.testing.assert_array_equal(part.amount, found.amount[chosen])
     assert len(part.beyond) == len(part.direction) == chosen.sum()
+
+
+GREYS = np.random.default_rng(3).integers(0, 256, (12, 12)).astype(np.uint8)
+WHITE = Alpha(pixels=bytes([255]) * 16)
+
+
+def rough(**words):
+    return Alpha(pixels=GREYS.tobytes(), **words)
+
+
+@pytest.mark.parametrize("ends", Ends)
+@pytest.mark.parametrize("factors", [None, np.array([0.4, 1.0])])
+def test_a_white_alpha_changes_nothing(ends, factors):
+    stroke, path = straight(brush=Brush(0.2, 0.1, SKEW), ends=ends, radius_factors=factors)
+    x, y = np.meshgrid(np.linspace(-0.75, 0.75, 61), np.linspace(-0.22, 0.22, 23))
+    expected = on_plane(stroke, path, x, y).amount
+    white = replace(stroke, brush=replace(stroke.brush, alpha=WHITE))
+    np.testing.assert_allclose(on_plane(white, path, x, y).amount, expected, atol=1e-12)
+
+
+def test_an_alpha_lies_in_the_stroke_with_its_top_ahead():
+    """d = s b(v) alpha(u, v), also around the ends; lengths in radii of the stroke."""
+    alpha = rough(spacing=2.5, angle=15)
+    stroke, path = straight(brush=Brush(0.2, 0.1, SKEW, alpha=alpha))  # 5 radii: 3 images
+    x, y = np.meshgrid(np.linspace(-0.7, 0.7, 57), np.linspace(-0.19, 0.19, 20))
+    x, y = x.ravel(), y.ravel()
+    plain = on_plane(replace(stroke, brush=Brush(0.2, 0.1, SKEW)), path, x, y).amount
+    ahead, left = (x + 0.5) / 0.2, y / 0.2
+    images = [alpha(ahead - 2.5 * number, left) for number in range(-1, 4)]
+    expected = plain * np.maximum.reduce(images)
+    np.testing.assert_allclose(on_plane(stroke, path, x, y).amount, expected, atol=1e-9)
+    assert np.abs(expected - plain).max() > 0.02
+
+
+def test_the_alpha_of_a_dab_lies_in_its_frame():
+    alpha = rough()
+    stroke = Stroke(np.zeros((1, 3)), Brush(0.2, 0.1, alpha=alpha))
+    path = make_path([[0, 0, 0]], [UP])
+    x, y = np.random.default_rng(1).uniform(-0.14, 0.14, (2, 200))
+    ahead = (x * path.tangents[0, 0] + y * path.tangents[0, 1]) / 0.2
+    left = (x * path.laterals[0, 0] + y * path.laterals[0, 1]) / 0.2
+    expected = 0.1 * quintic(np.hypot(x, y) / 0.2) * alpha(ahead, left)
+    np.testing.assert_allclose(on_plane(stroke, path, x, y).amount, expected, atol=1e-9)
+
+
+def test_pressure_makes_images_narrower_and_leaves_them_as_far_apart():
+    alpha = Alpha("rivet", spacing=2.5)
+    half = np.array([0.5, 1.0])
+    stroke, path = straight(brush=Brush(0.2, 0.1, alpha=alpha), radius_factors=half)
+    middles = on_plane(stroke, path, [-0.5, 0.0, 0.5], 0).amount
+    np.testing.assert_allclose(middles, 0.1, rtol=1e-6)
+    assert on_plane(stroke, path, [-0.25, 0.25], 0).amount == pytest.approx(0, abs=1e-12)
+    beside = on_plane(stroke, path, [-0.5, 0.5], [0.05, 0.1]).amount  # half of each radius
+    np.testing.assert_allclose(beside[0], beside[1], rtol=1e-6)
+
+
+def test_the_row_of_a_closed_stroke_joins():
+    angle = np.linspace(0, 2 * np.pi, 513)
+    ring = 0.5 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    path = make_path(ring, np.tile(UP, (513, 1)), closed=True)
+    brush = Brush(0.1, 0.1, alpha=rough(spacing=2.0))  # 31.4 radii: 16 images
+    stroke = Stroke(ring[:-1:32], brush, closed=True)
+    turn = np.array([-1e-6, 1e-6, 0.1, 0.1 + 2 * np.pi / 16, 0.1 + 10 * np.pi / 16])
+    for radius, corner in ((0.45, 2e-3), (0.5, 1e-5), (0.53, 1e-5)):  # of the path, on its inside
+        found = on_plane(stroke, path, radius * np.cos(turn), radius * np.sin(turn)).amount
+        assert found[0] == pytest.approx(found[1], abs=corner)
+        assert found[3:] == pytest.approx(found[2], abs=2e-4)

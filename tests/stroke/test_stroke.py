@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
@@ -32,7 +33,14 @@ modulations = st.one_of(
         lambda y: Modulation(points=tuple((i / 10, v) for i, v in enumerate(y)))
     ),
 )
-brushes = st.builds(Brush, st.floats(1e-3, 1), unit, profiles, modulations)
+alphas = st.none() | st.builds(
+    Alpha,
+    pixels=st.integers(2, 8).flatmap(lambda n: st.binary(min_size=n * n, max_size=n * n)),
+    angle=st.floats(-360, 360),
+    spacing=st.floats(0.25, 16),
+    flipped=st.booleans(),
+)
+brushes = st.builds(Brush, st.floats(1e-3, 1), unit, profiles, modulations, alphas)
 
 
 @st.composite
@@ -83,6 +91,12 @@ def test_the_documented_file_is_read():
     assert (stroke.ends, stroke.direction) == (Ends.ROUND, Direction.SURFACE)
     assert (stroke.closed, stroke.mirror, stroke.name, stroke.seed) == (False, frozenset(), "", 0)
     assert stroke.radial == ONCE
+
+
+def test_an_alpha_by_name_is_read():
+    stroke = Stroke.from_json({**PLAIN, "alpha": {"name": "rivet", "spacing": 3, "angle": -20}})
+    assert stroke.brush.alpha == Alpha("rivet", angle=-20, spacing=3)
+    assert "alpha" not in Stroke.from_json(PLAIN).to_json()
 
 
 def test_defaults_are_a_quintic_profile_and_no_modulation():
@@ -152,6 +166,7 @@ BAD = {
         *({**PLAIN, "name": bad} for bad in (5, None, ["a"], {})),
         *({**PLAIN, "seed": bad} for bad in (-1, 2**63, 1.5, "1", None, float("inf"), True)),
         *({**PLAIN, word: bad} for word in ("profile", "modulation") for bad in (None, "linear")),
+        *({**PLAIN, "alpha": bad} for bad in (None, "scales", {"name": "fur"}, {"angle": 3})),
     ],
 }
 

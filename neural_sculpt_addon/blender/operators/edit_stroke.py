@@ -6,6 +6,7 @@ Radius and intensity are given in model space; the dialog shows them in scene un
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -13,17 +14,19 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntVectorProperty
 from bpy.types import Context, Event, Operator
 
+from ...stroke.alpha import Alpha
 from ...stroke.errors import SculptError
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
 from ...stroke.stroke import Direction, Ends, Kind, Stroke
 from ...stroke.symmetry import AXES, MOST_TURNS, ONCE
 from ..panels.brush_widgets import draw_curve
-from ..presets import curve_store
+from ..presets import alpha_choices, curve_store
 from ..presets.shape_choices import CURVE, Shape, fixed_items
 from ..scene import stroke_list
 from ..scene.brush import modulation, profile
 from ..scene.properties import (
+    brush_of,
     direction_property,
     ends_property,
     intensity_property,
@@ -37,6 +40,7 @@ from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail, reports_errors
 
 KEEP, NOW = "KEEP", "NOW"
+SAME_ANGLE = 1e-5  # radians: what a property of Blender's may be off
 
 
 def _choices(shape: Shape, description: str) -> Any:
@@ -61,6 +65,16 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     strength: strength_of_kind_property(-1.0)
     profile: _choices(Profile, "Cross-section of the stroke")
     modulation: _choices(Modulation, "Strength along the stroke")
+    alpha: EnumProperty(
+        name="Alpha",
+        description="A grey image as relief of the stroke",
+        items=[
+            (KEEP, "As It Is", "The alpha that the stroke was drawn with, if any"),
+            *alpha_choices.fixed_items(),
+        ],
+    )
+    alpha_angle: alpha_choices.angle_property()
+    alpha_spacing: alpha_choices.spacing_property()
     ends: ends_property()
     direction: direction_property()
     closed: BoolProperty(name="Closed", description="The end of the stroke joins its start")
@@ -111,6 +125,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             self.strength = stroke.brush.intensity
         self.profile = stroke.brush.profile.name.upper() or KEEP
         self.modulation = stroke.brush.modulation.name.upper() or KEEP
+        self._show_alpha(stroke.brush.alpha)
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
         self.mirror, self.radial = set(stroke.mirror), stroke.radial
         self.closed, self.pressure = stroke.closed, True
@@ -121,12 +136,18 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "scene_radius")
-        draws = self._stroke(context).kind is Kind.DRAW
+        stroke = self._stroke(context)
+        draws = stroke.kind is Kind.DRAW
         layout.prop(self, "scene_intensity" if draws else "strength")
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
                 draw_curve(self.layout, word)  # pyright: ignore
+        if draws:
+            layout.prop(self, "alpha")
+            if self.alpha not in (KEEP, alpha_choices.NONE) or stroke.brush.alpha is not None:
+                layout.prop(self, "alpha_angle")
+                layout.prop(self, "alpha_spacing")
         layout.prop(self, "ends")
         layout.prop(self, "direction")
         layout.row().prop(self, "mirror")
@@ -159,6 +180,8 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             brush = replace(brush, profile=profile(self.profile))
         if self.modulation != KEEP:
             brush = replace(brush, modulation=modulation(self.modulation))
+        if stroke.kind is Kind.DRAW:
+            brush = replace(brush, alpha=self._changed_alpha(brush.alpha, context))
         return replace(
             stroke,
             brush=brush,
@@ -170,3 +193,30 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             radius_factors=stroke.radius_factors if self.pressure else None,
             intensity_factors=stroke.intensity_factors if self.pressure else None,
         )
+
+    def _show_alpha(self, alpha: Alpha | None) -> None:
+        if alpha is None:
+            self.alpha = alpha_choices.NONE
+            return
+        self.alpha = alpha.name.upper() or KEEP
+        self.alpha_angle = math.radians(alpha.angle)
+        self.alpha_spacing = alpha.spacing
+
+    def _changed_alpha(self, alpha: Alpha | None, context: Context) -> Alpha | None:
+        """The alpha with what was given; one that was chosen anew lies as the old one."""
+        given = self.properties.is_property_set
+        if self.alpha != KEEP and (alpha is None or self.alpha != alpha.name.upper()):
+            old = alpha
+            pixels = brush_of(context).alpha_pixels
+            alpha = alpha_choices.chosen_alpha(self.alpha, pixels)
+            if old is not None and alpha is not None:
+                alpha = replace(old, name=alpha.name, pixels=alpha.pixels)
+        if alpha is None:
+            return None
+        if given("alpha_angle") and (
+            abs(self.alpha_angle - math.radians(alpha.angle)) > SAME_ANGLE
+        ):
+            alpha = replace(alpha, angle=round(math.degrees(self.alpha_angle), 3))
+        if given("alpha_spacing") and self.alpha_spacing != np.float32(alpha.spacing):
+            alpha = replace(alpha, spacing=round(self.alpha_spacing, 6))
+        return alpha

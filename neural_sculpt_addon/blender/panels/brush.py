@@ -5,7 +5,8 @@
 
 from bpy.types import Context, UILayout
 
-from ..presets import curve_store
+from ...stroke.stroke import Kind
+from ..presets import alpha_choices, curve_store
 from ..presets.shape_choices import CURVE
 from ..scene.properties import NEURAL_SCULPT_PG_brush, brush_of
 from .brush_widgets import draw_curve, draw_lengths
@@ -27,6 +28,8 @@ class NEURAL_SCULPT_PT_brush(Sidebar):
         draw_lengths(layout, brush)
         draw_shape(layout, brush, curve_store.PROFILE)
         draw_shape(layout, brush, curve_store.MODULATION)
+        if brush.kind == Kind.DRAW.name:
+            draw_alpha(layout, brush)
         layout.operator("neural_sculpt.draw", text="Draw Stroke", icon="GREASEPENCIL")
 
 
@@ -58,3 +61,21 @@ def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> No
     buttons.menu(f"NEURAL_SCULPT_MT_{word}_presets", text="", icon="DOWNARROW_HLT")
     if getattr(brush, word) == CURVE:
         draw_curve(layout, word)
+
+
+def draw_alpha(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:
+    """The choice of the alpha, and how it lies in the stroke."""
+    row = layout.row(align=True)
+    row.template_icon_view(brush, "alpha", show_labels=True, scale=2.0, scale_popup=4.0)
+    column = row.column(align=True)
+    column.label(text="Alpha")
+    buttons = column.row(align=True)
+    buttons.prop(brush, "alpha", text="")
+    buttons.menu("NEURAL_SCULPT_MT_alpha_images", text="", icon="DOWNARROW_HLT")
+    if brush.alpha == alpha_choices.NONE:
+        return
+    if brush.alpha == alpha_choices.IMAGE and not brush.alpha_pixels:
+        layout.operator("neural_sculpt.alpha_image", text="Open Image", icon="FILE_FOLDER")
+        return
+    layout.prop(brush, "alpha_angle")
+    layout.prop(brush, "alpha_spacing")

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be done with presets, beside the choice of a profile or modulation."""
+"""What can be done beside the choice of a profile, modulation or alpha."""
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
+import bpy
 from bpy.types import Context, Menu, UILayout
 
 from ..presets import curve_store
+
+MOST_IMAGES = 32  # in a menu
 
 
 def _draw(layout: UILayout, kind: str) -> None:
@@ -36,3 +39,21 @@ class NEURAL_SCULPT_MT_modulation_presets(Menu):
     def draw(self, context: Context) -> None:
         """Draw the entries."""
         _draw(self.layout, curve_store.MODULATION)
+
+
+class NEURAL_SCULPT_MT_alpha_images(Menu):
+    """Images for the alpha."""
+
+    bl_idname = "NEURAL_SCULPT_MT_alpha_images"
+    bl_label = "Alpha from Image"
+
+    def draw(self, context: Context) -> None:
+        """Draw the entries: a file, and the images of this scene."""
+        layout, choose = self.layout, "neural_sculpt.alpha_image"
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator(choose, text="Open Image", icon="FILE_FOLDER")
+        layout.separator()
+        images = [image for image in bpy.data.images if image.type in {"IMAGE", "UV_TEST"}]
+        for image in images[:MOST_IMAGES]:
+            entry = layout.operator(choose, text=image.name, icon="IMAGE_DATA", translate=False)
+            entry.image = image.name

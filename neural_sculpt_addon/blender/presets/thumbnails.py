@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small pictures of profiles and modulations, drawn when they are first needed."""
+"""Small pictures of profiles, modulations and alphas, drawn when they are first needed."""
 
+from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -8,6 +9,7 @@ import bpy.utils.previews
 import numpy as np
 from numpy.typing import NDArray
 
+from ...stroke.alpha import Alpha
 from .preset_file import BOUNDS, CORNER, Preset
 
 SIZE = 64  # pixels
@@ -23,11 +25,20 @@ def icon(key: str, kind: str, values: NDArray[np.float64]) -> int:
 
     Cheap from the second time on, so it may be called while drawing.
     """
+    return _icon(key, lambda: draw(kind, values))
+
+
+def alpha_icon(alpha: Alpha) -> int:
+    """The icon of an alpha, as of `icon`."""
+    return _icon(f"alpha {hash(alpha)}", lambda: draw_alpha(alpha))
+
+
+def _icon(key: str, draw: Callable[[], NDArray[np.float32]]) -> int:
     if _previews is None:
         return 0
     if key not in _previews:
         preview = _previews.new(key)
-        flat = draw(kind, values).ravel()
+        flat = draw().ravel()
         preview.icon_size = preview.image_size = (SIZE, SIZE)
         preview.icon_pixels_float.foreach_set(flat)
         preview.image_pixels_float.foreach_set(flat)
@@ -69,6 +80,15 @@ def draw(kind: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
     inside = ((rows > np.minimum(y, zero)) & (rows < np.maximum(y, zero)))[..., None]
     picture = np.where(inside, FILLED, 0.0)
     return (picture * (1 - ink) + np.array(DRAWN) * ink).astype(np.float32)
+
+
+def draw_alpha(alpha: Alpha) -> NDArray[np.float32]:
+    """The picture (SIZE, SIZE, 4) of an alpha, its first row at the bottom."""
+    middles = (np.arange(SIZE) + 0.5) * 2 / SIZE - 1
+    left, ahead = np.meshgrid(-middles, middles)
+    picture = np.ones((SIZE, SIZE, 4), np.float32)
+    picture[..., :3] = alpha(ahead.ravel(), left.ravel()).reshape(SIZE, SIZE, 1)
+    return picture
 
 
 def register() -> None:

@@ -10,6 +10,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Mesh, Object
 from numpy.typing import ArrayLike, NDArray
 
+from ...stroke.alpha import Alpha
 from ...stroke.brush import Brush
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
@@ -17,6 +18,7 @@ from ...stroke.stroke import Direction, Ends, Kind, Stroke
 from ...stroke.symmetry import AXES, ONCE, Counts
 from ..locale.translations import OURS
 from ..presets import curve_store
+from ..presets.alpha_choices import chosen_alpha
 from ..presets.shape_choices import CURVE
 from ..viewport.recorder import Point, StrokeRecorder
 from .properties import brush_of
@@ -31,7 +33,8 @@ def current_kind(context: Context) -> Kind:
 
 
 def current_brush(context: Context, kind: Kind | None = None) -> Brush:
-    """The brush as the panel shows it, or would for another kind; lengths in model space."""
+    """The brush as the panel shows it, or would for another kind, without its alpha; lengths in
+    model space."""
     settings = brush_of(context)
     draws = (kind or current_kind(context)) is Kind.DRAW
     return Brush(
@@ -39,6 +42,14 @@ def current_brush(context: Context, kind: Kind | None = None) -> Brush:
         settings.intensity if draws else settings.strength,
         profile(settings.profile),
         modulation(settings.modulation),
+    )
+
+
+def current_alpha(context: Context) -> Alpha | None:
+    """The alpha of strokes that draw. SculptError when the image was not chosen yet."""
+    settings = brush_of(context)
+    return chosen_alpha(
+        settings.alpha, settings.alpha_pixels, settings.alpha_angle, settings.alpha_spacing
     )
 
 
@@ -84,9 +95,10 @@ def brush_stroke(
     """A stroke through points (K, 3) in model space, as the panel says, or of another kind;
     SculptError when none."""
     settings, kind = brush_of(context), kind or current_kind(context)
+    alpha = current_alpha(context) if kind is Kind.DRAW else None
     return Stroke(
         np.asarray(points, float).reshape(-1, 3),
-        current_brush(context, kind),
+        replace(current_brush(context, kind), alpha=alpha),
         ends=Ends[settings.ends],
         direction=Direction[settings.direction],
         mirror=mirror_of(ob),

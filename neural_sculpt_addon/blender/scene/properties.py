@@ -26,7 +26,7 @@ from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
 from ...stroke.stroke import Direction, Ends, Kind
 from ..locale.translations import OURS
-from ..presets import curve_store
+from ..presets import alpha_choices, curve_store
 from ..presets.shape_choices import CURVE, choice_property, chosen_preset
 from . import chosen
 
@@ -313,6 +313,12 @@ class NEURAL_SCULPT_PG_brush(PropertyGroup):
     scene_intensity: scene_intensity_property()
     profile: choice_property(Profile, "Cross-section of the stroke", "quintic", _choose)
     modulation: choice_property(Modulation, "Strength along the stroke", "identity", _choose)
+    alpha: alpha_choices.alpha_property()
+    alpha_pixels: StringProperty(
+        name="Image", description="Of the alpha, as in a stroke file", options={"HIDDEN"}
+    )
+    alpha_angle: alpha_choices.angle_property()
+    alpha_spacing: alpha_choices.spacing_property()
     curves: PointerProperty(
         type=NodeTree, description="In older files: float curve nodes", options={"HIDDEN"}
     )

@@ -56,7 +56,7 @@ class Growth:
         self._every = np.arange(count)
         # Of each vertex its place; how far along the path it is, -inf for one that is out of reach
         self._along = np.full(count, -np.inf)
-        self._distance, self._sine = np.zeros(count), np.zeros(count)
+        self._distance, self._sine, self._cosine = np.zeros((3, count))
         self._beyond, self._normals = np.zeros(count, bool), np.zeros((count, 3))
         self._nearest = np.zeros(count, np.intp)
 
@@ -79,6 +79,7 @@ class Growth:
             self._locate(path, part)
             yield len(part)
         of_length = stroke.radius_factors is not None or stroke.intensity_factors is not None
+        of_length |= stroke.brush.alpha is not None
         if of_length or stroke.brush.modulation != Modulation("identity"):
             affected = np.flatnonzero(np.isfinite(self._along) | near)
         for start in range(0, len(affected), PIECE):
@@ -122,7 +123,8 @@ class Growth:
         place = locate(path, self._surface.positions[vertices])
         in_reach = place.distance <= self._surface.reach
         self._along[vertices] = np.where(in_reach, place.u * path.length, -np.inf)
-        self._distance[vertices], self._sine[vertices] = place.distance, place.sine
+        self._distance[vertices] = place.distance
+        self._sine[vertices], self._cosine[vertices] = place.sine, place.cosine
         self._beyond[vertices], self._normals[vertices] = place.beyond, place.normals
         self._nearest[vertices] = place.vertex
         self.fresh[vertices] = True
@@ -133,13 +135,14 @@ class Growth:
             np.maximum(along, 0) / max(path.length, 1e-30),
             self._distance[vertices],
             self._sine[vertices],
+            self._cosine[vertices],
             self._beyond[vertices],
             self._normals[vertices],
             self._nearest[vertices],
         )
         upright = self._surface.normals[vertices]
         positions = self._surface.positions[vertices]
-        moved = displace_at(stroke, place, positions, upright, len(path.points) == 1)
+        moved = displace_at(stroke, path, place, positions, upright)
         amounts = np.where(np.isfinite(along), moved.amount, 0.0)
         self.nearness[vertices] = np.where(np.isfinite(along), moved.nearness, np.inf)
         self.amounts[vertices] = amounts

@@ -7,6 +7,7 @@ normal, and never dives below the surface. NumPy alone; model space.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -44,7 +45,8 @@ def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
     across = local_radius(stroke, path.u)[:, None] * np.linspace(-1, 1, COLUMNS)  # (R, C)
     flat = path.points[:, None] + across[..., None] * path.laterals[:, None]  # (R, C, 3)
     laid, normals = lay(flat.reshape(-1, 3))
-    height = displace(stroke, path, laid, normals).amount.reshape(ROWS, COLUMNS)
+    plain = replace(stroke, brush=replace(stroke.brush, alpha=None))  # finer than a ribbon
+    height = displace(plain, path, laid, normals).amount.reshape(ROWS, COLUMNS)
     displaced = np.maximum(height, 0) if stroke.kind is Kind.DRAW else np.zeros_like(height)
     raised = displaced[..., None] + LIFT
     points = laid.reshape(flat.shape) + raised * _smooth(normals.reshape(flat.shape))

@@ -263,12 +263,16 @@ def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 
 
 def _feature(problem: Problem) -> float:
-    """Width of the narrowest rise or fall of the profile, if all were alike, in model units."""
+    """Width of the narrowest rise or fall of the profile, if all were alike, or that of the alpha
+    if that is less, in model units."""
     brush = problem.stroke.brush
     slopes = np.sign(np.diff(brush.profile(np.linspace(-1, 1, 257))))
     slopes = slopes[slopes != 0]
     turns = np.count_nonzero(np.diff(slopes))
-    return 2 * brush.radius * problem.stroke.largest_factor / max(turns + 1, 2)
+    width = 2 / max(turns + 1, 2)
+    if brush.alpha is not None:
+        width = min(width, brush.alpha.feature)
+    return width * brush.radius * problem.stroke.largest_factor
 
 
 def _sample(problem: Problem, h: float, random: np.random.Generator) -> DisplacedTubes:
