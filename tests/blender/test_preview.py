@@ -138,7 +138,12 @@ class Preview(SquareCase):
         bpy.ops.wm.save_as_mainfile(filepath=path)
         self.assert_shown()
         bpy.ops.wm.open_mainfile(filepath=path)
-        self.assert_gone()
+        np.testing.assert_array_equal(vertices(field("Sphere")), self.flat)
+        self.assertFalse(
+            [name for name in field("Sphere").data.attributes.keys() if "neural" in name]
+        )
+        listed = field("Sphere").neural_sculpt.strokes
+        self.assertEqual([(item.name, item.muted) for item in listed], [("One", True)])
 
     def test_what_blender_saved_by_itself_is_mended(self) -> None:
         path = str(self.folder / "field.blend")
