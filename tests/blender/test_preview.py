@@ -140,7 +140,7 @@ class Preview(SquareCase):
         bpy.ops.wm.open_mainfile(filepath=path)
         np.testing.assert_array_equal(vertices(field("Sphere")), self.flat)
         self.assertFalse(
-            [name for name in field("Sphere").data.attributes.keys() if "neural" in name]
+            [name for name, _ in field("Sphere").data.attributes.items() if "neural" in name]
         )
         listed = field("Sphere").neural_sculpt.strokes
         self.assertEqual([(item.name, item.muted) for item in listed], [("One", True)])
