@@ -13,7 +13,12 @@ from ...stroke.stroke import Kind
 from ...worker.client import JobKind
 from ..presets import thumbnails
 from ..scene import proxy_mesh, stroke_list
-from ..scene.properties import LOCAL, NEURAL_SCULPT_PG_listed_stroke, field_of
+from ..scene.properties import (
+    LOCAL,
+    NEURAL_SCULPT_PG_field,
+    NEURAL_SCULPT_PG_listed_stroke,
+    field_of,
+)
 from . import strength
 from .sidebar import FieldSidebar, draw_job, job_of
 
@@ -41,9 +46,8 @@ class NEURAL_SCULPT_UL_strokes(UIList):
         name = row.row()
         name.active = not item.muted
         is_stroke = bool(item.data)
-        alone = len(data.strokes) > 1 and [s.uid for s in data.strokes if not s.muted] == [item.uid]
         name.prop(item, "name", text="", emboss=False, **_picture(item))
-        edit, solo = ("edit_stroke", EDIT), ("solo_stroke", "SOLO_ON" if alone else "SOLO_OFF")
+        edit, solo = ("edit_stroke", EDIT), ("solo_stroke", _star(data, item.uid))
         others = () if _is_narrow(context) else (edit, solo) if is_stroke else (solo,)
         for operator, sign in (*others, ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF")):
             button = row.operator(f"neural_sculpt.{operator}", text="", icon=sign, emboss=False)
@@ -58,6 +62,12 @@ with all its buttons could not be read: fewer are beside them, the others below.
 
 SIGNS = {Kind.SMOOTH: "MOD_SMOOTH", Kind.FLATTEN: "MESH_PLANE", Kind.PINCH: "MOD_CAST"}
 """As in the list of kinds."""
+
+
+def _star(group: NEURAL_SCULPT_PG_field, uid: str) -> Any:
+    """The sign of Solo: filled when all other entries are muted."""
+    alone = len(group.strokes) > 1 and [s.uid for s in group.strokes if not s.muted] == [uid]
+    return "SOLO_ON" if alone else "SOLO_OFF"
 
 
 def _is_narrow(context: Context) -> bool:
@@ -97,7 +107,8 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
         buttons = both.row(align=True) if narrow else both.column(align=True)
         if narrow:
             buttons.operator("neural_sculpt.edit_stroke", text="", icon=EDIT)
-            buttons.operator("neural_sculpt.solo_stroke", text="", icon="SOLO_OFF")
+            star = _star(group, stroke_list.active_uid(context.active_object))
+            buttons.operator("neural_sculpt.solo_stroke", text="", icon=star)
         buttons.operator("neural_sculpt.duplicate_stroke", text="", icon="DUPLICATE")
         buttons.operator("neural_sculpt.delete_stroke", text="", icon="REMOVE")
         buttons.separator()
