@@ -74,7 +74,8 @@ def sequences(where: str, folder: Path, seed: str, first: int, count: int) -> An
                 print(f"sequence {number} fails: {' '.join(told.split())}", flush=True)
                 case.session.stop()
             else:
-                print(f"sequence {number} ends: {len(sequence.told)}", flush=True)
+                did = " ".join(f"{word} {n}" for word, n in sequence.took_effect.items() if n)
+                print(f"sequence {number} ends: {len(sequence.told)} {did}", flush=True)
     case.doCleanups()
 
 

@@ -12,6 +12,7 @@ sequence that it was in. One sequence again, here with seed 1 and number 17:
 import signal
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,7 @@ def play(
 ) -> dict[str, Any]:
     """Sequences in batches by a Blender; after a crash the next batch goes on behind it."""
     totals = {"operations": 0, "wrong": 0, "crashes": 0}
+    took_effect: Counter[str] = Counter()
     failures: list[str] = []
     versions: dict[str, str] = {}
     number = 0
@@ -57,7 +59,9 @@ def play(
                 continue
             current, _, said = rest.partition(" ")
             if said.startswith("ends: "):
-                totals["operations"] += int(said.removeprefix("ends: "))
+                operations, *did = said.removeprefix("ends: ").split()
+                totals["operations"] += int(operations)
+                took_effect.update(dict(zip(did[::2], map(int, did[1::2]), strict=True)))
             elif said.startswith("fails: "):
                 totals["wrong"] += 1
                 failures.append(f"{seed} {current}: {said.removeprefix('fails: ')}")
@@ -70,7 +74,8 @@ def play(
             failures.append(f"{seed} {at}: Blender {ended}")
             number = at + 1
         report(f"{number} sequences, {totals}")
-    return {**totals, "versions": versions, "failures": failures}
+    ordered = dict(sorted(took_effect.items()))
+    return {**totals, "took_effect": ordered, "versions": versions, "failures": failures}
 
 
 def _batch(

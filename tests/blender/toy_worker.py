@@ -200,6 +200,39 @@ def absorb(job, progress):
     return Payload(fields, {"layer": data, **proxy(field + layer, job.fields["resolution"])})
 
 
+def brushed(job, progress):
+    """The same of a brush, which was told all vertices of this mesh."""
+    field = summed(job)
+    wait("go", progress)
+    layer = np.rint(job.arrays["after"][:-1].ravel()).astype("<i4") - field
+    name, data = named(layer)
+    fields = {"revision": job.fields["result_revision"], "layer": name, "context": "absorbed"}
+    fields["report"] = {"error_mean": 0.0}
+    shown = proxy(field + layer, job.fields["resolution"])
+    snapped = {"snapped": shown["vertices"], "snapped_normals": shown["normals"]}
+    return Payload(fields, {"layer": data, **(shown if job.fields["remesh"] else snapped)})
+
+
+def boolean(job, progress):
+    """A layer of the other field, or of a mesh."""
+    field = summed(job)
+    other = summed(Payload(job.fields["other"], job.arrays)) if "other" in job.fields else field
+    wait("go", progress)
+    name, data = named(other - field // 2)
+    fields = {"revision": job.fields["result_revision"], "layer": name, "context": "united"}
+    shown = proxy(field + other - field // 2, job.fields["resolution"])
+    return Payload({**fields, "report": {}}, {"layer": data, **shown})
+
+
+def consolidate(job, progress):
+    """Another base, the same but for its last number."""
+    field = summed(job)
+    field[-1] += 1
+    name, data = named(field)
+    fields = {"revision": job.fields["result_revision"], "id": name, "report": {}}
+    return Payload(fields, {"field": data, **proxy(field, job.fields["resolution"])})
+
+
 def measure(job, progress):
     """What stroke it was."""
     wait("measured", progress)
@@ -233,6 +266,7 @@ if __name__ == "__main__":
     handlers = {
         **{JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.REPLAY: replay, JobKind.ABSORB: absorb},
         **{JobKind.MEASURE: measure, JobKind.MESH: mesh, JobKind.FLATTEN: flatten},
-        **{JobKind.SAVE: save, JobKind.PREPARE: prepare},
+        **{JobKind.SAVE: save, JobKind.PREPARE: prepare, JobKind.BRUSHED: brushed},
+        **{JobKind.BOOLEAN: boolean, JobKind.CONSOLIDATE: consolidate},
     }
     take_over().serve(handlers, {"torch": None, "device": "cpu", "python": sys.version})

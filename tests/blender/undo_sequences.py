@@ -17,6 +17,7 @@ import os
 import random
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ import harness
 import numpy as np
 from bpy.types import Object
 
+live = harness.module("blender.session.live")
 preview = harness.module("blender.viewport.preview")
 native_edits = harness.module("blender.scene.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
@@ -38,14 +40,22 @@ OPERATIONS = 20
 LONGEST = 60.0  # seconds after which a job hangs
 CLOSE = 0.01  # of positions up to some thousands, which a preview rounds
 SIZE = 24  # numbers of a toy field
+KINDS = ("DRAW", "DRAW", "DRAW", "SMOOTH", "FLATTEN", "PINCH")
 OBJECTS = 5  # at most
 WEIGHTS = {
     **{"draw": 5, "deliver_one": 3, "deliver": 2, "undo": 6, "redo": 4},
     **{"mute": 2, "solo": 1, "strength": 2, "delete": 1, "duplicate": 1, "move": 2},
-    **{"edit": 2, "dialog": 1, "base": 1, "remesh": 1, "absorb": 3, "sculpt": 4},
+    **{"edit": 2, "dialog": 2, "base": 1, "remesh": 2, "absorb": 3, "sculpt": 3, "brush": 2},
+    **{"boolean": 1, "consolidate": 1, "choose": 1},
     **{"object_mode": 3, "edit_mode": 2, "sculpt_mode": 2, "link": 1, "remove": 1, "transform": 1},
     **{"save": 1, "kill": 1, "cancel": 1},
 }
+FIRST = "draw", "draw", "draw", "deliver"
+"""What each sequence begins with, so that there is a history."""
+TAKE_IN = ("mesh", "absorb", "brushed")
+"""Jobs that may take away what Blender's own tools made."""
+BY_THEMSELVES = ("mesh", "flatten", "consolidate")
+"""Jobs whose results no sequence keeps back."""
 Steps = Generator[float, None, None]
 
 
@@ -97,8 +107,13 @@ class Sequence:
         self.first = 0
         self.last: tuple[Scene, int] = {}, 0
         """The scene, and its step in Blender's history."""
+        self.steps: list = []
+        """Those of Blender's history up to the one that the scene is at."""
         self.possible: dict[int, list[Scene]] = {}
-        """What the scene may be at each step of Blender's history."""
+        """What the scene may be at each step of Blender's history; nothing of steps that nobody has
+        seen."""
+        self.took_effect: Counter[str] = Counter()
+        """How often each operation could be done."""
         self.jobs: list = []
         """All that were asked for, or began by themselves, until they have ended."""
 
@@ -106,6 +121,8 @@ class Sequence:
         """All of it."""
         yield from self._begin()
         words, weights = zip(*WEIGHTS.items(), strict=True)
+        for word in FIRST:
+            yield from self._operate(word)
         for _ in range(OPERATIONS):
             yield from self._operate(self.random.choices(words, weights)[0])
         for word in ("object_mode", "deliver"):
@@ -129,7 +146,7 @@ class Sequence:
         self.session.waits = False
         harness.push_undo("Fields")
         self.first = steps()[0]
-        self.last = scene(), self.first
+        self.last, self.steps = (scene(), self.first), sculpt_steps.steps()[0]
         self.possible[self.first] = [self.last[0]]
 
     def _operate(self, word: str) -> Steps:
@@ -140,16 +157,19 @@ class Sequence:
         fields = [harness.field(name) for name in before]
         natively = [(ob.name, ob.session_uid) for ob in fields if native_edits.edited(ob)]
         self.told.append(f"{word} {getattr(active(), 'name', None)}")
+        at = self.steps, [*self.jobs], getattr(active(), "mode", None)
         yield from getattr(self, word)() or ()
+        self.took_effect[word] += at != (sculpt_steps.steps()[0], [*self.session.jobs], _mode())
         if not editing():  # these come by themselves
-            yield from self._until(lambda: self._first_kind() not in ("mesh", "flatten"))
+            yield from self._until(lambda: self._first_kind() not in BY_THEMSELVES)
         self._look()
         for name in scene():
             check_sum(harness.field(name))
         ended = [job for job in self.jobs if not job.pending]
         self.jobs = [job for job in self.jobs if job.pending]
-        if word not in ("undo", "redo", "sculpt"):
-            taken = {job.target for job in ended if job.kind in ("mesh", "absorb")}
+        if word not in ("undo", "redo", "sculpt", "brush"):
+            done = [job for job in ended if job.status == "done"]
+            taken = {job.target for job in done if job.kind in TAKE_IN}
             check_native(before, [name for name, target in natively if target not in taken])
         check_strokes(ended)
 
@@ -164,19 +184,25 @@ class Sequence:
     def _look(self) -> None:
         """See what the scene is after an operation or a result, and keep it by its step."""
         self.jobs += [job for job in self.session.jobs if job not in self.jobs]
-        (before, at), now, (place, count) = self.last, scene(), steps()
+        (before, _), now, (place, count) = self.last, scene(), steps()
+        known, self.steps = self.steps, sculpt_steps.steps()[0]
         self.last = now, place
-        if place == at:
+        pairs = enumerate(zip(known, self.steps, strict=False))
+        new = next((step for step, (one, two) in pairs if one != two), len(known))
+        if place < new:
             same(now, [before], "was changed without a step in the history")
-        for step in range(at + 1, place + 1):
-            self.possible[step] = [now] if step == place else [before, now]
+        between = [] if several(before, now) else [before, now]
+        for step in range(new, place + 1):
+            self.possible[step] = [now] if step == place else between
         for step in [step for step in self.possible if step >= count]:
             del self.possible[step]
 
     def _look_after_step(self) -> None:
         """See that undo or redo has led to what the scene was there."""
         (_, at), now, (place, count) = self.last, scene(), steps()
-        self.last = now, place
+        self.last, self.steps = (now, place), sculpt_steps.steps()[0]
+        if not self.possible[place]:
+            self.possible[place] = [now]
         same(now, self.possible[place], f"is not what it was at step {place}")
         if place == at:  # a stroke that waited was undone, by a step of its own
             self.possible[count - 1] = [now]
@@ -229,6 +255,7 @@ class Sequence:
         """A stroke at the first vertex, which is displaced meanwhile, or where nothing is."""
         ways = [[-0.97, 0.03, 0.97], [-0.9, 0.1, 0.9]], [[0.5, 0.1, 0.2], [0.5, 0.2, 0.3]]
         points = np.array(self.random.choice(ways))
+        harness.brush_settings().kind = self.random.choice(KINDS)
         self._ask(ops.stroke, points=harness.collection(points), name=f"Drawn {len(self.told)}")
 
     def deliver_one(self) -> Steps:
@@ -291,6 +318,7 @@ class Sequence:
         """Open Edit Stroke and leave it by Esc."""
         if len(active().neural_sculpt.strokes):
             self._ask(ops.edit_stroke, "INVOKE_DEFAULT")
+            self.took_effect["dialog"] += 1
             yield from self.hands.escape()
 
     def base(self) -> None:
@@ -323,6 +351,30 @@ class Sequence:
             raw[chosen, 2] += 7
             ob.data.vertices.foreach_set("co", raw.ravel())
         harness.push_undo("Native")
+
+    def brush(self) -> None:
+        """Sculpt as a brush does, and let that be absorbed by itself."""
+        if active().mode == "SCULPT":
+            self.sculpt()
+            live.look()
+
+    def boolean(self) -> None:
+        """Unite two fields, of which one is hidden then."""
+        others = [ob for ob in bpy.data.objects if ob != active() and ob.visible_get()]
+        if others and active().mode == "OBJECT":
+            others[0].select_set(True)
+            self._ask(ops.boolean, operation="UNION")
+            others[0].select_set(False)
+
+    def consolidate(self) -> None:
+        """Make a network of the field."""
+        self._ask(ops.consolidate)
+
+    def choose(self) -> None:
+        """Point at an entry of the list, whose stroke is shown then."""
+        if listed := active().neural_sculpt.strokes:
+            active().neural_sculpt.active_stroke = self.random.randrange(len(listed))
+            self.took_effect["choose"] += 1
 
     def object_mode(self) -> Steps:
         """Leave any other mode."""
@@ -368,11 +420,13 @@ class Sequence:
         if not editing():
             path = str(self.case.folder / "sequence.blend")
             self._ask(bpy.ops.wm.save_as_mainfile, "EXEC_DEFAULT", filepath=path, copy=True)
+            self.took_effect["save"] += 1
 
     def kill(self) -> None:
         """Kill the worker."""
         if self.session.client is not None and self.session.client.alive:
             os.kill(self.session.client.pid, signal.SIGKILL)
+            self.took_effect["kill"] += 1
 
     def cancel(self) -> None:
         """Cancel what waits."""
@@ -382,6 +436,16 @@ class Sequence:
 def active() -> Object:
     """The object that is worked on; never kept."""
     return bpy.context.view_layer.objects.active
+
+
+def _mode() -> str | None:
+    return getattr(active(), "mode", None)
+
+
+def several(before: Scene, now: Scene) -> bool:
+    """Whether a field has more than one entry more, as brush strokes come together."""
+    lists = [(before[name].made_of[2], now[name].made_of[2]) for name in before.keys() & now.keys()]
+    return any(len(two) > len(one) + 1 for one, two in lists)
 
 
 def select(name: str) -> None:
