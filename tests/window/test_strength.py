@@ -15,7 +15,7 @@ class Strength(WindowCase):
         super().setUp()
         view = bpy.context.preferences.view
         self.addCleanup(setattr, view, "ui_scale", view.ui_scale)
-        view.ui_scale = 0.6
+        view.ui_scale = 0.5
 
     def test_strength_by_its_slider(self) -> Steps:
         """Dragged to the left the stroke sinks when the slider is released; Ctrl Z raises it."""

@@ -31,7 +31,12 @@ def draw_mirror(layout: UILayout, ob: Object) -> None:
 def draw_radial(layout: UILayout, context: Context, ob: Object) -> None:
     """Blender's own radial symmetry, which strokes follow."""
     if (settings := radial_settings(context, ob)) is not None:
-        layout.prop(settings, "radial_symmetry", text="Radial")
+        split = layout.split(factor=0.4)
+        name, counts = split.row(), split.row(align=True)
+        name.alignment, counts.use_property_split = "RIGHT", False
+        name.label(text="Radial")
+        for index in range(len(AXES)):
+            counts.prop(settings, "radial_symmetry", index=index, text="")
 
 
 def draw_curve(layout: UILayout, word: str) -> None:
