@@ -2,9 +2,10 @@
 """The checks and tests of the project: python3 scripts/test.py.
 
 pytest comes first, in two processes. Then, in two lanes: the tests in a window, of the first
-installed Blender, with simulated input and as a person; and those of Blender's side without a
-window, in the Blender of the project's own environment. The lane that ends first goes on with the
-demo, ruff, basedpyright and import-linter. Tests marked `long` are left out.
+installed Blender, with simulated input and as a person; and all else, which the first lane goes on
+with when it is through: the tests of Blender's side without a window, in the Blender of the
+project's own environment, the demo, ruff, basedpyright and import-linter. Tests marked `long` are
+left out.
 
 With --all they are not, and every Blender that this computer can have takes part: the bpy wheels,
 each in a virtual environment of its own; those named in the environment variable BLENDER or found
@@ -76,8 +77,8 @@ def _run(
     chosen = () if options.all else parts.SHORT_PYTEST
     given = (*parts.PROCESSES, *chosen, "--durations=10")
     first = lanes.alone(parts.pytest(workshop, given, parts.ONE_THREAD))
-    rest = [parts.demo(workshop), *parts.checks(workshop)]
-    return [first, *lanes.side_by_side([windows, background], rest)]
+    rest = [*background, parts.demo(workshop), *parts.checks(workshop)]
+    return [first, *lanes.side_by_side([windows, ()], rest)]
 
 
 def _in_blenders(workshop: Workshop, options: argparse.Namespace) -> tuple[list[Part], list[Part]]:
