@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...stroke.errors import SculptError
 from ...stroke.mask import Mask
 from ...stroke.stroke import Stroke
+from ..viewport import preview
 from ..viewport.base_surface import BaseSurface, Fans
 from ..viewport.growth import Growth, reach_of
 from . import brush_attributes, proxy_mesh
@@ -33,7 +34,7 @@ def protected(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     protection = brush_attributes.protection(mesh, triangles)
     if protection is None:
         return strokes
-    positions = proxy_mesh.positions(ob)
+    positions = preview.positions_below(ob)
     fans = Fans(triangles, len(positions))
 
     def one(stroke: Stroke) -> Stroke:
