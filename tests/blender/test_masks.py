@@ -188,6 +188,11 @@ class Masks(SculptCase):
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")
         self.assertNotIn("mask", strokes_of(self.ob())[0])
 
+    def test_the_next_stroke_is_not_offered_what_this_one_was_given(self) -> None:
+        """Blender remembers what a dialog was given, but of such properties."""
+        operator = bpy.ops.neural_sculpt.edit_stroke.get_rna_type()
+        self.assertTrue(operator.properties["mask"].is_skip_save)
+
     def test_hidden_faces_stay_and_stay_hidden(self) -> None:
         hidden = middles(self.ob())[:, 0] > 0
         self.ob().data.polygons.foreach_set("hide", hidden)
