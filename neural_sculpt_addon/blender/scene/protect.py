@@ -3,8 +3,8 @@
 field whatever is masked later.
 
 The mask is that of the proxy under the stroke and its mirror images, on the side of thin parts that
-they displace. Some 5 ms for each copy of a stroke near to what is masked, on 100,000 triangles.
-Model space.
+they displace. On 100,000 triangles of which any is masked it takes some 15 ms, and 6 ms for each
+copy of the stroke, wherever that lies. Model space.
 """
 
 from dataclasses import replace
