@@ -64,7 +64,7 @@ class Mask:
         masked in full, so that this one stays.
         """
         points, masks = np.asarray(points, float), np.asarray(masks, float)
-        spacing = max(spacing, LEAST_SPACING)
+        spacing = min(max(spacing, LEAST_SPACING), LARGEST_SPACING)
         while len((found := _spread(points, masks, spacing))[0]) > MOST_NODES:
             spacing *= 2
         nodes, means, full = found

@@ -68,6 +68,21 @@ class UnderThePen(SquareCase):
         self.session.cancel()
         self.assert_gone()
 
+    def test_its_mask_is_that_of_the_surface_below(self) -> None:
+        """And not of what the pen has raised, which the field knows nothing of."""
+        masked = (self.flat[:, 1] < 0.1).astype(np.float32)  # on one side of the line
+        mesh = field("Sphere").data
+        mesh.attributes.new(".sculpt_mask", "FLOAT", "POINT")
+        mesh.attributes[".sculpt_mask"].data.foreach_set("value", masked)
+        self.pen()
+        self.assertGreater(self.heights().max(), 0.05)
+        job = module("blender.session.stroke_jobs").edit_job(field("Sphere"), (self.stroke,))
+        under = to_path(self.flat, LINE) < 0.15
+        free = under & (self.flat[:, 1] > 0.15)  # two edges from what is masked
+        mask = job.strokes[0].mask
+        np.testing.assert_array_equal(mask(self.flat[free]), 0)
+        np.testing.assert_array_equal(mask(self.flat[under & (masked == 1)]), 1)
+
     def test_upon_one_that_waits(self) -> None:
         """Which goes and comes back; then its result takes the mesh away, and the pen goes on."""
         self.draw()

@@ -103,6 +103,19 @@ class Masks(SculptCase):
         self.sculpt()
         self.assertAlmostEqual(float(self.raised().max()), 0.75 * 0.06, delta=5e-4)
 
+    def test_what_was_cleared_is_not_written_back(self) -> None:
+        """Clear Mask takes the attribute away, and an undo of the brush stroke before brings it."""
+        paint(self.ob(), half(self.ob()))
+        self.ob().data.polygons.foreach_set("hide", middles(self.ob())[:, 1] > 0)
+        mesh = self.ob().data
+        mesh.attributes.remove(mesh.attributes[".sculpt_mask"])
+        kept = painted(self.ob())
+        paint(self.ob(), half(self.ob()))
+        attributes.write(self.ob().data, kept)
+        self.assertEqual(set(painted(self.ob())), set(kept))
+        for name, values in painted(self.ob()).items():
+            np.testing.assert_array_equal(values, kept[name])
+
     def test_the_new_proxy_has_the_mask_and_undo_brings_back_all(self) -> None:
         masks = np.clip(0.5 + vertices(self.ob())[:, 0] / 0.4, 0, 1)
         paint(self.ob(), masks)
@@ -174,6 +187,11 @@ class Masks(SculptCase):
         paint(self.ob(), 0 * half(self.ob()))
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")
         self.assertNotIn("mask", strokes_of(self.ob())[0])
+
+    def test_the_next_stroke_is_not_offered_what_this_one_was_given(self) -> None:
+        """Blender remembers what a dialog was given, but of such properties."""
+        operator = bpy.ops.neural_sculpt.edit_stroke.get_rna_type()
+        self.assertTrue(operator.properties["mask"].is_skip_save)
 
     def test_hidden_faces_stay_and_stay_hidden(self) -> None:
         hidden = middles(self.ob())[:, 0] > 0

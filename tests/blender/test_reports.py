@@ -75,7 +75,9 @@ class Reports(SteeredCase):
 
     def test_nan_in_a_file_is_no_report(self) -> None:
         reports = module("blender.session.reports")
-        for text in ('{"mean": NaN}', '{"mean": [-Infinity]}', '{"mean": 1e999}'):
+        large = "1" + 400 * "0"  # an integer that is no float
+        place = f'{{"untouched_normal_max": 1, "untouched_worst": [0, 0, {large}]}}'
+        for text in ('{"mean": NaN}', '{"mean": [-Infinity]}', '{"mean": 1e999}', place):
             field("Sphere").neural_sculpt.report = text
             self.assertEqual(reports.report_of(field("Sphere")), {})
         field("Sphere").neural_sculpt.report = '{"error_mean": 0.5}'

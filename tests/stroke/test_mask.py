@@ -124,6 +124,13 @@ def test_masks_are_bounded_in_size():
     assert np.abs(mask(points) - 0.5 - 0.5 * np.sin(8 * points[:, 0])).mean() < 0.1
 
 
+def test_the_widest_stroke_has_a_mask():
+    """Whose spacing would be larger than that of any lattice."""
+    points = plane(0.05, 0.9)
+    mask = Mask.of(points, np.full(len(points), 0.2), 1.25)
+    np.testing.assert_allclose(mask(points), 0.2, atol=1e-9)
+
+
 def test_files_round_trip_to_the_bit():
     stroke, _ = straight(mask=slab(), mirror=frozenset("XY"))
     (again,) = parse_strokes(dump_strokes([stroke]))

@@ -90,6 +90,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
             (KEEP, "As It Was", "What was masked or hidden when the stroke was drawn"),
             (NOW, "As It Is Now", "What is masked or hidden on the proxy now"),
         ],
+        options={"SKIP_SAVE"},
     )
     mirror: EnumProperty(
         name="Mirror",

@@ -36,8 +36,10 @@ def read(mesh: Mesh) -> dict[str, np.ndarray]:
 
 
 def write(mesh: Mesh, painted: Mapping[str, NDArray[np.generic]]) -> None:
-    """Bring the attributes to these values, where they are others."""
+    """Bring the attributes to these values, where they are others; without the ones not named."""
     now = read(mesh)
+    for name in now.keys() - painted.keys():
+        mesh.attributes.remove(mesh.attributes[name])
     for name, values in painted.items():
         if name not in now:
             kind, domain, _ = PAINTED[name]

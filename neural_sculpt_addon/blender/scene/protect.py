@@ -3,8 +3,8 @@
 field whatever is masked later.
 
 The mask is that of the proxy under the stroke and its mirror images, on the side of thin parts that
-they displace. Some 5 ms for each copy of a stroke near to what is masked, on 100,000 triangles.
-Model space.
+they displace. On 100,000 triangles of which any is masked it takes some 15 ms, and 6 ms for each
+copy of the stroke, wherever that lies. Model space.
 """
 
 from dataclasses import replace
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...stroke.errors import SculptError
 from ...stroke.mask import Mask
 from ...stroke.stroke import Stroke
+from ..viewport import preview
 from ..viewport.base_surface import BaseSurface, Fans
 from ..viewport.growth import Growth, reach_of
 from . import brush_attributes, proxy_mesh
@@ -33,7 +34,7 @@ def protected(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     protection = brush_attributes.protection(mesh, triangles)
     if protection is None:
         return strokes
-    positions = proxy_mesh.positions(ob)
+    positions = preview.positions_below(ob)
     fans = Fans(triangles, len(positions))
 
     def one(stroke: Stroke) -> Stroke:

@@ -19,6 +19,7 @@ from ..viewport import redraw
 from .job import Job, Request
 from .worker_session import session
 
+DIGITS = 16  # from which on a number counts nothing
 REMEMBERED = 1024
 """Reports, some 1 kB each."""
 
@@ -29,11 +30,16 @@ _known: OrderedDict[str, str] = OrderedDict()
 def report_of(ob: Object) -> dict[str, Any]:
     """The report of the field as it is; empty when there is none, or none that can be read."""
     try:
-        report = json.loads(field_of(ob).report or "{}")
+        report = json.loads(field_of(ob).report or "{}", parse_int=_integer)
         json.dumps(report, allow_nan=False)  # a .blend can hold NaN, which nothing can show
     except (ValueError, RecursionError):
         return {}
     return report if isinstance(report, dict) else {}
+
+
+def _integer(text: str) -> float:
+    """A number of JSON without a point; infinite when no float holds it, as panels need."""
+    return int(text) if len(text) < DIGITS else float(text)
 
 
 def worst_place(report: dict[str, Any]) -> tuple[float, float, float] | None:

@@ -49,6 +49,11 @@ class Displaced:
         """Their unit normals (M, 3) there."""
         return self._normals[self._touched]
 
+    @property
+    def below(self) -> Vectors:
+        """Where all vertices (V, 3) are without the last stroke."""
+        return self._before
+
     def add(self, stroke: Stroke) -> None:
         """Displace by one more stroke and its images; other kinds show when done."""
         self.begin(stroke)

@@ -221,6 +221,16 @@ def true_positions(mesh: Mesh) -> NDArray[np.float32]:
     return true
 
 
+def positions_below(ob: Object) -> NDArray[np.float32]:
+    """The vertices (V, 3) of a proxy that the next stroke is drawn on: as the mesh shows them, but
+    without the stroke under the pen, or that was until just now."""
+    target = ob.session_uid
+    display, waiting = _displays.get(target), len(_wanted.get(target, ()))
+    if display and len(display.shape.strokes) > waiting and _is_untouched(ob, display):
+        return display.shape.below
+    return proxy_mesh.positions(ob)
+
+
 @contextmanager
 def hidden() -> Iterator[None]:
     """Without previews meanwhile."""
