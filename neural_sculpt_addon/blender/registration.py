@@ -78,7 +78,7 @@ from .scene.properties import (
 )
 from .session import live
 from .session.worker_session import session
-from .viewport import fit_overlay, overlay, seen_surface, tools, worst_place
+from .viewport import changed_stroke, fit_overlay, overlay, seen_surface, tools, worst_place
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,
@@ -150,6 +150,7 @@ PARTS = (
     status_bar,
     strength,
     overlay,
+    changed_stroke,
     fit_overlay,
     worst_place,
     tools,

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Change the settings of a stroke that was drawn before; the strokes are replayed with it.
 
+While the dialog is open the surface shows what the stroke would be.
 Radius and intensity are given in model space; the dialog shows them in scene units.
 """
 
@@ -11,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty, EnumProperty, IntVectorProperty
 from bpy.types import Context, Event, Operator
 
@@ -30,12 +32,14 @@ from ..scene.properties import (
     direction_property,
     ends_property,
     intensity_property,
+    is_field,
     radius_property,
     scene_intensity_property,
     scene_radius_property,
     strength_of_kind_property,
 )
 from ..scene.protect import protected
+from ..viewport import changed_stroke
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 from .launch import REGISTER, Outcome, active_field, fail, reports_errors
 
@@ -130,7 +134,26 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.ends, self.direction = stroke.ends.name, stroke.direction.name
         self.mirror, self.radial = set(stroke.mirror), stroke.radial
         self.closed, self.pressure = stroke.closed, True
-        return context.window_manager.invoke_props_dialog(self, width=320)
+        self.check(context)
+        title = f"{iface_(self.bl_label)}: {stroke.name}"
+        return context.window_manager.invoke_props_dialog(
+            self, width=320, title=title, translate=False
+        )
+
+    def check(self, context: Context) -> bool:
+        """Show the stroke with what the dialog has now; whether the dialog is to be drawn again."""
+        try:
+            if is_field(context.active_object):
+                ob = active_field(context)
+                entry = stroke_list.listed_entry(ob, chosen_uid(self, context))
+                changed_stroke.show(ob, entry, self._changed(entry.stroke, context))
+        except SculptError:  # as the settings are there is none; OK says why
+            changed_stroke.hide()
+        return True
+
+    def cancel(self, context: Context) -> None:
+        """Leave no trace in the window."""
+        changed_stroke.hide()
 
     def draw(self, context: Context) -> None:
         """The settings, with the curve of the brush where that is chosen."""
@@ -160,6 +183,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Replay the strokes with what was given; the rest of the stroke stays as it is."""
+        changed_stroke.hide()
         uid = chosen_uid(self, context)
         stroke = self._changed(self._stroke(context), context)
         if self.mask == NOW:

@@ -76,9 +76,14 @@ def readable(ob: Object) -> list[Entry]:
     return found
 
 
+def listed_entry(ob: Object, uid: str) -> Entry:
+    """An entry of the list. SculptError when it is not there, or damaged."""
+    return _found(entries(ob), uid)
+
+
 def stroke_of(ob: Object, uid: str) -> Stroke:
     """A stroke of the list. SculptError when it is not there, or damaged, or none."""
-    return _found(entries(ob), uid).stroke
+    return listed_entry(ob, uid).stroke
 
 
 def shown(item: NEURAL_SCULPT_PG_listed_stroke) -> Stroke | None:

@@ -156,7 +156,7 @@ def _draw_stroke() -> None:
     gpu.state.depth_test_set("LESS_EQUAL")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(ob.matrix_world)
-        _draw_ribbons(shown.ribbons)
+        draw_ribbons(shown.ribbons)
         gpu.state.depth_test_set("NONE")
         if len(shown.line):
             _draw_lines([shown.line], 1.5, preferences.overlay_colors().cursor)
@@ -165,7 +165,7 @@ def _draw_stroke() -> None:
     gpu.state.blend_set("NONE")
 
 
-def _draw_ribbons(shown: Sequence[Ribbon]) -> None:
+def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
     """Of a stroke and its images, which are as high and strong as it is."""
     if not shown:
         return
@@ -174,7 +174,7 @@ def _draw_ribbons(shown: Sequence[Ribbon]) -> None:
     color = np.where((ribbon.height < 0)[..., None], colors.carving, colors.raising)  # (R, C, 4)
     color[..., :3] *= shade[..., None]
     size = np.abs(ribbon.height)
-    color[..., 3] *= FAINTEST + (1 - FAINTEST) * size / max(size.max(), 1e-9)
+    color[..., 3] *= opacity * (FAINTEST + (1 - FAINTEST) * size / max(size.max(), 1e-9))
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     points = np.stack([image.points for image in shown])  # (M, R, C, 3)
     firsts = np.arange(len(shown), dtype=np.int32)[:, None, None] * size.size
@@ -182,10 +182,11 @@ def _draw_ribbons(shown: Sequence[Ribbon]) -> None:
         "pos": points.reshape(-1, 3).astype(np.float32),
         "color": np.tile(color.reshape(-1, 4), (len(shown), 1)).astype(np.float32),
     }
-    corners = (firsts + ribbon_triangles()).reshape(-1, 3)
+    corners = (firsts + ribbon_triangles(size.shape[1])).reshape(-1, 3)
     batch_for_shader(shader, "TRIS", data, indices=corners).draw(shader)
     for column in (0, points.shape[2] // 2, -1):
-        _draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], 0.8 * colors.cursor[3]))
+        edge = 0.8 * opacity * colors.cursor[3]
+        _draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], edge))
 
 
 def _draw_knots(shown: _Shown) -> None:

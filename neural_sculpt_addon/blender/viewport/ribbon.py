@@ -31,8 +31,8 @@ Lay = Callable[[ArrayLike], tuple[Array, Array]]
 class Ribbon(NamedTuple):
     """The tube of one stroke, or of one of its images."""
 
-    points: Array  # (ROWS, COLUMNS, 3)
-    height: Array  # (ROWS, COLUMNS), signed displacement, or share of the way
+    points: Array  # (ROWS, C, 3), C is COLUMNS or more
+    height: Array  # (ROWS, C), signed displacement, or share of the way
     strength: Array  # (ROWS,), in [0, 1]: the modulation, 1 where it is strongest
 
 
@@ -63,9 +63,9 @@ def _smooth(normals: Array) -> Array:
 
 
 @lru_cache
-def ribbon_triangles() -> NDArray[np.int32]:
+def ribbon_triangles(columns: int = COLUMNS) -> NDArray[np.int32]:
     """Corners (T, 3) of a ribbon's triangles, as indices of its points."""
-    corner = np.arange(ROWS * COLUMNS, dtype=np.int32).reshape(ROWS, COLUMNS)
+    corner = np.arange(ROWS * columns, dtype=np.int32).reshape(ROWS, columns)
     a, b, c, d = corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 

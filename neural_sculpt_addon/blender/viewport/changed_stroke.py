@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stroke of the history with the settings that a dialog has now, drawn over the surface.
+
+Nothing of it is in the scene, so neither undo nor files know of it. It is drawn for as long as the
+field and the mode are those for which it was made, whatever becomes of the dialog.
+"""
+
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportGeneralTypeIssues=false
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import bpy
+import gpu
+from bpy.types import Object, SpaceView3D
+
+from ...stroke.stroke import Stroke
+from ..scene.properties import field_of
+from ..scene.stroke_list import Entry
+from ..session.job import find
+from . import redraw
+from .changed_ribbon import changed_ribbons
+from .overlay import draw_ribbons
+from .ribbon import Ribbon
+from .view import lay
+
+BELOW = 0.6
+"""How opaque a ribbon is where the surface hides it, by its own."""
+
+
+@dataclass(frozen=True)
+class _Shown:
+    target: int  # session_uid of the object
+    field: tuple[str, str]  # its revision and mode
+    stroke: Stroke
+    ribbons: tuple[Ribbon, ...]
+
+
+class _State:
+    shown: _Shown | None = None
+
+
+def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
+    """Show the stroke in the place of the one that the entry of the history is."""
+    target, field, before = ob.session_uid, _field(ob), _State.shown
+    now = target, field, stroke
+    if before is not None and (before.target, before.field, before.stroke) == now:
+        return
+    share = 0.0 if entry.muted else entry.strength
+    made = changed_ribbons(entry.stroke, stroke, partial(lay, ob), share, entry.strength)
+    _State.shown = _Shown(*now, made)
+    redraw.tag_views()
+
+
+def hide() -> None:
+    """The dialog is closed."""
+    if _State.shown is not None:
+        _State.shown = None
+        redraw.tag_views()
+
+
+def shown() -> Stroke | None:
+    """The stroke as it is shown; None when none is."""
+    if (now := _State.shown) is None:
+        return None
+    ob = find(now.target)
+    if ob is None or _field(ob) != now.field:
+        _State.shown = None
+        return None
+    return now.stroke if ob.visible_get() else None
+
+
+def _field(ob: Object) -> tuple[str, str]:
+    return field_of(ob).revision, ob.mode
+
+
+def _draw() -> None:
+    """In the scene, in world space; what lies below the surface shines through."""
+    if shown() is None:
+        return
+    drawn = _State.shown
+    gpu.state.blend_set("ALPHA")
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(find(drawn.target).matrix_world)
+        for depth, opacity in (("NONE", BELOW), ("LESS_EQUAL", 1.0)):
+            gpu.state.depth_test_set(depth)
+            draw_ribbons(drawn.ribbons, opacity)
+    gpu.state.depth_test_set("NONE")
+    gpu.state.blend_set("NONE")
+
+
+_handlers: list[Any] = []
+
+
+def register() -> None:
+    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
+    if not bpy.app.background:
+        _handlers.append(SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+
+
+def unregister() -> None:
+    """Draw no more."""
+    _State.shown = None
+    if _handlers:
+        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
