@@ -2,6 +2,9 @@
 """What the artist does to the proxy by other means while a stroke waits is never lost, nor is the
 stroke, and no preview stays behind."""
 
+import os
+import signal
+
 import bmesh
 import bpy
 import numpy as np
@@ -75,6 +78,25 @@ class Meanwhile(SquareCase):
         bpy.ops.object.mode_set(mode="OBJECT")
         self.finish()
         self.assertEqual(self.listed(), [("One", False)])
+
+    def test_a_stroke_that_fails_in_edit_mode_is_kept_by_a_step_after_it(self) -> None:
+        """Steps of Edit Mode hold the mesh alone, so that undo would have lost it."""
+        self.draw()
+        bpy.ops.object.mode_set(mode="EDIT")
+        for deaths in (1, 2):
+            self.pump(lambda: self.session.client is not None and self.session.client.alive)
+            os.kill(self.session.client.pid, signal.SIGKILL)
+            self.pump(lambda deaths=deaths: self.session.jobs[0].deaths == deaths)
+        self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
+        self.assertEqual(self.listed(), [])
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.finish()
+        self.assertIn("One is in the history, muted.", self.session.last_error)
+        self.assertEqual(self.listed(), [("One", True)])
+        undo()
+        self.assertEqual(self.listed(), [])
+        redo()
+        self.assertEqual(self.listed(), [("One", True)])
 
     def test_vertices_moved_in_edit_mode_stay_and_are_a_native_edit(self) -> None:
         self.draw()

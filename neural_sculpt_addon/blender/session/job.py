@@ -57,6 +57,7 @@ class Job:
     deaths:  of workers that had the job; after the second it ends
     resent:  whether the worker lacked bytes that it should have had, and got all once more
     begun:   when the worker got it, on the clock of `time.monotonic`
+    failure: why it failed, while its strokes cannot be put into the history yet
     """
 
     kind: JobKind
@@ -77,6 +78,7 @@ class Job:
     number: int = field(default=-1, repr=False)
     begun: float = field(default=0.0, repr=False)
     resent: bool = field(default=False, repr=False)
+    failure: str = ""
 
     @property
     def title(self) -> str:

@@ -259,7 +259,9 @@ class Session:
                 job.base = field_of(ob).revision
 
     def _advance(self) -> None:
-        """Let the first job begin."""
+        """Let the first job begin, or end that could not before."""
+        if self.jobs and self.jobs[0].failure:
+            self._fail(self.jobs[0], self.jobs[0].failure)
         self._tell_bases()
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
             self._try(self.jobs[0], partial(self._start, self.jobs[0]))
@@ -417,8 +419,12 @@ class Session:
         self.watcher.changed()
 
     def _fail(self, job: Job, why: str) -> None:
-        """End a job; its strokes, which are not at fault, stay in the history."""
+        """End a job; its strokes, which are not at fault, stay in the history, as soon as a mode
+        is left whose undo steps would not hold them."""
         if job.keep is not None and find(job.target or 0) is not None:
+            if not self.waits and self._in_other_mode(job):
+                job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
+                return
             try:
                 job.keep()
                 why = f"{why} {job.title} is in the history, muted."
