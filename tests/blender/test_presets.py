@@ -4,6 +4,7 @@
 import json
 import os
 import shutil
+import signal
 import unittest
 
 import bpy
@@ -131,6 +132,7 @@ class Presets(SculptCase):
         (path,) = module("blender.folders").preset_folder().iterdir()
         written = path.read_bytes()
         self.brush.profile = "DENT"
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # as Python itself has it
         _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
         resource.setrlimit(resource.RLIMIT_FSIZE, (10, most))
         try:
