@@ -27,12 +27,15 @@ MASKED = 1.2
 
 
 class Displacement(NamedTuple):
-    """What a stroke does to surface points (M, 3)."""
+    """What a stroke does to surface points (M, 3).
+
+    nearness: distance from the path in radii; infinite on the other sheet of a thin part, and at
+              least MASKED where a mask keeps the surface
+    """
 
     amount: Array  # (M,), signed length
     direction: Array  # (M, 3), unit
-    nearness: Array  # (M,), distance from the path in radii; infinite on the other sheet
-    # and at least MASKED where a mask keeps the surface
+    nearness: Array  # (M,)
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
     vertex: NDArray[np.intp]  # (M,), of the path, the nearest one
