@@ -191,7 +191,8 @@ class Sequence:
         new = next((step for step, (one, two) in pairs if one != two), len(known))
         if place < new:
             same(now, [before], "was changed without a step in the history")
-        between = [] if several(before, now) else [before, now]
+        taken_back = self.possible.get(new - 1, [])  # what the steps that gave way were done to
+        between = [] if several(before, now) else [*taken_back, before, now]
         for step in range(new, place + 1):
             self.possible[step] = [now] if step == place else between
         for step in [step for step in self.possible if step >= count]:
@@ -385,7 +386,10 @@ class Sequence:
         yield from self._enter("EDIT")
 
     def sculpt_mode(self) -> Steps:
-        """Blender's brushes."""
+        """Blender's brushes; by way of Object Mode, for Blender itself does not take back what was
+        done in Edit Mode when that was left straight for Sculpt Mode."""
+        if editing():
+            yield from self._enter("OBJECT")
         yield from self._enter("SCULPT")
 
     def _enter(self, mode: str) -> Steps:
