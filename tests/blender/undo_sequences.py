@@ -155,7 +155,8 @@ class Sequence:
             self._choose()
         before, _ = self.last
         fields = [harness.field(name) for name in before]
-        natively = [(ob.name, ob.session_uid) for ob in fields if native_edits.edited(ob)]
+        edited = [ob for ob in fields if native_edits.edited(ob)]
+        natively = [(ob.name, [other.session_uid for other in linked(ob)]) for ob in edited]
         self.told.append(f"{word} {getattr(active(), 'name', None)}")
         at = self.steps, [*self.jobs], getattr(active(), "mode", None)
         yield from getattr(self, word)() or ()
@@ -170,7 +171,7 @@ class Sequence:
         if word not in ("undo", "redo", "sculpt", "brush"):
             done = [job for job in ended if job.status == "done"]
             taken = {job.target for job in done if job.kind in TAKE_IN}
-            check_native(before, [name for name, target in natively if target not in taken])
+            check_native(before, [name for name, targets in natively if taken.isdisjoint(targets)])
         check_strokes(ended)
 
     def _choose(self) -> None:
@@ -396,6 +397,7 @@ class Sequence:
         if active().mode != mode:
             self._ask(bpy.ops.object.mode_set, "EXEC_DEFAULT", True, mode=mode)
             self.session.poll_once()
+            self._look()
             yield 0.0
 
     def link(self) -> None:
@@ -440,6 +442,11 @@ class Sequence:
 def active() -> Object:
     """The object that is worked on; never kept."""
     return bpy.context.view_layer.objects.active
+
+
+def linked(ob: Object) -> list[Object]:
+    """The objects with the mesh of one: a brush sculpts them all, and one of them absorbs it."""
+    return [other for other in bpy.data.objects if other.data == ob.data]
 
 
 def _mode() -> str | None:
