@@ -38,8 +38,8 @@ from .detail import (
     quantised,
     spacing,
 )
-from .evaluate import values, values_and_gradients
-from .field import Field
+from .evaluate import values
+from .field import Field, Sampled
 from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
 from .fit_report import deviation
 from .mesh_cleanup import CleanMesh, clean, unit
@@ -170,15 +170,17 @@ class Absorption:
         self._field, self._layer = field, dict[int, Level]()
         moved = patch.points[patch.moved]
         between = _ways(moved, project(field, moved).points if origins is None else origins)
-        on_way = between[: -len(moved)]  # the last are where the field is 0
-        deepest = max(float(np.abs(values(field, on_way)).max()), DEPTH * spacing(COARSEST))
+        there = field.sample(moved)
+        on_way = between[len(moved) : -len(moved)]  # from there to where the field is 0
+        passed = np.append(there.f, values(field, on_way))
+        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(COARSEST))
         coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
         if coarsest < COARSEST:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
         everywhere = range(coarsest, 1 + (finest if tolerance is None else COARSEST))
         asked = _Asked(field, signed, patch)
-        self._rows, nodes = _rows(asked, everywhere, spacing(finest), between, rng)
+        self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
@@ -354,11 +356,17 @@ def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Arra
 
 
 def _rows(
-    asked: _Asked, levels: range, h: float, between: Array, rng: np.random.Generator
+    asked: _Asked,
+    there: Sampled,
+    levels: range,
+    h: float,
+    between: Array,
+    rng: np.random.Generator,
 ) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
     """The equations of levels that are everywhere, and the nodes of each.
 
-    h: spacing of the finest level that there may be
+    there: the field at the moved points
+    h:     spacing of the finest level that there may be
     """
     field, patch = asked.field, asked.patch
     points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
@@ -384,7 +392,7 @@ def _rows(
     beside = points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
     off = np.concatenate([beside, *empty])
     target, value = asked(off)
-    f, gradient = values_and_gradients(field, points)
+    f, gradient = there
     at = np.concatenate([points, kept])
     along = rng.standard_normal(at.shape, np.float32)
     along = unit(along)
