@@ -34,6 +34,9 @@ EACH = 3  # strokes with each brush that are measured
 LENGTH = 0.1  # of a stroke, model units
 POINTS = 6  # of the mouse in a stroke
 SECONDS = 600
+STAGES = ("noticed", "asked", "answered", "in the scene")
+"""Of a stroke, after Blender's brush has ended: the extension looks at the mesh, the worker has the
+job, its answer is there, the undo step is made."""
 TIMED = {
     "blender.session.live": ("_look_later", "look", "_finish"),
     "blender.scene.native_steps": ("take_back",),
@@ -44,6 +47,8 @@ rows: list[dict[str, Any]] = []
 times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
 """Milliseconds of each call: by the clock, and of the thread's own work."""
 ended: dict[str, float] = {}
+reached: dict[str, float] = {}
+"""When the last stroke came to each of its STAGES, on the clock of `time.perf_counter`."""
 brushed: list[dict[str, Any]] = []
 """Of each stroke that came into the scene: the vertices of its part, before, brushed, absorbed."""
 
@@ -87,7 +92,28 @@ def instrument() -> None:
     for owner in ("blender.session.live", "blender.scene.native_steps"):  # what imported it by name
         if hasattr(module(owner), "push_undo"):
             module(owner).push_undo = module("blender.scene.commit").push_undo
-    timed(module("blender.session.worker_session").session, "_timer")
+    session = module("blender.session.worker_session").session
+    timed(session, "poll_once")
+    look, hear, is_at_work = live.look, session._hear, live.is_at_work
+
+    def looked() -> None:
+        reached["noticed"], jobs = time.perf_counter(), len(session.jobs)
+        look()
+        if len(session.jobs) > jobs:
+            reached["asked"] = time.perf_counter()
+
+    def heard(message: Any) -> None:
+        if message.kind == "result":
+            reached["answered"] = time.perf_counter()
+        hear(message)
+
+    def ends(*_: object) -> None:
+        """Blender tells of a change when the brush that made it has just ended."""
+        if "ended" not in reached and not is_at_work():
+            reached["ended"] = time.perf_counter()
+
+    live.look, session._hear = looked, heard
+    bpy.app.handlers.depsgraph_update_post.append(ends)
 
 
 def steps() -> Steps:
@@ -102,6 +128,7 @@ def steps() -> Steps:
     addon: Any = bpy.context.preferences.addons[EXTENSION]
     addon.preferences.resolution = RESOLUTION
     bpy.context.preferences.edit.undo_steps = 256
+    bpy.context.preferences.system.viewport_aa = "OFF"  # software would draw without end
     hand.look()
     operators: Any = bpy.ops
     operators.neural_sculpt.add(kind="SUZANNE")
@@ -116,7 +143,8 @@ def steps() -> Steps:
     generator = np.random.default_rng(0)
     print(
         f"{'brush':18} {'strokes':>7} {'vertices':>8} {'mean':>7} {'95 %':>7} {'field':>7}"
-        f" {'drift':>7} {'pieces':>7} {'remade':>7} {'s':>6}"
+        f" {'drift':>7} {'pieces':>7} {'remade':>7}   "
+        + " ".join(f"{stage:>12}" for stage in (*STAGES, "of it solving"))
     )
     for name in BRUSHES:
         yield from measure(name, generator, session)
@@ -133,23 +161,27 @@ def measure(name: str, generator: np.random.Generator, session: Any) -> Steps:
     for _ in range(EACH):
         brushed.clear()
         yield from stroke(generator)
-        start = ended["look"]
         yield from hand.until(lambda: bool(brushed), SECONDS, f"{name} in the field")
         yield from hand.until(lambda: not session.jobs, SECONDS, "an idle worker")
-        results.append((*compare(brushed[0]), ended["finish"] - start))
+        reached["in the scene"] = ended["finish"]
+        stages = [reached[stage] - reached["ended"] for stage in STAGES]
+        solving = brushed[0]["report"]["seconds"]
+        results.append((*compare(brushed[0]), *stages, solving))
     means = np.mean([result[:5] for result in results], axis=0)
     pieces, remade = (sum(result[i] for result in results) for i in (5, 6))
-    seconds = float(np.median([result[7] for result in results]))
+    seconds = np.median([result[7:] for result in results], axis=0).tolist()
     counted, *lengths = means
     print(
         f"{name:18} {EACH:7} {counted:8.0f} "
         + " ".join(f"{1000 * v:7.3f}" for v in lengths)
-        + f" {pieces:+7} {remade:7} {seconds:6.2f}",
+        + f" {pieces:+7} {remade:7}   "
+        + " ".join(f"{second:12.3f}" for second in seconds),
         flush=True,
     )
     keys = ("vertices", "mean", "p95", "field", "drift")
     row = dict(zip(keys, means.tolist(), strict=True))
-    rows.append({"brush": name, **row, "pieces": pieces, "remade": remade, "seconds": seconds})
+    rows.append({"brush": name, **row, "pieces": pieces, "remade": remade})
+    rows[-1].update(zip((*STAGES, "solving"), seconds, strict=True))
 
 
 def compare(done: dict[str, Any]) -> tuple[Any, ...]:
@@ -170,12 +202,12 @@ def compare(done: dict[str, Any]) -> tuple[Any, ...]:
     tree = BVHTree.FromPolygons(now[used].tolist(), local.reshape(-1, 3).tolist())
     changed = (part.before != part.after).any(1)
     away = np.array([distance(tree, p) for p in part.after[changed].tolist()])
-    rest = np.ones(len(done["base"]), bool)
-    rest[part.vertices] = False
     if done["remade"]:
         ring = part.after[~changed]
         drift = float(np.mean([distance(tree, p) for p in ring.tolist()]))
     else:
+        rest = np.ones(len(done["base"]), bool)
+        rest[part.vertices] = False
         drift = float(np.abs(now - done["base"])[rest].max())
     pieces = report["components_after"] - report["components_before"]
     return (
@@ -197,7 +229,9 @@ def distance(tree: BVHTree, point: list[float]) -> float:
 
 def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     """Strokes of all brushes in turn, without a pause."""
-    before, started = len(fields()[0].neural_sculpt.strokes), time.perf_counter()
+    history = module("blender.scene.sculpt_steps").steps
+    before, steps_before = len(fields()[0].neural_sculpt.strokes), len(history()[0])
+    started = time.perf_counter()
     brushed.clear()
     for number in range(count):
         if number % 5 == 0:
@@ -213,16 +247,19 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
 
     yield from hand.until(rests, SECONDS, "all strokes in the field")
     total, added = time.perf_counter() - started, len(fields()[0].neural_sculpt.strokes) - before
+    undo_steps = len(history()[0]) - steps_before
     errors = [done["report"]["error_mean"] for done in brushed]
     worst = 1000 * max(errors, default=0.0)
+    edited = module("blender.scene.native_edits").edited(fields()[0])
     print(
-        f"\n{count} strokes in {drawn:.1f} s: {added} entries after {total:.1f} s, mean distance"
-        f" at most {worst:.3f}, edited: {module('blender.scene.native_edits').edited(fields()[0])}"
+        f"\n{count} strokes in {drawn:.1f} s: {added} entries and {undo_steps} undo steps after"
+        f" {total:.1f} s, mean distance at most {worst:.3f}, edited: {edited}"
     )
     rows.append(
         {
             "strokes": count,
             "entries": added,
+            "steps": undo_steps,
             "drawn": drawn,
             "seconds": total,
             "worst": worst / 1000,
@@ -235,6 +272,7 @@ def stroke(generator: np.random.Generator) -> Steps:
     start, end = places(generator)
     path = hand.to_window(start + part * (end - start) for part in np.linspace(0, 1, POINTS))
     looks = len(times["look"])
+    reached.clear()
     yield from hand.drag(path)
     yield from hand.until(lambda: len(times["look"]) > looks, SECONDS, "the end of a stroke")
 

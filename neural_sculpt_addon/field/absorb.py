@@ -38,8 +38,8 @@ from .detail import (
     quantised,
     spacing,
 )
-from .evaluate import values, values_and_gradients
-from .field import Field
+from .evaluate import values
+from .field import Field, Sampled
 from .fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
 from .fit_report import deviation
 from .mesh_cleanup import CleanMesh, clean, unit
@@ -69,6 +69,9 @@ crumbs."""
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
 """Level on which islands are taken away, how far in its cells, and the weight of that."""
 
+BESIDE = 3
+"""Samples of what was moved for each that has a row beside it, as in a fit."""
+
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
 CELLS = 64  # of the lattice that finds pieces
@@ -87,8 +90,9 @@ class Absorbed(NamedTuple):
     report: dict[str, Any]
 
 
-Signed = Callable[[Array, Array], ArrayLike]
-"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,)."""
+Signed = Callable[[Array, Array, NDArray[np.bool_]], ArrayLike]
+"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,): where a third
+array (N,) is false, any number is one that has the right sign."""
 
 
 class Tolerance(NamedTuple):
@@ -126,7 +130,7 @@ def absorb(
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = bent(mesh.vertices, mesh.triangles, moved)
 
-    def signed(points: Array, _: Array) -> NDArray[np.float64]:
+    def signed(points: Array, *_: NDArray) -> NDArray[np.float64]:
         return distance(points.astype(float)).value
 
     finest = finest_level(mesh.corners[moved[mesh.triangles].all(axis=1)])
@@ -166,14 +170,17 @@ class Absorption:
         self._field, self._layer = field, dict[int, Level]()
         moved = patch.points[patch.moved]
         between = _ways(moved, project(field, moved).points if origins is None else origins)
-        deepest = max(float(np.abs(values(field, between)).max()), DEPTH * spacing(COARSEST))
+        there = field.sample(moved)
+        on_way = between[len(moved) : -len(moved)]  # from there to where the field is 0
+        passed = np.append(there.f, values(field, on_way))
+        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(COARSEST))
         coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
         if coarsest < COARSEST:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
         everywhere = range(coarsest, 1 + (finest if tolerance is None else COARSEST))
         asked = _Asked(field, signed, patch)
-        self._rows, nodes = _rows(asked, everywhere, spacing(finest), between, rng)
+        self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
@@ -183,7 +190,7 @@ class Absorption:
             if not len(missed):
                 break
             some = dilated(missed, level)
-            self._add_around(asked, _apart(dilated(some, level), patch, level))
+            self._add_around(asked, _apart(some, patch, level))
             self._add(level, some)
 
     @property
@@ -239,8 +246,8 @@ class _Asked:
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """What it shall be at `points` (N, 3), and what it was."""
         value = values(self.field, points)
-        truth = np.asarray(self._signed(points, value))
         near = self.patch.moved[self._tree.query(points)[1]]
+        truth = np.asarray(self._signed(points, value, near))
         target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
         return target.astype(np.float32), value
 
@@ -344,15 +351,22 @@ def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Arra
     axes = [middles[(middles > a) & (middles < b)] for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     value = values(field, points)
-    return points[(value < 0) != (np.asarray(signed(points, value)) < 0)]
+    sides = np.asarray(signed(points, value, np.zeros(len(points), bool)))
+    return points[(value < 0) != (sides < 0)]
 
 
 def _rows(
-    asked: _Asked, levels: range, h: float, between: Array, rng: np.random.Generator
+    asked: _Asked,
+    there: Sampled,
+    levels: range,
+    h: float,
+    between: Array,
+    rng: np.random.Generator,
 ) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
     """The equations of levels that are everywhere, and the nodes of each.
 
-    h: spacing of the finest level that there may be
+    there: the field at the moved points
+    h:     spacing of the finest level that there may be
     """
     field, patch = asked.field, asked.patch
     points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
@@ -373,11 +387,12 @@ def _rows(
         empty.append(_apart(reached, patch, max(level, COARSEST)))
     kept = patch.points[inside & ~patch.moved]
 
-    side = rng.uniform(0.3, 1.5, len(points)) * rng.choice([-h, h], len(points))
-    beside = points + side[:, None].astype(np.float32) * unit(wanted)
+    some = slice(None, None, BESIDE)
+    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
+    beside = points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
     off = np.concatenate([beside, *empty])
     target, value = asked(off)
-    f, gradient = values_and_gradients(field, points)
+    f, gradient = there
     at = np.concatenate([points, kept])
     along = rng.standard_normal(at.shape, np.float32)
     along = unit(along)
@@ -402,8 +417,8 @@ def _rows(
 
 def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
     """How close the zero level came to what was moved, see `Absorbed`."""
-    moved = patch.moved
+    points = patch.points[patch.moved]
     return {
-        **deviation(field, patch.points[moved], unit(patch.gradients[moved])),
+        **deviation(project(field, points), points, unit(patch.gradients[patch.moved])),
         "components": components(extract(field, CELLS, progress)),
     }

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -143,7 +143,7 @@ def combine(
     mesh = _extract(both, CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
 
-    def signed(points: NDArray[np.float32], _: NDArray[np.float32]) -> NDArray[np.float32]:
+    def signed(points: NDArray[np.float32], *_: NDArray[Any]) -> NDArray[np.float32]:
         return values(both, points)
 
     rng = np.random.default_rng(0)

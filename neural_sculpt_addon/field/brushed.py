@@ -25,13 +25,12 @@ from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent, sub_progress
 from .absorb import Absorption, Patch, Tolerance, bent, finest_level, refuse_outside
 from .detail import Coefficients, spacing, support
-from .field import Field
 from .fit_detail import COARSEST
 from .fit_report import deviation
 from .mesh_cleanup import areas, normals, unit
 from .pieces import Asked, find_islands
 from .prepare import Preparation
-from .projection import ARRIVED, project
+from .projection import ARRIVED, Projection, project
 from .proxy import Proxy, update
 from .surface import spatial_order
 
@@ -111,13 +110,15 @@ def absorb_brushed(
         CLOSE,
     )
     done = _without_islands(preparation, solution, new, sub_progress(progress, 0.6, 0.9))
+    found = project(done.field, after)
+    wanted = unit(new.gradients[: len(after)])
     report = {
-        **deviation(done.field, after[moved], unit(new.gradients[: len(after)][moved])),
+        **deviation(found.where(moved), after[moved], wanted[moved]),
         "components_before": preparation.proxy.components.total,
         "components_after": done.proxy.components.total,
         "seconds": time.monotonic() - start,
     }
-    return AbsorbedStroke(done, solution.layer, report, _snap(done.field, brushed, changed))
+    return AbsorbedStroke(done, solution.layer, report, _snap(found, brushed, changed))
 
 
 def _check(brushed: Brushed) -> None:
@@ -168,17 +169,24 @@ class _SignedDistance:
         some = self._triangles[changed[self._triangles].any(axis=1)]
         both = np.concatenate([self._after, brushed.before.astype(float)])
         self._added = igl.FastWindingNumberBVH()
-        self._added.init(both, np.concatenate([some, some[:, ::-1] + len(self._after)]), 2)
+        some = np.concatenate([some, some[:, ::-1] + len(self._after)])
+        self._added.init(both, some, 2)
+        self._low, self._high = both[some].min(axis=(0, 1)), both[some].max(axis=(0, 1))
 
-    def __call__(self, points: Array, value: Array) -> NDArray[np.float64]:
-        """At `points` (N, 3), where the field was `value` (N,)."""
-        order = spatial_order(points)  # neighbours walk the same branches of the trees
-        queries = points[order].astype(float)
+    def __call__(self, points: Array, value: Array, near: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """At `points` (N, 3), where the field was `value` (N,). It is no more than a sign where the
+        brushed surface is not `near` (N,) and the side is what it was."""
+        within = np.flatnonzero(((points > self._low) & (points < self._high)).all(axis=1))
+        within = within[spatial_order(points[within])]  # neighbours walk the same branches
+        added = np.zeros(len(points))
+        added[within] = self._added.winding_number(points[within].astype(float), 2.0)
+        inside = (value < 0) + added > 0.5
+        asked = np.flatnonzero(near | (inside != (value < 0)))
+        asked = asked[spatial_order(points[asked])]
+        queries = points[asked].astype(float)
         square = self._tree.squared_distance(self._after, self._triangles, queries)[0]
-        added = np.asarray(self._added.winding_number(queries, 2.0))
-        inside = (value[order] < 0) + added > 0.5
-        signed = np.empty(len(points))
-        signed[order] = np.where(inside, -1, 1) * np.sqrt(np.asarray(square))
+        signed = np.where(inside, -1.0, 1.0)
+        signed[asked] *= np.sqrt(np.asarray(square))
         return signed
 
 
@@ -205,10 +213,10 @@ def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Pa
     )
 
 
-def _snap(field: Field, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
-    """The vertices on the zero level; None when triangles are stretched, or fold there."""
+def _snap(found: Projection, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
+    """The vertices on the zero level, as `found`; None when triangles are stretched, or fold
+    there."""
     before, after, triangles = brushed
-    found = project(field, after)
     vertices = np.where(changed[:, None], found.points, after)
     corners = vertices[triangles]  # (T, 3, 3)
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)  # (T, 3)

@@ -18,7 +18,7 @@ from .evaluate import values
 from .field import Field
 from .mesh_distance import MeshDistance
 from .pieces import components
-from .projection import project
+from .projection import Projection, project
 from .proxy import extract
 
 SURFACE_SAMPLES = 8192
@@ -38,15 +38,15 @@ def report(
     clear = truth.certain & (np.abs(truth.value) > CLEAR)
     wrong = (values(field, volume) < 0) != (truth.value < 0)
     return {
-        **deviation(field, points, normals),
+        **deviation(project(field, points), points, normals),
         "sign_errors": float(wrong[clear].mean()),
         "components": _components(field, progress),
     }
 
 
-def deviation(field: Field, points: NDArray, normals: NDArray) -> dict[str, float]:
-    """How far the zero level is from points (N, 3) with normals (N, 3): errors and normal_deg."""
-    found = project(field, points)
+def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str, float]:
+    """How far the zero level, where it was `found` from them, is from points (N, 3) with normals
+    (N, 3): errors and normal_deg."""
     error = np.linalg.norm(found.points - points, axis=1)  # (N,)
     cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
     return {

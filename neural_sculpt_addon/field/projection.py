@@ -26,6 +26,10 @@ class Projection(NamedTuple):
     normals: NDArray[np.float32]  # (N, 3), unit, outward
     distance: NDArray[np.float32]  # (N,), |f| / |grad f| that was left before the last step
 
+    def where(self, chosen: NDArray[np.bool_]) -> "Projection":
+        """The chosen points."""
+        return Projection(self.points[chosen], self.normals[chosen], self.distance[chosen])
+
 
 def project(
     field: Field, points: ArrayLike, steps: int = 5, reach: float = 0.1, tolerance: float = 1e-6
