@@ -45,11 +45,11 @@ def gear() -> Mesh:
     count = len(outline)
     rim = np.arange(count)
     following = np.roll(rim, -1)
-    vertices = np.concatenate(
+    vertices: NDArray[np.float64] = np.concatenate(
         [
             np.column_stack([outline, np.full(count, -0.3)]),
             np.column_stack([outline, np.full(count, 0.3)]),
-            [[0, 0, -0.3], [0, 0, 0.3]],
+            np.array([[0.0, 0.0, -0.3], [0.0, 0.0, 0.3]]),
         ]
     )
     triangles = [
