@@ -77,15 +77,15 @@ class Attack:
         if later:
             process = self.session.client._process
             message = process._answers._count + number
-            (process._folder / FULL).write_text(f"{message} {self.folder}")
+            (process.folder / FULL).write_text(f"{message} {self.folder}")
         else:
             disk.fill(self.folder, number)
         try:
             return target()
         finally:
             disk.clear(self.folder)
-            if (client := self.session.client) and client._process:
-                (client._process._folder / FULL).unlink(missing_ok=True)
+            if (client := self.session.client) and client.folder:
+                (client.folder / FULL).unlink(missing_ok=True)
 
     def finish(self) -> None:
         """Poll until nothing waits."""

@@ -40,7 +40,8 @@ def window() -> Window:
     return bpy.context.window_manager.windows[0]
 
 
-def _event(kind: str, value: str, at: Pixel, held: Held, text: str = "") -> None:
+def event(kind: str, value: str, at: Pixel, held: Held, text: str = "") -> None:
+    """Let Blender have one event: of a key or button pressed or released, or of the mouse."""
     x, y = map(int, at)
     given: Any = dict.fromkeys(held, True) | ({"unicode": text} if text else {})
     window().event_simulate(type=cast(Any, kind), value=cast(Any, value), x=x, y=y, **given)
@@ -48,23 +49,23 @@ def _event(kind: str, value: str, at: Pixel, held: Held, text: str = "") -> None
 
 def move(at: Pixel, held: Held = ()) -> None:
     """Move the mouse; `held` are "ctrl", "shift", "alt"."""
-    _event("MOUSEMOVE", "NOTHING", at, held)
+    event("MOUSEMOVE", "NOTHING", at, held)
 
 
 def press(at: Pixel, held: Held = (), button: str = "LEFTMOUSE") -> None:
     """Press a button or a key and hold it."""
-    _event(button, "PRESS", at, held)
+    event(button, "PRESS", at, held)
 
 
 def release(at: Pixel, held: Held = (), button: str = "LEFTMOUSE") -> None:
     """Let go of a button or a key."""
-    _event(button, "RELEASE", at, held)
+    event(button, "RELEASE", at, held)
 
 
 def tap(key: str, at: Pixel, held: Held = (), text: str = "") -> None:
     """Press a key, or click a button, and let go; `text` is what a key writes."""
-    _event(key, "PRESS", at, held, text)
-    _event(key, "RELEASE", at, held)
+    event(key, "PRESS", at, held, text)
+    event(key, "RELEASE", at, held)
 
 
 def drag(path: Iterable[Pixel], held: Held = (), pause: float = 0.0) -> Steps:

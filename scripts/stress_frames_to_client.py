@@ -92,7 +92,7 @@ def _finals(client: Any, process: Any) -> list[Any]:
 
 def _put(process: Any, frame: bytes) -> None:
     """Answer as a worker does."""
-    folder = process._folder / "answers"
+    folder = process.folder / "answers"
     (folder / "part").write_bytes(frame)
     (folder / "part").rename(folder / str(process._answers._count))
 

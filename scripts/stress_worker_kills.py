@@ -98,7 +98,7 @@ def _kill(harness: Any, session: Any, moment: str, names: list[str], random: Ran
     if moment == "before":
         os.kill(pid, signal.SIGKILL)
     if moment == "answering":
-        (session.client._process._folder / DIE).write_text(str(random.random()))
+        (session.client.folder / DIE).write_text(str(random.random()))
     for name in names:
         arc = harness.arc(harness.field("Sphere"), tilt=random.uniform(-3, 3))
         harness.stroke(arc, name=name, intensity=INTENSITY)

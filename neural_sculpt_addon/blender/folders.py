@@ -18,11 +18,11 @@ def user_folder() -> Path:
     try:
         return Path(bpy.utils.extension_path_user(ADDON, create=True))
     except ValueError:  # registered from a source tree, by a script or a test
-        return _private_folder()
+        return private_folder()
 
 
 @cache
-def _private_folder() -> Path:
+def private_folder() -> Path:
     """A temporary folder of this user alone, the same each time where nobody has taken its name."""
     user = os.getuid() if hasattr(os, "getuid") else 0  # on Windows each user has another place
     path = Path(tempfile.gettempdir()) / f"neural_sculpt-{user}"

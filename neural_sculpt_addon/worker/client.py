@@ -27,7 +27,7 @@ from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKin
 __all__ = ["Client", "JobKind", "Message", "MessageKind", "WorkerGoneError", "WorkerState"]
 
 _TICK = 0.005  # seconds between two looks while waiting
-_READING = 0.004  # seconds that one poll reads a message for, and the array that it is at
+READING = 0.004  # seconds that one poll reads a message for, and the array that it is at
 
 
 class WorkerState(StrEnum):
@@ -70,6 +70,11 @@ class Client:
     def pid(self) -> int | None:
         """The system's number of the worker process."""
         return None if self._process is None else self._process.pid
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder of requests and answers of the worker process, see `process`."""
+        return None if self._process is None else self._process.folder
 
     def start(self) -> None:
         """Start the worker, again if it died; one that runs is left alone. Returns at once.
@@ -137,7 +142,7 @@ class Client:
 
         A large result is read by several calls.
         """
-        self._take_all(_READING)
+        self._take_all(READING)
         self._feel()
         news = list(self._inbox)
         self._inbox.clear()

@@ -28,7 +28,7 @@ def choose(wanted: Device) -> "torch.device":
             " preferences, or a Worker Python whose PyTorch is made for CUDA."
         )
     try:
-        _sculpt(torch.device("cuda"))
+        try_out(torch.device("cuda"))
     except Exception as error:  # of the driver, of PyTorch, of ours: it is of no use in any case
         logger.exception("CUDA cannot be used")
         if wanted is Device.CUDA:
@@ -40,7 +40,7 @@ def choose(wanted: Device) -> "torch.device":
     return torch.device("cuda")
 
 
-def _sculpt(device: "torch.device") -> None:
+def try_out(device: "torch.device") -> None:
     """A small stroke on a device, which must succeed."""
     from ..field.edit import edit
     from ..field.primitives import primitive

@@ -62,7 +62,8 @@ class WorkerProcess:
             raise SculptError(
                 f"The worker cannot be started ({error}); check its Python in the preferences."
             ) from error
-        self._folder = folder
+        self.folder = folder
+        """Its own, through which it is spoken to; gone when it has ended."""
         self._requests = Outbox(folder / REQUESTS)
         self._answers = Inbox(folder / ANSWERS)
         self._pulse = Pulse(folder / ANSWERS)
@@ -134,7 +135,7 @@ class WorkerProcess:
             with contextlib.suppress(subprocess.TimeoutExpired):  # a driver holds it
                 self._process.wait(_GRACE)
             code = self._process.returncode or 0
-        shutil.rmtree(self._folder, ignore_errors=True)
+        shutil.rmtree(self.folder, ignore_errors=True)
         tail = self._log_tail()
         return Exit(reason or exit_in_words(code, tail), tail)
 

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import time
+from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -95,7 +96,7 @@ class BrokenWorker(SteeredCase):
         stroke(np.eye(3), name="One")
         self.pump(lambda: self.session.jobs[0].status == "running")
         worker = self.session.client.pid
-        shutil.rmtree(self.session.client._process._folder / "requests")
+        shutil.rmtree(self.session.client.folder / "requests")
         self.finish()
         self.assertEqual(self.listed(), [("One", False)])
         self.assertIsNone(self.session.behind)
@@ -124,8 +125,9 @@ class BrokenWorker(SteeredCase):
     def test_a_defect_ends_one_job_and_not_the_timer(self) -> None:
         stroke(np.eye(3), name="One")
         message, kind = module("worker.client").Message, module("worker.client").MessageKind
-        self.session._news.append(message(kind.PROGRESS, self.session.jobs[0].number))
-        self.pump(lambda: self.session.last_error != "")
+        news = [message(kind.PROGRESS, self.session.jobs[0].number)]  # without its fields
+        with patch.object(self.session.worker, "poll", lambda: news):
+            self.pump(lambda: self.session.last_error != "")
         self.assertIn("One failed; the system console says why.", self.session.last_error)
         self.assertEqual(self.listed(), [("One", True)])
         stroke(np.eye(3), name="Two")

@@ -31,8 +31,9 @@ class EditPreview(SculptCase):
         brush = Brush(**{"radius": RADIUS, "intensity": INTENSITY} | given)
         new = replace(entry.stroke, brush=brush)
         changed_stroke.show(ob, entry, new)
-        self.assertEqual(changed_stroke.shown(), new)
-        return changed_stroke._State.shown.ribbons[0].points
+        shown = changed_stroke.shown()
+        self.assertEqual(shown.stroke, new)
+        return shown.ribbons[0].points
 
     def test_it_is_where_the_surface_will_be(self) -> None:
         """Along the middle, above the sphere that was there before the stroke."""

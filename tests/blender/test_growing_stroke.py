@@ -40,7 +40,9 @@ def at_once(points: np.ndarray, triangles: np.ndarray, *strokes: object) -> tupl
     shape = Displaced(points, triangles)
     for stroke in strokes:
         shape.add(stroke)
-    return shape._positions, np.where(shape._touched[:, None], shape._normals, 0)
+    positions, normals = points.copy(), np.zeros_like(points)
+    positions[shape.vertices], normals[shape.vertices] = shape.positions, shape.normals
+    return positions, normals
 
 
 class Growing(unittest.TestCase):

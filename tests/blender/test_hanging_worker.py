@@ -37,7 +37,7 @@ class HangingWorker(SteeredCase):
     def test_the_panel_says_so_and_restart_loses_nothing(self) -> None:
         hung = self.hang("One", "Two")
         panel = module("blender.panels.worker")
-        self.assertEqual(panel._state(), "Not responding")
+        self.assertEqual(panel.state(), "Not responding")
         self.assertIn("no sign of life", self.session.jobs[0].message)
         self.assertEqual(self.listed(), [])
         self.assertEqual(bpy.ops.neural_sculpt.restart_worker(), {"FINISHED"})

@@ -27,8 +27,8 @@ class ShownStroke(SculptCase):
 
     def shown(self, stroke: object, chosen: int | None = None) -> tuple[object, ...]:
         overlay.show_stroke(self.ob, stroke, editing=True, chosen=chosen)
-        self.assertEqual(overlay._State.stroke.chosen, chosen)
-        return overlay._State.stroke.ribbons
+        self.assertEqual(overlay.shown_stroke().chosen, chosen)
+        return overlay.shown_stroke().ribbons
 
     def test_the_same_stroke_is_not_made_again(self) -> None:
         first = self.shown(self.stroke)

@@ -92,7 +92,7 @@ def shown() -> Iterator[str]:
     for shape in (choices.Profile, choices.Modulation):
         for _, name, tip in choices.fixed_items(shape):
             yield from (name, tip)
-        yield from (preset.name for preset in choices._presets(shape).values())
+        yield from (preset.name for preset in choices.loaded_presets(shape).values())
     for _, name, tip in module("blender.presets.alpha_choices").fixed_items():
         yield from (name, tip)
 
@@ -175,7 +175,7 @@ class Translations(unittest.TestCase):
 
     def test_in_our_context_all_is_known(self) -> None:
         translations = module("blender.locale.translations")
-        table = translations._in_contexts({("", "a"): "A", ("Neural Sculpt", "b"): "B"})
+        table = translations.in_contexts({("", "a"): "A", ("Neural Sculpt", "b"): "B"})
         known = {context: said for (context, text), said in table.items() if text == "a"}
         self.assertEqual(known, dict.fromkeys(("*", "Operator", "Neural Sculpt"), "A"))
         self.assertEqual([key for key in table if key[1] == "b"], [("Neural Sculpt", "b")])

@@ -1,18 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields whose zero sets are known in closed form, and where the pretrained ones lie."""
-
-from pathlib import Path
+"""Fields whose zero sets are known in closed form."""
 
 import numpy as np
-import pytest
 import torch
 
-from neural_sculpt_addon.field.checkpoint import load
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 
-DATA = Path(__file__).parents[2].parent / "shared/data"
-MODELS = ("bunny", "bust", "frog", "pumpkin", "sphere", "torus")
 FREQUENCIES = np.array([0.5, 1.0, 1.5, 2.0, 2.5])
 
 
@@ -58,11 +52,3 @@ def ball(radius=0.5, spare=0, seed=0):
 def eight_balls():
     """cos(2 pi x) + cos(2 pi y) + cos(2 pi z) + 2: blobs about (+-1/2, +-1/2, +-1/2)."""
     return Field(siren((2 * np.pi * np.eye(3), np.full(3, np.pi / 2)), ([[1.0] * 3], [2.0])))
-
-
-def pretrained(model):
-    """One of the pretrained networks; skips where they are absent."""
-    path = DATA / "networks" / f"{model}.pth"
-    if not path.exists():
-        pytest.skip(f"pretrained network {path} is absent")
-    return load(path)

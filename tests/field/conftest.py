@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import torch
 
 from neural_sculpt_addon.field import threads
 from neural_sculpt_addon.field.field import Field
@@ -25,6 +26,12 @@ class Sculpted(NamedTuple):
     stroke: Stroke
     problem: Problem
     field: Field
+
+
+@pytest.fixture(autouse=True)
+def seeded():
+    """Each test finds torch's own generator the same: modules of torch.nn are made by it."""
+    torch.manual_seed(0)
 
 
 @pytest.fixture(scope="session")

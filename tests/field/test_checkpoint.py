@@ -25,7 +25,7 @@ from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.stroke.errors import SculptError
-from tests.field.analytic import MODELS, pretrained
+from tests.field.networks import MODELS, PACKED, network_of
 from tests.field.random_layers import layers, random_layer, same
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*weight_norm. is deprecated")
@@ -246,10 +246,11 @@ def test_what_is_written_as_pth_loads_into_the_authors_module(tmp_path):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_pretrained_networks(model):
-    field = pretrained(model)
-    assert field.network.widths == (128, 128)
-    assert field.network.omegas == (30.0, 30.0)
+def test_networks_of_shapes(model):
+    field = network_of(model)
+    packed = (PACKED / f"{model}.pth").exists()
+    assert field.network.widths == ((64, 64) if packed else (128, 128))
+    assert field.network.omegas == ((48.0, 30.0) if packed else (30.0, 30.0))
     x = np.random.default_rng(0).uniform(-1, 1, (4000, 3))
     outside = values(field, x[np.linalg.norm(x, axis=1) > 1.2])
     assert (outside > 0).mean() > 0.99  # negative inside

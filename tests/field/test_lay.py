@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Laying strokes: great circles, the scored cases' paths, and what cannot be laid."""
+"""Laying strokes: great circles, paths on networks, and what cannot be laid."""
 
 import json
 
 import numpy as np
 import pytest
+import torch
+from scipy.interpolate import CubicSpline
 
 from neural_sculpt_addon.field.lay import MOST_POINTS, POINTS, lay
 from neural_sculpt_addon.field.projection import project
+from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import DATA, MODELS, ball, eight_balls, ellipsoid, plane, pretrained
+from tests.field.analytic import ball, eight_balls, ellipsoid, plane
+from tests.field.networks import DATA, MODELS, network_of
 
 BRUSH = Brush(0.08, 0.06)
 
 
-def cases():
+def scored_cases():
+    """Paths that others computed, where they lie beside the project."""
     path = DATA / "cases/cases.json"
     return json.loads(path.read_text())["cases"] if path.exists() else []
 
@@ -116,16 +121,41 @@ def test_a_straight_stroke_on_a_plane():
     np.testing.assert_allclose(path.tangents, np.tile([1, 0, 0], (POINTS, 1)), atol=1e-5)
 
 
+def on_network(model, points):
+    """Where Newton steps in double precision lead from points (N, 3), and the normals there."""
+    network = network_of(model).network
+    network = network.with_parameters([p.double() for p in network.parameters])
+    x = torch.tensor(points, dtype=torch.float64)
+    for _ in range(20):
+        value, gradient = network.value_and_gradient(x)
+        x = x - (value / gradient.square().sum(dim=1))[:, None] * gradient
+    return x.numpy(), gradient.numpy() / np.linalg.norm(gradient, axis=1, keepdims=True)
+
+
+def made_case(model):
+    """A stroke on a network of a shape about the origin, its path by scipy from 20,000 points."""
+    turn = np.linspace(0.4, 1.2, 5)
+    along = np.stack([0.78 * np.cos(turn), 0.78 * np.sin(turn), np.full(5, 0.62)], axis=1)
+    vertices = extract(network_of(model), 64).vertices
+    cosine = along @ vertices.T / np.linalg.norm(vertices, axis=1)
+    control, _ = on_network(model, vertices[cosine.argmax(axis=1)])
+    chord = np.append(0, np.linalg.norm(np.diff(control, axis=0), axis=1).cumsum())
+    spline = CubicSpline(chord, control)  # not-a-knot
+    dense, _ = on_network(model, spline(np.linspace(0, chord[-1], 20_000)))
+    length = np.append(0, np.linalg.norm(np.diff(dense, axis=0), axis=1).cumsum())
+    even = np.linspace(0, length[-1], POINTS)
+    path = np.stack([np.interp(even, length, axis) for axis in dense.T], axis=1)
+    path, normals = on_network(model, path)
+    return {"control_points": control, "path_points": path, "path_normals": normals}
+
+
 @pytest.mark.parametrize("model", MODELS)
-def test_the_scored_paths(model):
+def test_paths_on_networks(model):
     """Control points to path: chord-length not-a-knot spline, projected, uniform."""
-    field = pretrained(model)
-    found = [case for case in cases() if case["model"] == model]
-    if not found:
-        pytest.skip(f"scored cases {DATA / 'cases'} are absent")
+    found = [case for case in scored_cases() if case["model"] == model] or [made_case(model)]
     for case in found:
         expected = np.array(case["path_points"])
-        path = lay(field, Stroke(np.array(case["control_points"]), BRUSH))
+        path = lay(network_of(model), Stroke(np.array(case["control_points"]), BRUSH))
         np.testing.assert_allclose(path.points, expected, atol=2e-3)
         # As curves they agree better than point by point.
         away = np.linalg.norm(path.points[:, None] - expected, axis=2).min(axis=1)

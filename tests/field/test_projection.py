@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Projection onto planes, spheres and the pretrained surfaces."""
+"""Projection onto planes, spheres and surfaces of networks."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.projection import project
-from tests.field.analytic import MODELS, ball, ellipsoid, plane, pretrained
+from tests.field.analytic import ball, ellipsoid, plane
+from tests.field.networks import MODELS, network_of
 
 
 def test_onto_a_plane():
@@ -76,9 +77,9 @@ def test_the_given_points_are_left_as_they_are():
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_onto_pretrained_surfaces(model):
+def test_onto_surfaces_of_networks(model):
     """Points near the surface arrive where f = 0, by little more than |f| / |grad f|."""
-    field = pretrained(model)
+    field = network_of(model)
     random = np.random.default_rng(4)
     x = random.uniform(-0.9, 0.9, (60_000, 3)).astype(np.float32)
     f, gradient = values_and_gradients(field, x)

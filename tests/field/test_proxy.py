@@ -21,7 +21,8 @@ from neural_sculpt_addon.field.proxy import Proxy, extract, update
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import MODELS, pretrained, siren
+from tests.field.analytic import siren
+from tests.field.networks import MODELS, network_of
 
 
 def ball(radius=0.6, center=(0.0, 0.0, 0.0), omega=0.3):
@@ -113,8 +114,8 @@ def assert_closed(proxy):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_active_cells_of_pretrained_networks_equal_dense_evaluation(name):
-    assert_same_cells(pretrained(name), 64)
+def test_active_cells_of_networks_equal_dense_evaluation(name):
+    assert_same_cells(network_of(name), 64)
 
 
 def test_active_cells_of_a_field_with_detail_equal_dense_evaluation(stroke):
@@ -123,8 +124,8 @@ def test_active_cells_of_a_field_with_detail_equal_dense_evaluation(stroke):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_proxies_of_pretrained_networks_are_exact_and_well_shaped(name):
-    field = pretrained(name)
+def test_proxies_of_networks_are_exact_and_well_shaped(name):
+    field = network_of(name)
     proxy = extract(field, 128)
     assert_closed(proxy)
     mesh = mesh_of(proxy)

@@ -65,10 +65,15 @@ def test_made_cases(profile):
     check(made_case(profile))
 
 
-def test_scored_cases():
-    if not read_cases.CASES.exists():
-        pytest.skip(f"there is no {read_cases.CASES.name} beside the repository")
-    cases = json.loads(read_cases.CASES.read_text())["cases"]
-    assert len(cases) >= 12
-    for case in cases:
-        check(case)
+def scored_cases():
+    """Those that lie beside the project."""
+    path = read_cases.CASES
+    return json.loads(path.read_text())["cases"] if path.exists() else []
+
+
+MADE = [{**made_case("quintic"), "id": name, "modulation": name} for name in MODULATIONS]
+
+
+@pytest.mark.parametrize("case", [*MADE, *scored_cases()], ids=lambda case: case["id"])
+def test_cases(case):
+    check(case)

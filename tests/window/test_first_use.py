@@ -53,14 +53,14 @@ class FirstUse(WindowCase):
 
     def count_presses(self) -> list[str]:
         """What is pressed from now on."""
-        presses, event = [], hand._event
+        presses, event = [], hand.event
 
         def counted(kind: str, value: str, *given: object) -> None:
             if value == "PRESS":
                 presses.append(kind)
             event(kind, value, *given)
 
-        self.enterContext(patch.object(hand, "_event", counted))
+        self.enterContext(patch.object(hand, "event", counted))
         return presses
 
     def test_first_use(self) -> Steps:

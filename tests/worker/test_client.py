@@ -397,7 +397,7 @@ def test_a_worker_whose_answer_cannot_be_opened_is_ended(tmp_path):
     client = Client(["/bin/cat"], tmp_path / "log")
     client.start()
     job = client.submit(JobKind.EDIT, {})
-    (client._process._folder / ANSWERS / "0").mkdir()
+    (client.folder / ANSWERS / "0").mkdir()
     (news,) = client.poll_once()
     assert (news.kind, news.job, news.fields["died"]) == (MessageKind.ERROR, job, True)
     assert "cannot be opened" in news.fields["message"]
@@ -519,7 +519,7 @@ def test_nothing_is_left_when_a_worker_is_stopped_or_killed(client, tmp_path, mo
 
 def test_a_full_disk_is_said_at_once_and_opens_no_job(client, tmp_path):
     finish(client, client.submit(JobKind.MESH, {}))
-    requests = client._process._folder / REQUESTS
+    requests = client.folder / REQUESTS
     requests.rename(tmp_path / "elsewhere")  # as good as full
     with pytest.raises(SculptError, match="room on the disk"):
         client.submit(JobKind.MESH, {})
@@ -533,7 +533,7 @@ def test_a_cancel_that_a_dead_worker_cannot_hear_is_no_error(client, tmp_path):
     begun(client, job)
     os.kill(client.pid, signal.SIGKILL)
     until(lambda: not client.alive)
-    (client._process._folder / REQUESTS).rename(tmp_path / "elsewhere")
+    (client.folder / REQUESTS).rename(tmp_path / "elsewhere")
     client.cancel(job)
     assert finish(client, job).kind is MessageKind.ERROR
 
@@ -546,10 +546,12 @@ def test_no_thread_is_needed(client):
 
 @POSIX
 def test_a_result_half_read_survives_the_death_of_the_worker(client, monkeypatch):
-    monkeypatch.setattr("neural_sculpt_addon.worker.client._READING", 0.0)
+    until(lambda: client.poll_once() or client.state is WorkerState.READY)
+    monkeypatch.setattr("neural_sculpt_addon.worker.client.READING", 0.0)
     arrays = {str(number): np.arange(number) for number in range(8)}
     job = client.submit(JobKind.MESH, {}, arrays)
-    until(lambda: client.poll_once() or client._process._answers.amid)
+    until((client.folder / ANSWERS / "1").exists)  # the whole result, after the hello
+    assert client.poll_once() == []  # one piece of it
     os.kill(client.pid, signal.SIGKILL)
     until(lambda: not client.alive)
     (result,) = all_finals(client, 1)

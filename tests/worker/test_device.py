@@ -27,8 +27,8 @@ def test_auto_is_the_processor_without_cuda():
 def test_a_card_that_cannot_sculpt_is_not_chosen_unasked(monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
     broken = torch.device("meta")  # has no numbers
-    sculpt = device._sculpt
-    monkeypatch.setattr(device, "_sculpt", lambda _: sculpt(broken))
+    try_out = device.try_out
+    monkeypatch.setattr(device, "try_out", lambda _: try_out(broken))
     assert choose(Device.AUTO).type == "cpu"
     with pytest.raises(SculptError, match="cannot be used"):
         choose(Device.CUDA)
@@ -36,8 +36,8 @@ def test_a_card_that_cannot_sculpt_is_not_chosen_unasked(monkeypatch):
 
 def test_a_device_that_can_sculpt_is_chosen(monkeypatch):
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
-    sculpt = device._sculpt
-    monkeypatch.setattr(device, "_sculpt", lambda _: sculpt(torch.device("cpu")))
+    try_out = device.try_out
+    monkeypatch.setattr(device, "try_out", lambda _: try_out(torch.device("cpu")))
     assert choose(Device.AUTO).type == choose(Device.CUDA).type == "cuda"
 
 

@@ -39,7 +39,7 @@ print(json.dumps(found))
 
 def look(how: str) -> dict[str, int]:
     command = [sys.executable, "-c", LOOK, str(ROOT), how]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
 
@@ -49,5 +49,4 @@ def test_libraries_start_no_threads_of_their_own():
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc is asked to keep memory")
 def test_freed_memory_is_not_asked_for_anew():
-    assert look("settled")["faults"] < 1000
-    assert look("as it comes")["faults"] > 10_000  # of some 40,000
+    assert look("settled")["faults"] < look("as it comes")["faults"] / 10

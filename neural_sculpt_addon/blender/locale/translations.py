@@ -70,11 +70,11 @@ def _put_together(message: str) -> str:
 
 def register() -> None:
     """Add the languages."""
-    table = {locale: _in_contexts(texts) for locale, texts in LANGUAGES.items()}
+    table = {locale: in_contexts(texts) for locale, texts in LANGUAGES.items()}
     bpy.app.translations.register(ADDON, table)
 
 
-def _in_contexts(texts: dict[tuple[str, str], str]) -> dict[tuple[str, str], str]:
+def in_contexts(texts: dict[tuple[str, str], str]) -> dict[tuple[str, str], str]:
     """The translations by each context in which Blender looks for them."""
     own = {(OURS, text): said for (given, text), said in texts.items() if given == OURS}
     everywhere = {

@@ -52,7 +52,7 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
         if not bpy.app.online_access:
             return fail(self, "Turn on Allow Online Access in Preferences, System first.")
         installer.start(environment_folder(), installation_log())
-        bpy.app.timers.register(_show_progress, persistent=True)
+        bpy.app.timers.register(show_progress, persistent=True)
         return FINISHED
 
 
@@ -72,11 +72,11 @@ class NEURAL_SCULPT_OT_cancel_installation(Operator):
 def stop() -> None:
     """Leave no timer and no growing environment behind."""
     installer.stop()
-    if bpy.app.timers.is_registered(_show_progress):
-        bpy.app.timers.unregister(_show_progress)
+    if bpy.app.timers.is_registered(show_progress):
+        bpy.app.timers.unregister(show_progress)
 
 
-def _show_progress() -> float | None:
+def show_progress() -> float | None:
     going_on = installer.poll()
     redraw.tag_panels()
     return TICK if going_on else None

@@ -40,7 +40,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             preferences.draw_installation(layout, context)
             return
         row = layout.row(align=True)
-        row.label(text=_state(), icon="SYSTEM", translate=False)
+        row.label(text=state(), icon="SYSTEM", translate=False)
         row.operator("neural_sculpt.open_log", text="", icon="TEXT")
         row.operator("neural_sculpt.restart_worker", text="", icon="FILE_REFRESH")
         row.operator("neural_sculpt.stop_worker", text="", icon="QUIT")
@@ -59,7 +59,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             draw_text(box, context, translated(session.last_error), "ERROR")
 
 
-def _state() -> str:
+def state() -> str:
     """What the worker is doing, and on what device."""
     client = session.client
     if client is None:

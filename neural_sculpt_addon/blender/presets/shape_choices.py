@@ -52,7 +52,7 @@ def choice_property(
         name=shape.WORD.title(),
         description=description,
         items=lambda _owner, _context: _items(
-            shape, tuple(_presets(shape).items()), bpy.app.translations.locale
+            shape, tuple(loaded_presets(shape).items()), bpy.app.translations.locale
         ),
         default=[*shape.FORMULAS].index(default),
         update=update,
@@ -61,7 +61,7 @@ def choice_property(
 
 def chosen_preset(shape: Shape, choice: str) -> Preset | None:
     """The preset of that identifier, None when the choice is none."""
-    return _presets(shape).get(choice)
+    return loaded_presets(shape).get(choice)
 
 
 def register() -> None:
@@ -75,7 +75,8 @@ def unregister() -> None:
     thumbnails.unregister()
 
 
-def _presets(shape: Shape) -> dict[str, Preset]:
+def loaded_presets(shape: Shape) -> dict[str, Preset]:
+    """All that can be loaded now, built in and the artist's own, by identifier."""
     built_in = {preset.name.upper(): preset for preset in BUILT_IN if preset.kind == shape.WORD}
     own = {OWN + stem: preset for stem, preset in presets.own(shape.WORD).items()}
     return built_in | own

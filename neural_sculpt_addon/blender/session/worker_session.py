@@ -1,66 +1,45 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's one worker and the jobs that wait for it.
+"""Blender's one worker, and what it is told and heard of the jobs that wait for it.
 
 Jobs run one at a time in the order of their coming. A job makes its request only when its turn
-comes, so a stroke drawn while the last one is still computed works on the last one's result. A job
-that edits an object remembers the object's session_uid and the revision it must find there, never
-a Blender reference: when the object is gone or an undo brought another revision, the result is
-dropped. In Edit Mode, whose undo steps hold nothing else, and in Dyntopo results wait.
+comes, so a stroke drawn while the last one is still computed works on the last one's result.
 
 When the worker dies, or answers nonsense, the job that it had is sent to a new one. When that one
-dies, too, the job fails and the next one has its turn. A stroke that fails for no reason of its own
-stays in the history, muted. One that hangs is ended as if it had died: when the artist restarts it
-or cancels its job, and at once in the background, where nobody can.
-
-One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
-nobody is told when it fails.
-
-A `Watcher` hears what happens and shows it; the session knows nothing of windows.
+dies, too, the job fails and the next one has its turn. One that hangs is ended as if it had died:
+when the artist restarts it or cancels its job, and at once in the background, where nobody can.
 """
 
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import bpy
 from bpy.app.translations import pgettext_n as n_
 
 from ...stroke.errors import SculptError
-from ...stroke.stroke import Stroke
 from ...worker import answers
 from ...worker.client import Client, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
 from ...worker.protocol import ProtocolError
 from .. import preferences
-from ..scene import proxy_mesh, sculpt_steps
-from ..scene.commit import in_edit_mode
+from ..scene import sculpt_steps
 from ..scene.properties import field_of
 from .job import Job, JobStatus, find
-from .session_watcher import Watcher
+from .job_queue import JobQueue
 from .worker_process import Worker
 
 log = logging.getLogger(__name__)
 
-SLOW = 0.5  # seconds after which the status bar tells how far a job is
 
-
-class Session:
+class Session(JobQueue):
     """Starts the worker when it is first needed, and feeds it jobs."""
 
     def __init__(self) -> None:
         """No worker is started yet."""
-        self.jobs: deque[Job] = deque()
-        self.behind: Job | None = None
-        """The job that waits for all others to end."""
+        super().__init__()
         self.worker = Worker()
-        self.watcher = Watcher()
-        self.last_error = ""
-        self.waits = bpy.app.background
-        """Whether operators wait for their jobs."""
         self._news: deque[Message] = deque()  # of the worker, not yet heard
 
     @property
@@ -82,13 +61,13 @@ class Session:
         job.step = sculpt_steps.active()
         self.jobs.append(job)
         self._advance()
-        self._tell_waiting()  # while the worker begins
+        self.tell_waiting()  # while the worker begins
         self.watcher.work_came()
 
     def submit_again(self, job: Job) -> None:
         """Queue a job that was cancelled. SculptError when there is no worker to run it."""
         job.base = ""
-        self._queue_again(job)
+        self.queue_again(job)
         self.submit(job)
 
     def submit_behind(self, job: Job) -> None:
@@ -121,7 +100,7 @@ class Session:
         """Cancel one job that is pending; a worker that hangs on it is replaced."""
         running = job.status is JobStatus.RUNNING
         self._silence(job)
-        self._end(job, JobStatus.CANCELLED, why)
+        self.end(job, JobStatus.CANCELLED, why)
         if running and self.hangs:
             self.worker.give_up()
             self.watcher.work_came()
@@ -131,33 +110,14 @@ class Session:
         if job.status is JobStatus.RUNNING:
             self.worker.settle(job.number)
 
-    def pending(self, target: int | None) -> list[Job]:
-        """The jobs on an object that have no result yet."""
-        return [job for job in self.jobs if job.target == target and job.pending]
-
-    def newest_change(self) -> Job | None:
-        """The job of the last change of a field, while it has no result, and nothing that is in
-        Blender's history was done after it was asked for."""
-        pending = (job for job in reversed(self.jobs) if job.pending)
-        changes = (job for job in pending if job.target is not None and not job.follows)
-        job = next(changes, None)
-        return job if job is not None and job.step == sculpt_steps.active() else None
-
     @property
     def hangs(self) -> bool:
         """Whether the worker gives no sign of life."""
         return self.worker.hangs
 
-    def slow_job(self) -> Job | None:
-        """The running job, when the artist has waited for it so long that it must show."""
-        first = self.jobs[0] if self.jobs else None
-        if first is None or first.status is not JobStatus.RUNNING:
-            return None
-        return first if time.monotonic() - first.begun > SLOW else None
-
     def follow_history(self) -> None:
         """After undo and redo: cancel the jobs whose object or base is gone."""
-        for target, first in self._firsts().items():
+        for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or field_of(ob).revision != first.base:
                 for job in self.pending(target):
@@ -208,7 +168,7 @@ class Session:
         if self.jobs:
             job = self.jobs[0]
             try:
-                self._fail(job, f"{job.title} failed; the system console says why.")
+                self.fail(job, f"{job.title} failed; the system console says why.")
             except Exception:
                 log.exception("%s cannot be ended", job.label)
                 job.status = JobStatus.FAILED
@@ -230,7 +190,7 @@ class Session:
         """Cancel everything and end the worker process."""
         self.behind = None
         for job in [*self.jobs]:
-            self._end(job, JobStatus.CANCELLED, "The worker was stopped.")
+            self.end(job, JobStatus.CANCELLED, "The worker was stopped.")
         self.worker.stop()
         self._news.clear()
         self.watcher.stopped()
@@ -247,25 +207,14 @@ class Session:
             self._news.clear()
         self.worker.start(command)
 
-    def _firsts(self) -> dict[int, Job]:
-        """The first pending job on each object."""
-        return {job.target: job for job in reversed(self.jobs) if job.target and job.pending}
-
-    def _tell_bases(self) -> None:
-        """Tell the first job of each object what it builds on."""
-        for target, job in self._firsts().items():
-            ob = find(target)
-            if not job.base and ob is not None:
-                job.base = field_of(ob).revision
-
     def _advance(self) -> None:
         """Let the first job begin, or end that could not before."""
         if self.jobs and self.jobs[0].failure:
-            self._fail(self.jobs[0], self.jobs[0].failure)
-        self._tell_bases()
+            self.fail(self.jobs[0], self.jobs[0].failure)
+        self.tell_bases()
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
-            self._try(self.jobs[0], partial(self._start, self.jobs[0]))
-            self._tell_bases()  # when that could not begin, the next one is the first
+            self.attempt(self.jobs[0], partial(self._start, self.jobs[0]))
+            self.tell_bases()  # when that could not begin, the next one is the first
         behind = self.behind
         if not self.jobs and behind is not None and behind.status is JobStatus.QUEUED:
             if self.worker.alive:
@@ -293,7 +242,7 @@ class Session:
         if self.waits or not self.jobs or message.job != self.jobs[0].number:
             return False
         return self._prepare(self.jobs[0], message) or (
-            message.kind is MessageKind.RESULT and self._in_other_mode(self.jobs[0])
+            message.kind is MessageKind.RESULT and self.in_other_mode(self.jobs[0])
         )
 
     def _prepare(self, job: Job, message: Message) -> bool:
@@ -302,17 +251,6 @@ class Session:
         if not waiting or job.target is None or "vertices" not in message.arrays:
             return False
         return self.watcher.prepare(job.target, message, waiting)
-
-    def _in_other_mode(self, job: Job) -> bool:
-        """Whether the artist is in a mode whose undo steps do not hold a result."""
-        ob = None if job.target is None else find(job.target)
-        if in_edit_mode():
-            job.message = n_("Waits until Edit Mode is left")
-        elif ob is not None and proxy_mesh.in_dyntopo(ob):
-            job.message = n_("Waits until Dyntopo is off")
-        else:
-            return False
-        return True
 
     def _hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""
@@ -330,29 +268,19 @@ class Session:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
         elif message.kind is MessageKind.PREVIEW:
-            if job.preview and not self._try(job, partial(job.preview, message)):
+            if job.preview and not self.attempt(job, partial(job.preview, message)):
                 self._silence(job)
         elif message.kind is MessageKind.CANCELLED:
-            self._end(job, JobStatus.CANCELLED, "Cancelled.")
+            self.end(job, JobStatus.CANCELLED, "Cancelled.")
         elif message.kind is MessageKind.ERROR:
             self._hear_error(job, message.fields)
         else:
             self.worker.keep(message)
             with self.history_grows():
-                if self._try(job, partial(job.apply, message)):
-                    self._end(job, JobStatus.DONE, "")
+                if self.attempt(job, partial(job.apply, message)):
+                    self.end(job, JobStatus.DONE, "")
                 else:
                     self._silence(job)
-
-    @contextmanager
-    def history_grows(self) -> Iterator[None]:
-        """While results reach Blender's history: the jobs that wait were asked for after them."""
-        before = sculpt_steps.active()
-        yield
-        after = sculpt_steps.active()
-        for job in self.jobs:
-            if job.step == before:
-                job.step = after
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]
@@ -360,13 +288,13 @@ class Session:
             log.info("%s is sent again, for the worker lacks bytes", job.label)
             self.worker.forget()
             job.resent = True
-            self._queue_again(job)
+            self.queue_again(job)
         elif fields.get("died"):
             self._lose(job, text)
         elif fields["detail"]:  # a defect, or no memory
-            self._fail(job, text)
+            self.fail(job, text)
         else:  # what was asked for cannot be
-            self._end(job, JobStatus.FAILED, text)
+            self.end(job, JobStatus.FAILED, text)
 
     def _hear_behind(self, job: Job, message: Message) -> None:
         """Of the job behind the others, which nobody waits for."""
@@ -389,80 +317,21 @@ class Session:
             log.warning("%s: %s", job.label, error)
             self.behind = None
 
-    def _try(self, job: Job, step: Callable[[], None]) -> bool:
-        """Take a step of a job; when that cannot be, end the job."""
-        try:
-            self._check_target(job)
-            step()
-        except SculptError as error:
-            self._fail(job, str(error))
-            return False
-        except Exception:  # a defect: the jobs to come must not suffer for it
-            log.exception("%s failed", job.label)
-            self._fail(job, f"{job.title} failed; the system console says why.")
-            return False
-        return True
-
     def _lose(self, job: Job, why: str) -> None:
         """The worker died with the job: let a new one try, once."""
         self.worker.end()  # one that answers nonsense may live
         job.deaths += 1
         if job.deaths > 1:
-            self._fail(job, why)
+            self.fail(job, why)
             return
-        self._queue_again(job)
+        self.queue_again(job)
         log.warning("%s is sent again: %s", job.label, why)
         self.watcher.warned(f"{job.title} is sent to a new worker. {why}")
-
-    def _queue_again(self, job: Job) -> None:
-        job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
-        self.watcher.changed()
-
-    def _fail(self, job: Job, why: str) -> None:
-        """End a job; its strokes, which are not at fault, stay in the history, as soon as a mode
-        is left whose undo steps would not hold them."""
-        if job.keep is not None and find(job.target or 0) is not None:
-            if not self.waits and self._in_other_mode(job):
-                job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
-                return
-            try:
-                job.keep()
-                why = f"{why} {job.title} is in the history, muted."
-            except SculptError as error:  # the object cannot be changed at all
-                log.warning("%s cannot be kept: %s", job.label, error)
-        self._end(job, JobStatus.FAILED, why)
-
-    def _tell_waiting(self) -> None:
-        """Tell which strokes have no result yet; none where operators wait."""
-        waiting: dict[int, list[Stroke]] = {}
-        for job in self.jobs if not self.waits else ():
-            if job.target is not None and job.pending and job.strokes:
-                waiting.setdefault(job.target, []).extend(job.strokes)
-        self.watcher.strokes_wait(waiting)
 
     def _silence(self, job: Job) -> None:
         """Let the worker stop a job; what it still sends of it is ignored."""
         if job.number >= 0:
             self.worker.cancel(job.number)
-
-    def _check_target(self, job: Job) -> None:
-        if job.target is None:
-            return
-        ob = find(job.target)
-        if ob is None:
-            raise SculptError(f"{job.title} was dropped: the object is gone.")
-        if field_of(ob).revision != job.base:
-            raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
-
-    def _end(self, job: Job, status: JobStatus, message: str) -> None:
-        self.jobs.remove(job)
-        job.status, job.message = status, message
-        self.watcher.ended(job)
-        self._tell_waiting()
-        if status is JobStatus.FAILED:
-            self.last_error = message
-            log.warning("%s: %s", job.label, message)
-            self.watcher.warned(message)
 
 
 session = Session()

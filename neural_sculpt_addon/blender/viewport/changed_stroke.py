@@ -10,11 +10,9 @@ field and the mode are those for which it was made, whatever becomes of the dial
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
-import bpy
 import gpu
-from bpy.types import Object, SpaceView3D
+from bpy.types import Object
 
 from ...stroke.stroke import Stroke
 from ..scene.properties import field_of
@@ -22,6 +20,7 @@ from ..scene.stroke_list import Entry
 from ..session.job import find
 from . import redraw
 from .changed_ribbon import changed_ribbons
+from .draw_handler import DrawHandler
 from .overlay import draw_ribbons
 from .ribbon import Ribbon
 from .view import lay
@@ -31,15 +30,17 @@ BELOW = 0.6
 
 
 @dataclass(frozen=True)
-class _Shown:
+class Shown:
+    """A stroke of the history as a dialog changes it."""
+
     target: int  # session_uid of the object
     field: tuple[str, str]  # its revision and mode
     stroke: Stroke
-    ribbons: tuple[Ribbon, ...]
+    ribbons: tuple[Ribbon, ...]  # model space
 
 
 class _State:
-    shown: _Shown | None = None
+    shown: Shown | None = None
 
 
 def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
@@ -50,7 +51,7 @@ def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
         return
     share = 0.0 if entry.muted else entry.strength
     made = changed_ribbons(entry.stroke, stroke, partial(lay, ob), share, entry.strength)
-    _State.shown = _Shown(*now, made)
+    _State.shown = Shown(*now, made)
     redraw.tag_views()
 
 
@@ -61,15 +62,15 @@ def hide() -> None:
         redraw.tag_views()
 
 
-def shown() -> Stroke | None:
-    """The stroke as it is shown; None when none is."""
+def shown() -> Shown | None:
+    """What is shown; None when nothing is."""
     if (now := _State.shown) is None:
         return None
     ob = find(now.target)
     if ob is None or _field(ob) != now.field:
         _State.shown = None
         return None
-    return now.stroke if ob.visible_get() else None
+    return now if ob.visible_get() else None
 
 
 def _field(ob: Object) -> tuple[str, str]:
@@ -78,9 +79,8 @@ def _field(ob: Object) -> tuple[str, str]:
 
 def _draw() -> None:
     """In the scene, in world space; what lies below the surface shines through."""
-    if shown() is None:
+    if (drawn := shown()) is None:
         return
-    drawn = _State.shown
     gpu.state.blend_set("ALPHA")
     with gpu.matrix.push_pop():
         gpu.matrix.multiply_matrix(find(drawn.target).matrix_world)
@@ -91,17 +91,15 @@ def _draw() -> None:
     gpu.state.blend_set("NONE")
 
 
-_handlers: list[Any] = []
+_handler = DrawHandler(_draw)
 
 
 def register() -> None:
-    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
-    if not bpy.app.background:
-        _handlers.append(SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+    """Let Blender call us whenever it draws."""
+    _handler.add()
 
 
 def unregister() -> None:
     """Draw no more."""
     _State.shown = None
-    if _handlers:
-        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+    _handler.remove()

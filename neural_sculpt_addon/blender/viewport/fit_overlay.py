@@ -7,12 +7,9 @@ Nothing of it is in the scene: it goes when its job ends, and neither undo nor f
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
 from dataclasses import dataclass
-from typing import Any
 
-import bpy
 import gpu
 import numpy as np
-from bpy.types import SpaceView3D
 from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
@@ -22,6 +19,7 @@ from .. import preferences
 from ..session.job import Job
 from ..session.worker_session import session
 from . import redraw
+from .draw_handler import DrawHandler
 
 LIGHT = np.array([0.3, -0.5, 0.81])
 """Where the light comes from, in the world; a unit vector."""
@@ -74,17 +72,15 @@ def _draw() -> None:
     gpu.state.depth_test_set("NONE")
 
 
-_handlers: list[Any] = []
+_handler = DrawHandler(_draw)
 
 
 def register() -> None:
-    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
-    if not bpy.app.background:
-        _handlers.append(SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))
+    """Let Blender call us whenever it draws."""
+    _handler.add()
 
 
 def unregister() -> None:
     """Draw no more."""
     _State.shown = None
-    if _handlers:
-        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+    _handler.remove()

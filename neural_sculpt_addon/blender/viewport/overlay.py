@@ -18,7 +18,7 @@ import bpy
 import gpu
 import numpy as np
 from bpy.app.handlers import persistent
-from bpy.types import Context, Object, SpaceView3D, WindowManager
+from bpy.types import Context, Object, WindowManager
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
@@ -31,6 +31,7 @@ from ..scene import chosen, stroke_list
 from ..scene.brush import current_brush, current_kind, mirror_of, radial_of, seen
 from ..scene.properties import field_of, is_field
 from ..session.job import find
+from .draw_handler import DrawHandler
 from .recorder import Mouse, Point
 from .ribbon import ROWS, Ribbon, cursor, ribbon_triangles, ribbons
 from .seen_surface import grid_of
@@ -52,7 +53,7 @@ Color = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class _Shown:
+class Shown:
     """A stroke that is being drawn, in model space."""
 
     source: tuple[Any, ...]  # what ribbons and line were made of
@@ -74,7 +75,7 @@ class Anchor:
 
 
 class _State:
-    stroke: _Shown | None = None
+    stroke: Shown | None = None
     anchor: Anchor | None = None
     chosen: tuple[tuple[Any, ...], tuple[NDArray[np.float64], ...]] = (), ()
     """What the lines of the chosen stroke were made of, and these lines."""
@@ -101,7 +102,12 @@ def show_stroke(
         line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0]
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
     brush = seen(stroke.brush, stroke.kind)
-    _State.stroke = _Shown(source, ob.session_uid, brush, shown, line, knots, chosen)
+    _State.stroke = Shown(source, ob.session_uid, brush, shown, line, knots, chosen)
+
+
+def shown_stroke() -> Shown | None:
+    """The stroke as it is shown; None when none is."""
+    return _State.stroke
 
 
 def hide_stroke() -> None:
@@ -189,7 +195,7 @@ def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
         _draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], edge))
 
 
-def _draw_knots(shown: _Shown) -> None:
+def _draw_knots(shown: Shown) -> None:
     color = preferences.overlay_colors().cursor
     shader = gpu.shader.from_builtin(POINTS)
     for index, knot in enumerate(shown.knots):
@@ -277,27 +283,26 @@ def _deep(points: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.ascontiguousarray(np.pad(points, ((0, 0), (0, missing))), np.float32)
 
 
-_handlers: list[Any] = []
+_handler = DrawHandler(_draw_stroke)
 _cursors: list[Any] = []
 
 
 def register() -> None:
     """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
-    if bpy.app.background:
-        return
-    _handlers.append(SpaceView3D.draw_handler_add(_draw_stroke, (), "WINDOW", "POST_VIEW"))
-    _add_cursor()
-    bpy.app.handlers.load_post.append(_add_cursor)
+    _handler.add()
+    if not bpy.app.background:
+        _add_cursor()
+        bpy.app.handlers.load_post.append(_add_cursor)
 
 
 def unregister() -> None:
     """Draw no more."""
     hide_stroke()
     hold_brush(None)
-    if _handlers:
+    _handler.remove()
+    if _cursors:
         bpy.app.handlers.load_post.remove(_add_cursor)
         WindowManager.draw_cursor_remove(_cursors.pop())
-        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
 
 
 @persistent

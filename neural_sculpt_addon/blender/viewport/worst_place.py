@@ -7,25 +7,22 @@ The ring is shown from when the artist asks for it until the field changes. Mode
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
 
-from typing import Any
-
 import bpy
 import gpu
 import numpy as np
-from bpy.types import Object, RegionView3D, SpaceView3D
+from bpy.types import Object, RegionView3D
 from bpy_extras import view3d_utils
 from gpu_extras.batch import batch_for_shader
 from mathutils import Vector
 
 from .. import preferences
 from ..scene.properties import field_of, is_field
+from .draw_handler import DrawHandler
 from .recorder import Point
 
 RADIUS = 18.0  # pixels
 NEAR = 0.01
 """How near to the place the surface is that is seen there, model space."""
-
-_handlers: list[Any] = []
 
 
 class _State:
@@ -95,14 +92,15 @@ def _draw() -> None:
     gpu.state.blend_set("NONE")
 
 
+_handler = DrawHandler(_draw, "POST_PIXEL")
+
+
 def register() -> None:
-    """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
-    if not bpy.app.background:
-        _handlers.append(SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_PIXEL"))
+    """Let Blender call us whenever it draws."""
+    _handler.add()
 
 
 def unregister() -> None:
     """Draw no more."""
     hide()
-    if _handlers:
-        SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+    _handler.remove()

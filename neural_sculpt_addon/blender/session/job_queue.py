@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The jobs that wait for the worker, and how each of them ends.
+
+A job that edits an object remembers the object's session_uid and the revision it must find there,
+never a Blender reference: when the object is gone or an undo brought another revision, the job is
+dropped. A stroke that fails for no reason of its own stays in the history, muted. In Edit Mode,
+whose undo steps hold nothing else, and in Dyntopo results wait.
+
+One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
+nobody is told when it fails.
+
+A `Watcher` hears what happens and shows it; the queue knows nothing of windows.
+"""
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import bpy
+from bpy.app.translations import pgettext_n as n_
+
+from ...stroke.errors import SculptError
+from ...stroke.stroke import Stroke
+from ..scene import proxy_mesh, sculpt_steps
+from ..scene.commit import in_edit_mode
+from ..scene.properties import field_of
+from .job import Job, JobStatus, find
+from .session_watcher import Watcher
+
+log = logging.getLogger(__name__)
+
+SLOW = 0.5  # seconds after which the status bar tells how far a job is
+
+
+class JobQueue:
+    """Jobs in the order of their coming; the first is the one that the worker has."""
+
+    def __init__(self) -> None:
+        """Nothing waits."""
+        self.jobs: deque[Job] = deque()
+        self.behind: Job | None = None
+        """The job that waits for all others to end."""
+        self.watcher = Watcher()
+        self.last_error = ""
+        self.waits = bpy.app.background
+        """Whether operators wait for their jobs."""
+
+    def pending(self, target: int | None) -> list[Job]:
+        """The jobs on an object that have no result yet."""
+        return [job for job in self.jobs if job.target == target and job.pending]
+
+    def newest_change(self) -> Job | None:
+        """The job of the last change of a field, while it has no result, and nothing that is in
+        Blender's history was done after it was asked for."""
+        pending = (job for job in reversed(self.jobs) if job.pending)
+        changes = (job for job in pending if job.target is not None and not job.follows)
+        job = next(changes, None)
+        return job if job is not None and job.step == sculpt_steps.active() else None
+
+    def slow_job(self) -> Job | None:
+        """The running job, when the artist has waited for it so long that it must show."""
+        first = self.jobs[0] if self.jobs else None
+        if first is None or first.status is not JobStatus.RUNNING:
+            return None
+        return first if time.monotonic() - first.begun > SLOW else None
+
+    @contextmanager
+    def history_grows(self) -> Iterator[None]:
+        """While results reach Blender's history: the jobs that wait were asked for after them."""
+        before = sculpt_steps.active()
+        yield
+        after = sculpt_steps.active()
+        for job in self.jobs:
+            if job.step == before:
+                job.step = after
+
+    def firsts(self) -> dict[int, Job]:
+        """The first pending job on each object."""
+        return {job.target: job for job in reversed(self.jobs) if job.target and job.pending}
+
+    def tell_bases(self) -> None:
+        """Tell the first job of each object what it builds on."""
+        for target, job in self.firsts().items():
+            ob = find(target)
+            if not job.base and ob is not None:
+                job.base = field_of(ob).revision
+
+    def tell_waiting(self) -> None:
+        """Tell which strokes have no result yet; none where operators wait."""
+        waiting: dict[int, list[Stroke]] = {}
+        for job in self.jobs if not self.waits else ():
+            if job.target is not None and job.pending and job.strokes:
+                waiting.setdefault(job.target, []).extend(job.strokes)
+        self.watcher.strokes_wait(waiting)
+
+    def in_other_mode(self, job: Job) -> bool:
+        """Whether the artist is in a mode whose undo steps do not hold a result."""
+        ob = None if job.target is None else find(job.target)
+        if in_edit_mode():
+            job.message = n_("Waits until Edit Mode is left")
+        elif ob is not None and proxy_mesh.in_dyntopo(ob):
+            job.message = n_("Waits until Dyntopo is off")
+        else:
+            return False
+        return True
+
+    def attempt(self, job: Job, step: Callable[[], None]) -> bool:
+        """Take a step of a job; when that cannot be, end the job."""
+        try:
+            self._check_target(job)
+            step()
+        except SculptError as error:
+            self.fail(job, str(error))
+            return False
+        except Exception:  # a defect: the jobs to come must not suffer for it
+            log.exception("%s failed", job.label)
+            self.fail(job, f"{job.title} failed; the system console says why.")
+            return False
+        return True
+
+    def _check_target(self, job: Job) -> None:
+        if job.target is None:
+            return
+        ob = find(job.target)
+        if ob is None:
+            raise SculptError(f"{job.title} was dropped: the object is gone.")
+        if field_of(ob).revision != job.base:
+            raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
+
+    def queue_again(self, job: Job) -> None:
+        """Let a job begin once more."""
+        job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
+        self.watcher.changed()
+
+    def fail(self, job: Job, why: str) -> None:
+        """End a job; its strokes, which are not at fault, stay in the history, as soon as a mode
+        is left whose undo steps would not hold them."""
+        if job.keep is not None and find(job.target or 0) is not None:
+            if not self.waits and self.in_other_mode(job):
+                job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
+                return
+            try:
+                job.keep()
+                why = f"{why} {job.title} is in the history, muted."
+            except SculptError as error:  # the object cannot be changed at all
+                log.warning("%s cannot be kept: %s", job.label, error)
+        self.end(job, JobStatus.FAILED, why)
+
+    def end(self, job: Job, status: JobStatus, message: str) -> None:
+        """Take a job out of the queue, and tell so."""
+        self.jobs.remove(job)
+        job.status, job.message = status, message
+        self.watcher.ended(job)
+        self.tell_waiting()
+        if status is JobStatus.FAILED:
+            self.last_error = message
+            log.warning("%s: %s", job.label, message)
+            self.watcher.warned(message)
