@@ -40,18 +40,14 @@ def blob() -> Mesh:
 def gear() -> Mesh:
     """A part with creases: eight square teeth, of radius 1 and 0.75 between them, 0.6 high."""
     turn = np.pi / 8 * (np.arange(16)[:, None] + [0.0, 0.999])  # (16, 2): where each arc ends
-    radius = np.where(np.arange(16) % 2, 0.75, 1.0)[:, None]
+    radius = np.array([1.0, 0.75] * 8)[:, None]
     outline = np.stack([radius * np.cos(turn), radius * np.sin(turn)], axis=-1).reshape(-1, 2)
     count = len(outline)
     rim = np.arange(count)
     following = np.roll(rim, -1)
-    vertices: NDArray[np.float64] = np.concatenate(
-        [
-            np.column_stack([outline, np.full(count, -0.3)]),
-            np.column_stack([outline, np.full(count, 0.3)]),
-            np.array([[0.0, 0.0, -0.3], [0.0, 0.0, 0.3]]),
-        ]
-    )
+    vertices = np.zeros((2 * count + 2, 3))
+    vertices[:-2, :2] = np.tile(outline, (2, 1))
+    vertices[:, 2] = [*[-0.3] * count, *[0.3] * count, -0.3, 0.3]
     triangles = [
         (rim, following, following + count),
         (rim, following + count, rim + count),
