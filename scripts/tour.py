@@ -19,7 +19,8 @@ from environment import ROOT
 SCRIPT = ROOT / "scripts" / "tour_in_blender.py"
 ANIMATION, STILL = ROOT / "docs" / "tour.webp", ROOT / "docs" / "window.jpg"
 SECONDS = 1800
-VIEW = (0, 28, 1050, 720)  # of the window that is filmed: the viewport
+SIZE = (1280, 1024)  # of the window: so high that the panels are in it
+VIEW = (0, 28, 1050, 926)  # of the window that is filmed: the viewport
 SMALLER = 0.62
 FRAME, LAST = 130, 2500  # milliseconds
 
@@ -36,11 +37,11 @@ def main() -> None:
     with (
         tempfile.TemporaryDirectory() as frames,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user,
-        screen.virtual_screen() as on_screen,
+        screen.virtual_screen(SIZE) as on_screen,
     ):
         variables = {**program.variables, **on_screen, "BLENDER_USER_RESOURCES": user}
         given = [str(build_extension.build(workshop)), frames, str(ROOT / "demo" / "tour.blend")]
-        command = screen.window_command(program, SCRIPT, given)
+        command = screen.window_command(program, SCRIPT, given, size=SIZE)
         code, _, _ = screen.run(command, variables, SECONDS)
         if code:
             sys.exit(code)

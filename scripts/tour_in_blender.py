@@ -20,15 +20,16 @@ import simulated_input as hand
 from simulated_input import Pixel, Steps
 
 EXTENSION = "bl_ext.user_default.neural_sculpt"
-RESOLUTION = 112
+RESOLUTION = 144
 SECONDS = 600
 SEEN_FROM = Quaternion((0.745, 0.61, 0.17, 0.21))
 PAUSES = 3  # pictures of the finished stroke
+PANEL = 10 * hand.DRAWN  # in which a panel grows or shrinks
 
-STROKES = (  # profile, modulation, radius, intensity; ends in parts of the view's height; its bow
-    ("QUINTIC", "IDENTITY", 0.07, 0.06, (-0.2, 0.3), (0.36, 0.26), 0.08),
-    ("LINEAR", "CENTRAL", 0.05, -0.05, (-0.15, 0.43), (0.3, 0.41), 0.06),
-    ("QUINTIC", "CENTRAL", 0.05, 0.05, (-0.25, -0.37), (-0.03, -0.37), 0.0),
+STROKES = (  # profile, modulation, radius, intensity; ends in parts of the view's width; its bow
+    ("QUINTIC", "IDENTITY", 0.07, 0.06, (-0.12, 0.185), (0.22, 0.16), 0.045),
+    ("QUINTIC", "CENTRAL", 0.05, -0.04, (-0.09, 0.25), (0.18, 0.235), 0.04),
+    ("QUINTIC", "CENTRAL", 0.05, 0.05, (-0.155, -0.235), (-0.02, -0.235), 0.0),
 )
 
 
@@ -78,12 +79,12 @@ def steps() -> Steps:
 
 
 def bowed(begin: Pixel, end: Pixel, bow: float) -> list[Pixel]:
-    """Pixels of the window from one place to another, which are parts of the view's height."""
+    """Pixels of the window from one place to another, which are parts of the view's width."""
     place = hand.region()
     t = np.linspace(0, 1, 24)[:, None]
     path = (1 - t) * np.array(begin) + t * np.array(end) + [0, bow] * (4 * t * (1 - t))
     middle = np.array([place.x + place.width / 2, place.y + place.height / 2])
-    return [(x, y) for x, y in (middle + path * place.height / 2).tolist()]
+    return [(x, y) for x, y in (middle + path * place.width / 2).tolist()]
 
 
 def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
@@ -101,9 +102,10 @@ def draw(path: list[Pixel], film: Film, session: Any) -> Steps:
     yield 2 * hand.DRAWN
     film.take()
     yield from hand.until(lambda: not session.jobs, SECONDS, "the result")
+    yield PANEL
     film.take()
     yield from hand.until(lambda: session.behind is None, SECONDS, "the report")
-    yield 10 * hand.DRAWN  # a panel takes its time to grow
+    yield PANEL
     for _ in range(PAUSES):
         yield hand.DRAWN
         film.take()

@@ -3,6 +3,7 @@
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
+import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -125,6 +126,15 @@ def has_worker() -> bool:
     except SculptError:
         return False
     return True
+
+
+def lacks_worker() -> bool:
+    """Whether no interpreter is named for the worker, and none is installed."""
+    preferences = _preferences()
+    named = preferences is not None and preferences.worker_python
+    if named or os.environ.get(environment.ENVIRONMENT_VARIABLE):
+        return False
+    return not environment.installed(environment_folder())
 
 
 def resolution() -> int:

@@ -6,8 +6,9 @@ side on which v is negative. Its grey values, 0 to 1, are coefficients of quadra
 middles of its pixels, so the relief is C1, stays within 0 and 1, and has no cliff: beyond the image
 it fades to 0 within two pixels. Two kinds of images are told apart by their edges. What is black
 there, as a rivet, stands alone: a row has whole ones only. What is not, as skin, is a pattern: its
-opposite edges are taken to join, and a row of it goes on to where the stroke ends. Lengths are in
-radii of the stroke.
+opposite edges are taken to join, and a row of it goes on to where the stroke ends. Images that
+stand alone or apart are turned each by itself; a pattern is turned as a whole, with rows side by
+side, and leaves no gaps. Lengths are in radii of the stroke.
 """
 
 import base64
@@ -32,6 +33,7 @@ NAMED_SIZE = 64  # of those that come with the extension
 LEAST_SPACING, LARGEST_SPACING = 0.25, 16.0  # radii
 LARGEST_ANGLE = 360.0  # degrees
 NATURAL_SPACING = 2.0  # an image begins where the one before it ends
+LEAST_SCALE = 0.25  # of a pattern on a closed stroke, which then is no longer than a dab
 BLACK = 0.03  # of the edges of images that stand alone: photographs are not black altogether
 BORDER = 4  # pixels around an image: those at the opposite edge, then black
 
@@ -91,9 +93,13 @@ class Alpha:
         """Grey values (M,) in the row of images of a stroke, at places (M,) from its start on.
 
         length: of the stroke, in radii; 0 of a dab, which has one image
-        closed: the images are moved together or apart so that a whole number of them fits
+        closed: the images are moved together or apart so that a whole number of them fits; a
+                pattern is made a little smaller or larger instead
         inset:  of images that stand alone the first and the last lie this far from its ends
         """
+        pattern = length > 0 and _is_pattern(self.name, self.pixels)
+        if pattern and self.spacing <= NATURAL_SPACING and (closed or self.angle % 90):
+            return self._tiled(along - inset, left, length if closed else math.inf)
         first, step, count = inset, self.spacing, 1
         if closed:
             step = max(length / max(round(length / step), 1), LEAST_SPACING)
@@ -101,7 +107,7 @@ class Alpha:
             first = length / 2
         else:
             count = math.floor((length - 2 * inset) / step + 1e-6) + 1
-        endless = closed or (length > 0 and _is_pattern(self.name, self.pixels))
+        endless = closed or pattern
         size = len(_image(self.name, self.pixels)) - 2 * BORDER
         reach = (1 + 4 / size) * sum(map(abs, self._turn))  # from the middle of an image
         value = np.zeros(len(along))
@@ -114,6 +120,31 @@ class Alpha:
                 there &= (place >= 0) & (place < count)
             some = np.flatnonzero(there)
             value[some] = np.maximum(value[some], self(ahead[some], left[some]))
+        return value
+
+    def _tiled(self, ahead: Array, left: Array, length: float) -> Array:
+        """Grey values (M,) of rows that are turned by what the angle is off the next quarter turn.
+
+        length: after which they are the same again, for which they are scaled and turned a little;
+                infinite where that need not be
+        """
+        quarters, scale = round(self.angle / 90), 1.0
+        turn = math.radians(self.angle - 90 * quarters)
+        step, row = self.spacing, NATURAL_SPACING
+        if length < math.inf:
+            steps = max(round(length * math.cos(turn) / step), 1)
+            rows = round(length * math.sin(turn) / row)
+            turn = math.atan2(rows * row, steps * step)
+            scale = max(length / math.hypot(steps * step, rows * row), LEAST_SCALE)
+        image = replace(self, angle=90.0 * quarters)
+        x = (math.cos(turn) * ahead + math.sin(turn) * left) / scale
+        y = (math.cos(turn) * left - math.sin(turn) * ahead) / scale
+        reach = 1 + 4 / (len(_image(self.name, self.pixels)) - 2 * BORDER)
+        value = np.zeros(len(x))
+        for dx in _from_images(x, step, reach):
+            for dy in _from_images(y, row, reach):
+                some = np.flatnonzero((dx >= -reach) & (dy >= -reach))
+                value[some] = np.maximum(value[some], image(dx[some], dy[some]))
         return value
 
     @property
@@ -200,6 +231,13 @@ def _reduced(image: Array, rows: int) -> Array:
     whole = np.minimum(edges.astype(int), height - 1)
     covered = sums[whole] + (edges - whole)[:, None] * image[whole]
     return np.diff(covered, axis=0) * rows / height
+
+
+def _from_images(x: Array, step: float, reach: float) -> list[Array]:
+    """How far x (M,) lies ahead of each of the images around it, `step` apart, the first at 0; a
+    number below -reach is of an image that does not reach it."""
+    lowest = np.ceil((x - reach) / step)
+    return [x - (lowest + number) * step for number in range(math.floor(2 * reach / step) + 1)]
 
 
 @lru_cache(maxsize=64)

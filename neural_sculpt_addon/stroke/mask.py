@@ -28,6 +28,7 @@ MOST_NODES = 16384
 LEAST_SPACING = 2 / 254  # so that the nodes 0 to 255 of each axis span the box
 LARGEST_SPACING = 0.5
 STEPS = 255  # from 0 to 1
+BRICK = 4  # nodes along an edge: with fewer the table of bricks is larger, with more the bricks
 FULL = 1 - 1e-6  # sums of weights that are 1 but for rounding
 CORNERS = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), axis=-1).reshape(8, 3)
 
@@ -128,25 +129,36 @@ class Mask:
 
 
 class _Lattice:
-    """Values at some nodes of a lattice, for trilinear interpolation."""
+    """Values at some nodes of a lattice, for trilinear interpolation.
+
+    Nodes are found by way of bricks of BRICK^3 of them, of which only those in use take space.
+    """
 
     def __init__(self, spacing: float, nodes: Places, values: Array) -> None:
         """nodes (M, 3), values (M,)"""
         self._spacing, self._low = spacing, nodes.min(axis=0) - 1
-        shape = nodes.max(axis=0) - self._low + 2  # with nothing all around
-        row = np.zeros(shape, np.int32)
-        row[tuple((nodes - self._low).T)] = np.arange(1, len(nodes) + 1)
-        self._shape, self._row = shape, row.ravel()
+        nodes = nodes - self._low
+        self._shape = nodes.max(axis=0) + 2  # with nothing all around
+        self._bricks = (self._shape + BRICK - 1) // BRICK
+        used, number = np.unique(_linear(nodes // BRICK, self._bricks), return_inverse=True)
+        self._brick = np.zeros(self._bricks.prod(), np.int32)  # 0: not in use
+        self._brick[used] = np.arange(1, len(used) + 1)
+        self._row = np.zeros((len(used) + 1) * BRICK**3, np.int32)
+        inside = _linear(nodes % BRICK, np.full(3, BRICK))
+        self._row[(number.ravel() + 1) * BRICK**3 + inside] = np.arange(1, len(nodes) + 1)
         self._values = np.append(0.0, values)
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """Sums (N,) of weighted values at points (N, 3), and of the weights of existing nodes."""
         place = np.clip((points + 1) / self._spacing - self._low, 0, self._shape - 1)
         cell = np.minimum(place.astype(np.intp), self._shape - 2)
-        first, steps = _linear(cell, self._shape), _linear(CORNERS, self._shape)
+        (x, y, z), inside = np.divmod(cell.T[:, None] + [[0], [1]], BRICK)  # each (2, N)
+        x, y = x * (self._bricks[1] * self._bricks[2]), y * self._bricks[2]
+        inside *= np.reshape([BRICK**2, BRICK, 1], (3, 1, 1))
         value, known = np.zeros((2, len(points)))
-        for step, weight in zip(steps, _weights(place - cell), strict=True):
-            row = self._row[first + step]
+        for (i, j, k), weight in zip(CORNERS, _weights(place - cell), strict=True):
+            brick = self._brick[x[i] + y[j] + z[k]]
+            row = self._row[brick * BRICK**3 + inside[0, i] + inside[1, j] + inside[2, k]]
             value += weight * self._values[row]
             known += weight * (row > 0)
         return value, known

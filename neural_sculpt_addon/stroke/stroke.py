@@ -123,15 +123,10 @@ class Stroke:
             raise SculptError(
                 f"A stroke's radial needs three counts from 1 to {MOST_TURNS}, for X, Y and Z."
             )
-        if (count := len(self.images)) > MOST_COPIES:
+        if (count := len(images(self.mirror, self.radial))) > MOST_COPIES:
             raise SculptError(
                 f"The stroke would be repeated {count} times; at most {MOST_COPIES} are possible."
                 " Mirror it across fewer axes, or lower its radial counts."
-            )
-        if np.abs(self.images @ points.T).max() > BOX:
-            raise SculptError(
-                "A copy of the stroke, turned about an axis, leaves the box [-1, 1]^3 of the field."
-                " Draw nearer to that axis, or lower its radial count to 1."
             )
 
     def __eq__(self, other: object) -> bool:
@@ -147,8 +142,17 @@ class Stroke:
 
     @property
     def images(self) -> NDArray[np.float64]:
-        """Where the stroke is repeated, as matrices (M, 3, 3); the first is the identity."""
-        return images(self.mirror, self.radial)
+        """Where the stroke is repeated, as matrices (M, 3, 3); the first is the identity.
+
+        An image that leaves the box, turned about an axis, is left out: no surface is there.
+        """
+        found = images(self.mirror, self.radial)
+        return found[(np.abs(found @ self.points.T) <= BOX).all(axis=(1, 2))]
+
+    @property
+    def left_out(self) -> int:
+        """How many images leave the box."""
+        return len(images(self.mirror, self.radial)) - len(self.images)
 
     def copies(self) -> tuple["Stroke", ...]:
         """The stroke itself and its images, each without a symmetry of its own.

@@ -3,6 +3,7 @@
 
 import json
 import unittest
+from unittest.mock import patch
 
 import bpy
 import numpy as np
@@ -238,6 +239,34 @@ class Masks(SculptCase):
         self.line[:, 0] *= -1
         stroke(self.line, radius=0.1, intensity=0.05)
         self.assertNotIn("mask", strokes_of(self.ob())[0])  # nothing is masked there
+
+    def test_of_many_strokes_those_on_masked_ground_are_left_out(self) -> None:
+        """And the artist hears which; a file of nothing else is refused."""
+        to_right = arc(self.ob(), 0.3) @ np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]])
+        to_right *= np.sign(to_right[4, 0]), 1, 1
+        given = {"radius": 0.1, "intensity": 0.05}
+        masked, free = ({**given, "points": (to_right * (side, 1, 1)).tolist()} for side in (1, -1))
+        paint(self.ob(), half(self.ob()))
+        with patch.object(
+            module("blender.operators.launch"), "translated", side_effect=lambda told: told
+        ) as translated:
+            self.file([masked, free, masked, {**free, "name": "Last"}])
+        ((sentence,), _) = translated.call_args
+        self.assertIn("strokes 1, 3 would change", sentence)
+        self.assertEqual([s.name for s in self.ob().neural_sculpt.strokes][-1], "Last")
+        self.assertEqual(len(self.ob().neural_sculpt.strokes), 2)
+        x = vertices(self.ob())[:, 0]
+        self.assertLess(np.abs(self.raised()[x > 0]).max(), 3e-4)
+        self.assertGreater(self.raised()[x < 0].max(), 0.04)
+        before = state(self.ob())
+        self.assert_fails("All that the strokes would change", self.file, strokes=[masked, masked])
+        self.assertEqual(state(self.ob()), before)
+
+    def file(self, strokes: list[dict[str, object]]) -> set[str]:
+        """Have the strokes of a file sculpted."""
+        path = self.folder / "strokes.json"
+        path.write_text(json.dumps({"version": 1, "strokes": strokes}))
+        return bpy.ops.neural_sculpt.strokes_from_file(filepath=str(path))
 
     def test_a_mirror_image_has_the_mask_where_it_is(self) -> None:
         self.ob().data.use_mirror_y = True

@@ -95,6 +95,27 @@ class Radial(SculptCase):
         ops.edit_stroke(uid=uid, radial=(1, 1, 1))
         self.assertNotIn("radial", strokes_of(field("Sphere"))[0])
 
+    def test_copies_that_leave_the_box_are_left_out(self) -> None:
+        """Of a cube that spans 1.7 an eighth of a turn brings an edge out of [-1, 1]^3."""
+        bpy.ops.mesh.primitive_cube_add()
+        ops.from_mesh(preset="DRAFT")
+        before = vertices(bpy.context.active_object)
+        edge = before[np.abs(before[:, 2]) < 0.2]
+        corner = edge[edge[:, :2].sum(axis=1).argmax()]
+        self.assertGreater(np.hypot(*corner[:2]), 1.01)
+        settings().radial_symmetry = (1, 1, 8)
+        stroke(np.array([corner]), radius=0.15, intensity=0.05)
+        self.assertEqual(strokes_of(bpy.context.active_object)[0]["radial"], [1, 1, 8])
+        after = vertices(bpy.context.active_object)
+        for turns in range(4):
+            angle = np.pi / 2 * turns
+            c, s = np.cos(angle), np.sin(angle)
+            way = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ corner
+            near = np.linalg.norm(after - way, axis=1) < 0.1
+            away = way[:2] / np.linalg.norm(way[:2])
+            reach = (before[:, :2] @ away).max()
+            self.assertGreater((after[near, :2] @ away).max(), reach + 0.02)
+
     def test_too_many_are_refused(self) -> None:
         settings().radial_symmetry = (1, 1, 64)
         self.ob.data.use_mirror_x = self.ob.data.use_mirror_z = True

@@ -122,6 +122,45 @@ def test_patterns_go_on_beyond_the_ends_without_a_seam():
         assert value[:, along[0] > 7.5].max() > 0.5, name
 
 
+@pytest.mark.parametrize("angle", [10.0, 45.0, 60.0, -30.0, 170.0])
+def test_a_turned_pattern_leaves_no_gaps(angle):
+    """Grey all over the stroke stays so, and waves go on as waves: sin(2 pi x) across the image,
+    one and the same in all of them."""
+    along, left = RANDOM.uniform(-1, 21, 4000), RANDOM.uniform(-1, 1, 4000)
+    white = Alpha(pixels=bytes([255]) * 1024, angle=angle).along(along, left, 20.0)
+    np.testing.assert_allclose(white, 1, atol=1e-9)
+    x = (np.arange(128) + 0.5) / 64 - 1
+    waves = np.tile(0.5 + 0.45 * np.sin(2 * np.pi * x), (128, 1))
+    value = Alpha(pixels=pixels_of(waves), angle=angle).along(along, left, 20.0)
+    c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    across = s * along - c * left  # to the right of the turned image
+    np.testing.assert_allclose(value, 0.5 + 0.45 * np.sin(2 * np.pi * across), atol=0.01)
+
+
+@pytest.mark.parametrize("angle", [30.0, 45.0, -75.0])
+@pytest.mark.parametrize("flipped", [False, True])
+def test_a_turned_pattern_is_mirrored(angle, flipped):
+    alpha = Alpha("scales", angle=angle, flipped=flipped, spacing=1.5)
+    along, left = RANDOM.uniform(0, 9, 500), RANDOM.uniform(-1, 1, 500)
+    ours, theirs = alpha.along(along, -left, 9.0), alpha.mirrored().along(along, left, 9.0)
+    np.testing.assert_allclose(theirs, ours, atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 100.0])
+@pytest.mark.parametrize("length", [9.0, 25.3, 0.3])
+def test_a_pattern_closes_without_gaps(angle, length):
+    """What lies beside the end lies beside the start, too, though no whole number of them fits."""
+    alpha = Alpha("scales", angle=angle)
+    white = Alpha(pixels=bytes([255]) * 1024, angle=angle)
+    along, left = RANDOM.uniform(-0.5, 0.5, 300), RANDOM.uniform(-1, 1, 300)
+    start, end = (alpha.along(along + at, left, length, closed=True) for at in (0, length))
+    if length > 1:
+        np.testing.assert_allclose(end, start, atol=1e-9)
+        assert start.std() > 0.1
+        np.testing.assert_allclose(white.along(along, left, length, closed=True), 1, atol=1e-9)
+    assert np.isfinite(start).all()
+
+
 @pytest.mark.parametrize("length", [9.0, 0.3, 1e-9])
 def test_a_closed_row_is_seamless(length):
     alpha, left = noise(), RANDOM.uniform(-1, 1, 50)

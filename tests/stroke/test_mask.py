@@ -3,6 +3,7 @@
 
 import base64
 import json
+import tracemalloc
 import zlib
 
 import numpy as np
@@ -111,6 +112,27 @@ def test_it_is_continuous_everywhere_and_goes_on_off_the_surface():
     assert mask(above)[left].max() < 0.2
     assert mask(above)[right].min() > 0.8
     assert 0 < mask(np.array([[0, 0, 0.9]]))[0] < 1
+
+
+def test_scattered_nodes_are_found_in_little_space():
+    """Anywhere in the box, as a file may have them; with its own value at each node, and half of it
+    half a cell away, where nothing else is."""
+    random = np.random.default_rng(6)
+    nodes = np.unique(random.integers(0, 64, (MOST_NODES, 3)), axis=0)[::16] * 4
+    nodes = np.minimum(nodes + 1, 255).astype(np.uint8)
+    values = random.integers(0, 256, len(nodes)).astype(np.uint8)
+    mask = Mask(LEAST_SPACING, nodes, values)
+    places = nodes * LEAST_SPACING - 1
+    np.testing.assert_allclose(mask(places), values / 255, atol=1e-9)
+    finest = mask._lattices[0]
+    beside, known = finest(places + LEAST_SPACING / 2 * np.array([1, 0, 0]))
+    np.testing.assert_allclose(beside, values / 510, atol=1e-9)
+    np.testing.assert_allclose(known, 0.5, atol=1e-9)
+    corners = Mask(LEAST_SPACING, np.uint8([[0, 0, 0], [255, 255, 255]]), np.uint8([51, 255]))
+    tracemalloc.start()
+    np.testing.assert_allclose(corners([[-1, -1, -1]]), 0.2)
+    assert tracemalloc.get_traced_memory()[1] < 20e6  # one number for each node would take 68
+    tracemalloc.stop()
 
 
 def test_masks_are_bounded_in_size():

@@ -166,11 +166,17 @@ def test_too_many_copies_are_refused_with_their_number():
         replace(most, mirror=frozenset("XZ"))
 
 
-def test_a_copy_outside_of_the_box_is_refused():
+def test_a_copy_outside_of_the_box_is_left_out():
+    """An eighth of a turn brings (0.9, 0.9) to (0, 1.27), a quarter to (-0.9, 0.9)."""
     corner = [0.9, 0.9, 0.1]
-    assert len(stroke([corner], radial=(1, 1, 4)).copies()) == 4
-    with pytest.raises(SculptError, match="turned about an axis, leaves the box"):
-        stroke([corner], radial=(1, 1, 8))
+    within = stroke([corner], radial=(1, 1, 4))
+    assert (len(within.copies()), within.left_out) == (4, 0)
+    beyond = stroke([corner], radial=(1, 1, 8))
+    assert beyond.left_out == 4
+    found = np.array([copy.points[0] for copy in beyond.copies()])
+    np.testing.assert_allclose(found, [copy.points[0] for copy in within.copies()], atol=1e-12)
+    half = stroke([corner, [0.5, 0.5, 0.1]], radial=(1, 1, 8))  # of which an end would leave it
+    assert (len(half.copies()), half.left_out) == (4, 4)
 
 
 def test_files_hold_the_counts():

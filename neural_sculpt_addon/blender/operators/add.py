@@ -15,7 +15,8 @@ from .. import preferences
 from ..locale.translations import OURS
 from ..scene.commit import NewField, create_field
 from ..session.job import Job, Request
-from .launch import REGISTER, Outcome, fail, launch
+from .install_worker import launch_when_installed
+from .launch import REGISTER, Outcome, fail
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")
 """The ready-made networks of the field room, which Blender's process cannot import."""
@@ -73,4 +74,5 @@ class NEURAL_SCULPT_OT_add(Operator):
         def add(result: Message) -> None:
             create_field(new, result, result.fields.get("report", {}))
 
-        return launch(self, Job(kind, f"Add {new.name}", lambda: Request(fields), add))
+        job = Job(kind, f"Add {new.name}", lambda: Request(fields), add)
+        return launch_when_installed(self, context, job)

@@ -16,6 +16,7 @@ from bpy.types import Context, Event, Object, Operator
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Kind, Stroke
+from ..locale.translations import translated
 from ..panels import status_bar
 from ..scene import commit, proxy_mesh, stroke_list
 from ..scene.brush import drawn_stroke, redrawn_stroke, strengths
@@ -23,7 +24,7 @@ from ..scene.properties import brush_of, is_field
 from ..scene.protect import protected
 from ..session import live
 from ..session.job import find
-from ..session.stroke_jobs import edit_job, prepare_job
+from ..session.stroke_jobs import prepare_job
 from ..session.worker_session import session
 from ..viewport import overlay, preview
 from ..viewport.drawing import Drawing, Habits, Nowhere, Phase
@@ -37,7 +38,7 @@ from .launch import (
     active_field,
     fail,
     field_poll,
-    launch,
+    launch_strokes,
     refuse,
 )
 
@@ -222,13 +223,20 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if self._listed is None and not self._only_selects(drawing):
             self._end(context)
             preview.let_go()
-            outcome = launch(self, edit_job(ob, (stroke,)))  # on the mesh it waits for its result
+            outcome = launch_strokes(self, ob, (stroke,))  # on the mesh it waits for its result
             preview.settle()
+            if stroke.left_out:
+                count = len(stroke.images) + stroke.left_out
+                told = (
+                    f"{stroke.left_out} of {count} copies, turned about an axis, would leave the"
+                    " box [-1, 1]^3 of the field and were left out."
+                )
+                self.report({"WARNING"}, translated(told))
             return outcome
         self.cancel(context)
         if self._listed is None:
             return CANCELLED
-        (stroke,) = protected(ob, (replace(stroke, mask=None),))  # as the artist sees it now
+        stroke = protected(ob, replace(stroke, mask=None))  # as the artist sees it now
         return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _only_selects(self, drawing: Drawing) -> bool:

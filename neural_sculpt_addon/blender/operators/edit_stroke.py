@@ -16,7 +16,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.props import BoolProperty, EnumProperty, IntVectorProperty
 from bpy.types import Context, Event, Operator
 
-from ...stroke.alpha import Alpha
+from ...stroke.alpha import NATURAL_SPACING, Alpha
 from ...stroke.errors import SculptError
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
@@ -187,7 +187,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         uid = chosen_uid(self, context)
         stroke = self._changed(self._stroke(context), context)
         if self.mask == NOW:
-            (stroke,) = protected(active_field(context), (replace(stroke, mask=None),))
+            stroke = protected(active_field(context), replace(stroke, mask=None))
         return launch_change(self, context, stroke_list.changed, uid=uid, stroke=stroke)
 
     def _stroke(self, context: Context) -> Stroke:
@@ -220,12 +220,10 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         )
 
     def _show_alpha(self, alpha: Alpha | None) -> None:
-        if alpha is None:
-            self.alpha = alpha_choices.NONE
-            return
-        self.alpha = alpha.name.upper() or KEEP
-        self.alpha_angle = math.radians(alpha.angle)
-        self.alpha_spacing = alpha.spacing
+        """The stroke's; without one all is as of a new one, whatever the dialog had before."""
+        self.alpha = alpha_choices.NONE if alpha is None else alpha.name.upper() or KEEP
+        self.alpha_angle = 0.0 if alpha is None else math.radians(alpha.angle)
+        self.alpha_spacing = NATURAL_SPACING if alpha is None else alpha.spacing
 
     def _changed_alpha(self, alpha: Alpha | None, context: Context) -> Alpha | None:
         """The alpha with what was given; one that was chosen anew lies as the old one."""

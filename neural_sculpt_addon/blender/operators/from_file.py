@@ -12,8 +12,7 @@ from bpy.types import Context, Event, Operator
 from ...stroke.errors import SculptError
 from ...stroke.file import parse_strokes
 from ..session import live
-from ..session.stroke_jobs import edit_job
-from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
 
 MOST_BYTES = 64 * 2**20
 """Of a stroke file that is read: a thousand strokes with all the points that one can have."""
@@ -53,7 +52,7 @@ class NEURAL_SCULPT_OT_strokes_from_file(Operator):
         strokes = parse_strokes(_text(path))
         if not strokes:
             raise SculptError("The stroke file holds no strokes.")
-        return launch(self, edit_job(ob, strokes))
+        return launch_strokes(self, ob, strokes)
 
 
 def _text(path: Path) -> str:

@@ -18,8 +18,7 @@ from ..scene import native_edits
 from ..scene.brush import brush_stroke, pressure_factors
 from ..scene.properties import brush_of, world_scale
 from ..scene.sources import Line, annotation_lines, selected_lines
-from ..session.stroke_jobs import edit_job
-from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
 
 SELECTED, ANNOTATIONS = "SELECTED", "ANNOTATIONS"
 
@@ -81,7 +80,7 @@ Their thickness acts as the pen's pressure"""
         )
         if not strokes:
             raise SculptError("The lines are too far from the field. Raise the distance.")
-        return launch(self, edit_job(ob, strokes))
+        return launch_strokes(self, ob, strokes)
 
     def draw(self, context: Context) -> None:
         """Both settings."""

@@ -23,7 +23,8 @@ from ..scene.properties import LOCAL, solver_property
 from ..session.job import Job, Request, find
 from ..session.worker_session import session
 from ..viewport import fit_overlay
-from .launch import REGISTER, Outcome, launch, refuse, reports_errors
+from .install_worker import launch_when_installed
+from .launch import REGISTER, Outcome, refuse, reports_errors
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -108,7 +109,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
         job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
         job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
-        return launch(self, job)
+        return launch_when_installed(self, context, job)
 
 
 def read_source(

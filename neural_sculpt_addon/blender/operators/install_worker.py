@@ -1,16 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Install the worker, with the artist's consent and Blender's permission to go online."""
+"""Install the worker, with the artist's consent and Blender's permission to go online.
+
+Who adds a field and has no worker yet is asked at once; the field comes when the worker is there.
+"""
 
 # pyright: reportOptionalMemberAccess=false
+
+from collections.abc import Sequence
 
 import bpy
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
+from ...stroke.errors import SculptError
 from ...worker.install.installer import installer
+from .. import preferences
 from ..folders import environment_folder, installation_log
+from ..session.job import Job
+from ..session.worker_session import session
 from ..viewport import redraw
-from .launch import FINISHED, INTERNAL, Outcome, fail, refuse
+from .launch import CANCELLED, FINISHED, INTERNAL, Outcome, fail, launch, refuse
+from .notice import tell
 
 TICK = 0.25  # seconds between two looks at the progress
 EXPLANATION = (
@@ -18,6 +28,10 @@ EXPLANATION = (
     n_("Its packages are downloaded from the Python Package Index: about 300 MB,"),
     n_("1.5 GB on disk, in a folder of their own:"),
 )
+OFFLINE = n_("Turn on Allow Online Access in Preferences, System first.")
+
+_asked: list[Job] = []  # for which the dialog is about to open
+_waiting: list[tuple[Job, int]] = []  # to be done after the installation, each in its scene
 
 
 class NEURAL_SCULPT_OT_install_worker(Operator):
@@ -27,30 +41,37 @@ class NEURAL_SCULPT_OT_install_worker(Operator):
     bl_label = "Install Worker"
     bl_options = INTERNAL
 
+    _jobs: Sequence[Job] = ()
+    _offline = False
+    """Whether the dialog has the switch; it keeps it when that is on, so that nothing moves."""
+
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """Online access is allowed and no installation is under way."""
+        """No installation is under way."""
         if installer.running:
             return refuse(cls, "The worker is being installed")
-        if not bpy.app.online_access:
-            return refuse(cls, "Turn on Allow Online Access in Preferences, System first")
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Say what will happen and ask."""
+        self._jobs, self._offline = [*_asked], not bpy.app.online_access
+        _asked.clear()
         return context.window_manager.invoke_props_dialog(self, width=500, confirm_text="Install")
 
     def draw(self, context: Context) -> None:
-        """What will happen."""
+        """What will happen, and Blender's own switch where that is off."""
         column = self.layout.column(align=True)
         for line in EXPLANATION:
             column.label(text=line)
         column.label(text=str(environment_folder()), translate=False)
+        if self._offline:
+            self.layout.prop(context.preferences.system, "use_online_access")
 
     def execute(self, context: Context) -> Outcome:
         """Begin."""
         if not bpy.app.online_access:
-            return fail(self, "Turn on Allow Online Access in Preferences, System first.")
+            return fail(self, OFFLINE)
+        _wait_with(context, self._jobs)
         installer.start(environment_folder(), installation_log())
         bpy.app.timers.register(show_progress, persistent=True)
         return FINISHED
@@ -69,8 +90,21 @@ class NEURAL_SCULPT_OT_cancel_installation(Operator):
         return FINISHED
 
 
+def launch_when_installed(operator: Operator, context: Context, job: Job) -> Outcome:
+    """Start a job that makes a new field. Without a worker ask for its installation first."""
+    if session.waits or not preferences.lacks_worker():
+        return launch(operator, job)
+    if installer.running:
+        _wait_with(context, [job])
+        return FINISHED
+    _asked[:] = [job]
+    bpy.ops.neural_sculpt.install_worker("INVOKE_DEFAULT")  # pyright: ignore
+    return CANCELLED
+
+
 def stop() -> None:
     """Leave no timer and no growing environment behind."""
+    _waiting.clear()
     installer.stop()
     if bpy.app.timers.is_registered(show_progress):
         bpy.app.timers.unregister(show_progress)
@@ -79,4 +113,23 @@ def stop() -> None:
 def show_progress() -> float | None:
     going_on = installer.poll()
     redraw.tag_panels()
-    return TICK if going_on else None
+    if going_on:
+        return TICK
+    _go_on()
+    return None
+
+
+def _wait_with(context: Context, jobs: Sequence[Job]) -> None:
+    _waiting.extend((job, context.scene.session_uid) for job in jobs)
+
+
+def _go_on() -> None:
+    """Start what waited for the installation, unless that failed or another file was opened."""
+    scenes = {scene.session_uid for scene in bpy.data.scenes}
+    jobs = [job for job, scene in _waiting if scene in scenes and not installer.error]
+    _waiting.clear()
+    for job in jobs:
+        try:
+            session.run(job)
+        except SculptError as error:
+            tell(str(error))

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 from bpy.types import Context, Object, Operator
 
 from ...stroke.errors import SculptError
+from ...stroke.stroke import Stroke
 from ..locale.translations import translated
 from ..scene import proxy_mesh
 from ..scene.properties import is_field
+from ..scene.protect import protected, protected_each
 from ..session.job import Job
+from ..session.stroke_jobs import edit_job
 from ..session.worker_session import session
 
 if TYPE_CHECKING:
@@ -38,6 +41,31 @@ def launch(operator: Operator, job: Job) -> Outcome:
     except SculptError as error:
         return fail(operator, error)
     return FINISHED
+
+
+def launch_strokes(operator: Operator, ob: Object, strokes: tuple[Stroke, ...]) -> Outcome:
+    """Have strokes sculpted, but to what is masked or hidden now, and say of which that leaves
+    nothing. SculptError when it does so of all."""
+    if len(strokes) == 1:
+        return launch(operator, edit_job(ob, (protected(ob, strokes[0]),)))
+    each = protected_each(ob, strokes)
+    kept = tuple(stroke for stroke in each if stroke is not None)
+    if not kept:
+        raise SculptError(
+            "All that the strokes would change is masked or hidden. Clear the mask, and try again."
+        )
+    outcome = launch(operator, edit_job(ob, kept))
+    masked = [str(number) for number, stroke in enumerate(each, 1) if stroke is None]
+    if masked:
+        told = f"All that stroke {masked[0]} would change is masked or hidden; it was left out."
+        if len(masked) > 1:
+            numbers = ", ".join(masked)
+            told = (
+                f"All that the strokes {numbers:.100} would change is masked or hidden; they were"
+                " left out."
+            )
+        operator.report({"WARNING"}, translated(told))
+    return outcome
 
 
 def fail(operator: Operator, error: SculptError | str) -> Outcome:

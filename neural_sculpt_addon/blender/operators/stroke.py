@@ -21,8 +21,7 @@ from ..locale.translations import OURS
 from ..scene.brush import brush_stroke
 from ..scene.properties import NEURAL_SCULPT_PG_point
 from ..session import live
-from ..session.stroke_jobs import edit_job
-from .launch import REGISTER, Outcome, active_field, editable_poll, launch, reports_errors
+from .launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
 
 
 class NEURAL_SCULPT_OT_stroke(Operator):
@@ -63,8 +62,9 @@ class NEURAL_SCULPT_OT_stroke(Operator):
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Have the worker edit the field; the proxy follows when it is done."""
-        live.refuse_edits(active_field(context))
-        return launch(self, edit_job(active_field(context), self._strokes(context)))
+        ob = active_field(context)
+        live.refuse_edits(ob)
+        return launch_strokes(self, ob, self._strokes(context))
 
     def _strokes(self, context: Context) -> tuple[Stroke, ...]:
         if self.stroke_json:

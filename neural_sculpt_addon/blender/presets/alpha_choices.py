@@ -5,7 +5,7 @@ The image is kept as text, as in a stroke file.
 """
 
 import math
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 import bpy
@@ -20,6 +20,7 @@ from . import thumbnails
 from .shape_choices import Item
 
 NONE, IMAGE = "NONE", "IMAGE"
+KEPT = 64  # images of artists, the last ones looked at
 
 IMAGE_NUMBER = 50
 """Blender files hold the number of a choice: none is 0, images of the extension count from 1."""
@@ -96,7 +97,7 @@ def unregister() -> None:
     _items.cache_clear()
 
 
-@cache
+@lru_cache(maxsize=KEPT)
 def _image(text: str) -> Alpha | None:
     """The artist's image, None when there is none or its text is damaged."""
     try:
@@ -105,9 +106,9 @@ def _image(text: str) -> Alpha | None:
         return None
 
 
-@cache
+@lru_cache(maxsize=KEPT)
 def _items(pixels: str, _locale: str) -> list[Item]:
-    """Blender does not copy the texts of an item, so they live as long as we do."""
+    """Blender does not copy the texts of an item, so they outlive every menu that shows them."""
     items: list[Item] = []
     for number, (choice, name, tip) in enumerate(fixed_items()):
         icon, alpha = "X", None

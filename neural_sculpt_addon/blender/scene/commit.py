@@ -15,7 +15,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.types import Mesh, Object
+from bpy.types import Mesh, Object, SpaceView3D
 from mathutils import Matrix
 from numpy.typing import NDArray
 
@@ -273,7 +273,12 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Select the object, in the place of another."""
+    """Select the object, in the place of another. A view that shows a few objects alone shows it,
+    as of objects that Blender adds."""
+    for area in bpy.context.screen.areas:
+        space = area.spaces.active
+        if isinstance(space, SpaceView3D) and space.local_view is not None:
+            ob.local_view_set(space, True)
     select(ob)
     _hide(replaced)
 

@@ -27,9 +27,20 @@ FINE = 1 / 8  # radii: spacing of a mask; where the proxy is coarser, the length
 SEEN = 64  # points of a stroke, of which its box is found
 
 
-def protected(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
-    """The strokes with what is masked and hidden on the object's proxy now; those that have a mask
-    keep it. SculptError when one of them would change nothing."""
+def protected(ob: Object, stroke: Stroke) -> Stroke:
+    """The stroke with what is masked and hidden on the object's proxy now; one that has a mask
+    keeps it. SculptError when it would change nothing."""
+    (found,) = protected_each(ob, (stroke,))
+    if found is None:
+        raise SculptError(
+            "All that the stroke would change is masked or hidden. Clear the mask, or draw"
+            " elsewhere."
+        )
+    return found
+
+
+def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | None, ...]:
+    """Each of the strokes likewise; None for one that would change nothing."""
     mesh = proxy_mesh.mesh_of(ob)
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return strokes
@@ -44,11 +55,11 @@ def protected(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     def fans() -> Fans:
         return Fans(triangles, len(positions))
 
-    def one(stroke: Stroke) -> Stroke:
+    def one(stroke: Stroke) -> Stroke | None:
         if stroke.mask is not None or not any(_is_near(copy, some) for copy in stroke.copies()):
             return stroke
         surface = BaseSurface(positions, fans(), reach_of(stroke))
-        return replace(stroke, mask=_frozen(stroke, surface, protection))
+        return _frozen(stroke, surface, protection)
 
     return tuple(map(one, strokes))
 
@@ -61,8 +72,9 @@ def _is_near(stroke: Stroke, positions: NDArray[np.float32]) -> bool:
     return bool(((positions > low) & (positions < high)).all(axis=1).any())
 
 
-def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32]) -> Mask | None:
-    """The mask under the copies of a stroke; None when nothing that they reach has one.
+def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32]) -> Stroke | None:
+    """The stroke with the mask under its copies; as it is when nothing that they reach has one, and
+    None when all that they would change is masked.
 
     protection: (V,) of the vertices of the surface
     """
@@ -74,14 +86,12 @@ def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32
         nearness = np.minimum(nearness, growth.nearness)
     reached, under = np.flatnonzero(np.isfinite(nearness)), nearness < 1
     if not protection[reached].any():
-        return None
+        return stroke
     if under.any() and (protection[under] == 1).all():
-        raise SculptError(
-            "All that the stroke would change is masked or hidden. Clear the mask, or draw"
-            " elsewhere."
-        )
+        return None
     a, b, _ = surface.fans.around(reached).T
     edge = float(np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1).mean())
     radius = stroke.brush.radius * stroke.largest_factor
     points = surface.positions[reached]
-    return Mask.of(points, protection[reached], max(edge, FINE * radius))
+    mask = Mask.of(points, protection[reached], max(edge, FINE * radius))
+    return replace(stroke, mask=mask)

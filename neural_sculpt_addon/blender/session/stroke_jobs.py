@@ -9,7 +9,6 @@ from ...worker.client import JobKind, Message
 from ..scene import native_edits, stroke_list
 from ..scene.commit import add_entry, keep_entries, new_revision, set_history
 from ..scene.properties import field_of
-from ..scene.protect import protected
 from . import reports, states
 from .job import Job, Request, find, found
 
@@ -27,13 +26,13 @@ def prepare_job(ob: Object) -> Job:
 
 
 def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
-    """The job that applies strokes to whatever the object's field is when its turn comes, but to
-    what is masked or hidden now. SculptError when that leaves nothing of one.
+    """The job that applies strokes, `protected` ones, to whatever the object's field is when its
+    turn comes.
 
     One stroke is an edit of the field as it is; several, and the first on a file that is older than
     layers, are a replay of a longer history.
     """
-    target, strokes = ob.session_uid, protected(ob, strokes)
+    target = ob.session_uid
     first = strokes[0]
     label = first.name or "Neural Stroke"
     added = [stroke_list.entry_of(stroke) for stroke in strokes]
