@@ -291,6 +291,34 @@ class Masks(SculptCase):
             self.assertTrue((mask[x > EDGE] == 1).all())
             self.assertTrue((mask[x < -EDGE] == 0).all())
 
+    def test_a_result_waits_until_what_it_takes_over_is_found(self) -> None:
+        """In a window: in steps, of which there are some; what is painted meanwhile counts."""
+        commit = module("blender.scene.commit")
+        self.ob().data.polygons.foreach_set("hide", middles(self.ob())[:, 1] > 0)
+        paint(self.ob(), half(self.ob()))
+        foresee, answers = commit.foresee, []
+
+        def watched(ob: Object, result: object) -> bool:
+            answers.append(foresee(ob, result))
+            if len(answers) == 1:
+                paint(ob, 1 - half(ob))
+            return answers[-1]
+
+        with (
+            self.as_in_a_window(),
+            patch.object(module("blender.session.worker_session"), "foresee", watched),
+        ):
+            bpy.ops.neural_sculpt.remesh(resolution=64)
+            self.finish()
+        self.assertGreater(len(answers), 2)
+        self.assertEqual(answers, [True] * (len(answers) - 1) + [False])
+        mask, x = painted(self.ob())[".sculpt_mask"], vertices(self.ob())[:, 0]
+        self.assertTrue((mask[x > EDGE] == 0).all())
+        self.assertTrue((mask[x < -EDGE] == 1).all())
+        hidden, y = painted(self.ob())[".hide_poly"], middles(self.ob())[:, 1]
+        self.assertTrue(hidden[y > EDGE].all())
+        self.assertFalse(hidden[y < -EDGE].any())
+
     def test_other_kinds_of_strokes_stay_away_too(self) -> None:
         self.sculpt()
         before = self.raised(), vertices(self.ob())
@@ -348,6 +376,12 @@ class Nearest(unittest.TestCase):
         np.testing.assert_array_equal(found[: len(same)], np.arange(500, 3500))
         np.testing.assert_allclose(away[:-50], distance.min(axis=1)[:-50], atol=1e-6)
         np.testing.assert_allclose(away[-50:], distance.min(axis=1)[-50:], atol=0.01)
+
+    def test_a_point_that_is_no_number_is_near_to_none(self) -> None:
+        among = np.float32([[np.nan] * 3, [0, 0, 0], [np.inf, 0, 0], [1, 0, 0]])
+        points = np.float32([[0.1, 0, 0], [0.8, 0.1, 0]])
+        np.testing.assert_array_equal(nearest(points, among), [1, 3])
+        self.assertEqual(len(nearest(points, among[:1])), 2)
 
     def test_few_points_and_none(self) -> None:
         one, two = np.float32([[0.1, 0.2, 0.3]]), np.float32([[0, 0, 0], [1, 0, 0]])

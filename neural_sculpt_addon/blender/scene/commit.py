@@ -188,6 +188,17 @@ def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> Non
     push_undo("Remesh Proxy")
 
 
+def foresee(ob: Object, result: Message) -> bool:
+    """Work for some milliseconds at what a result, which was checked, will need as the proxy of the
+    object; whether there is more to do. What was not foreseen is done when it is applied."""
+    if proxy_mesh.why_locked(ob):
+        return False
+    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
+    return carried.foresee(
+        mesh, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+    )
+
+
 @dataclass(frozen=True)
 class _State:
     """All that a result writes on an object but its layers.

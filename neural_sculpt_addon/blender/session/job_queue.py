@@ -23,7 +23,7 @@ from bpy.app.translations import pgettext_n as n_
 
 from ...stroke.errors import SculptError
 from ...stroke.stroke import Stroke
-from ..scene import proxy_mesh, sculpt_steps
+from ..scene import carried, proxy_mesh, sculpt_steps
 from ..scene.commit import in_edit_mode
 from ..scene.properties import field_of
 from .job import Job, JobStatus, find
@@ -152,6 +152,7 @@ class JobQueue:
         """Take a job out of the queue, and tell so."""
         self.jobs.remove(job)
         job.status, job.message = status, message
+        carried.forget()
         self.watcher.ended(job)
         self.tell_waiting()
         if status is JobStatus.FAILED:

@@ -20,11 +20,12 @@ from bpy.app.translations import pgettext_n as n_
 
 from ...stroke.errors import SculptError
 from ...worker import answers
-from ...worker.client import Client, Message, MessageKind, WorkerGoneError
+from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
 from ...worker.protocol import ProtocolError
 from .. import preferences
 from ..scene import sculpt_steps
+from ..scene.commit import foresee
 from ..scene.properties import field_of
 from .job import Job, JobStatus, find
 from .job_queue import JobQueue
@@ -41,6 +42,7 @@ class Session(JobQueue):
         super().__init__()
         self.worker = Worker()
         self._news: deque[Message] = deque()  # of the worker, not yet heard
+        self._checked: Message | None = None  # the last one that was found to be sound
 
     @property
     def client(self) -> Client | None:
@@ -237,13 +239,34 @@ class Session(JobQueue):
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
 
     def _must_wait(self, message: Message) -> bool:
-        """Whether a result cannot be shown yet: the strokes that come after it are to be prepared,
-        or the artist has to leave a mode."""
+        """Whether a result cannot be shown yet: it is to be prepared, or the strokes that come
+        after it, or the artist has to leave a mode."""
         if self.waits or not self.jobs or message.job != self.jobs[0].number:
             return False
-        return self._prepare(self.jobs[0], message) or (
-            message.kind is MessageKind.RESULT and self.in_other_mode(self.jobs[0])
-        )
+        job = self.jobs[0]
+        try:
+            self._check(job, message)
+        except ProtocolError:
+            return False  # it is met again when the message is heard
+        if self._prepare(job, message):
+            return True
+        if message.kind is not MessageKind.RESULT:
+            return False
+        return self.in_other_mode(job) or self._foresee(job, message)
+
+    def _check(self, job: Job, message: Message) -> None:
+        """ProtocolError unless the message can be one of the job; each is looked through once."""
+        if message is not self._checked:
+            answers.check(job.kind, message)
+            self._checked = message
+
+    def _foresee(self, job: Job, message: Message) -> bool:
+        """Whether there still is to be found what the next proxy takes over from that of now. Of
+        what a brush did the proxy is another one when that reaches the scene."""
+        ob = None if job.target is None else find(job.target)
+        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.BRUSHED:
+            return False
+        return foresee(ob, message)
 
     def _prepare(self, job: Job, message: Message) -> bool:
         others = (other for other in self.pending(job.target) if other is not job)
@@ -260,10 +283,12 @@ class Session(JobQueue):
             return
         job = self.jobs[0]
         try:
-            answers.check(job.kind, message)
+            self._check(job, message)
         except ProtocolError as error:
             self._lose(job, f"The worker answered nonsense: {error}")
             return
+        finally:
+            self._checked = None
         if message.kind is MessageKind.PROGRESS:
             job.fraction = message.fields["fraction"]
             job.message = message.fields["message"]
