@@ -76,10 +76,10 @@ class UnderThePen(SquareCase):
         mesh.attributes[".sculpt_mask"].data.foreach_set("value", masked)
         self.pen()
         self.assertGreater(self.heights().max(), 0.05)
-        job = module("blender.session.stroke_jobs").edit_job(field("Sphere"), (self.stroke,))
+        frozen = module("blender.scene.protect").protected(field("Sphere"), self.stroke)
         under = to_path(self.flat, LINE) < 0.15
         free = under & (self.flat[:, 1] > 0.15)  # two edges from what is masked
-        mask = job.strokes[0].mask
+        mask = frozen.mask
         np.testing.assert_array_equal(mask(self.flat[free]), 0)
         np.testing.assert_array_equal(mask(self.flat[under & (masked == 1)]), 1)
 
