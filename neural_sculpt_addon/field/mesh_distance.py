@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_winding import winding
 from .surface import spatial_order
 
 Array = NDArray[np.float64]
@@ -74,13 +75,13 @@ class MeshDistance:
     ) -> None:
         """Judge the mesh by `PROBES` random places, and drop what is no outer surface."""
         self.vertices, self.faces = mesh.vertices, mesh.triangles
-        self._winding = _winding(self.vertices, self.faces)
+        self._winding = winding(self.vertices, self.faces)
         probes = self.surface(PROBES, rng)
         sides = self._sides(probes, progress)
         _refuse_sheets(sides, mesh.pieces[probes.faces])
         if (sides.mean(axis=0) > INNER).mean() > WALLS:
             self._drop_inner_faces(progress)
-            self._winding = _winding(self.vertices, self.faces)
+            self._winding = winding(self.vertices, self.faces)
             sides = self._sides(self.surface(PROBES, rng), progress)
         # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
         self._threshold = float(np.clip(np.median(sides.max(axis=0)) / 2, 0.25, 0.5))
@@ -145,13 +146,13 @@ class MeshDistance:
         Faces that are partly inside are divided. The quarters share no vertices with their
         neighbours, which neither the distance nor the winding number minds.
         """
-        winding, kept, pending = self._winding, [], self.vertices[self.faces]
+        number, kept, pending = self._winding, [], self.vertices[self.faces]
         for _ in range(SPLITS):
             edges = np.linalg.norm(pending - np.roll(pending, 1, axis=1), axis=2)  # (F, 3)
             large = edges.max(axis=1) > FINE
             small, pending = pending[~large], pending[large]
-            kept.append(small[~_inner(small, winding, progress, _PLACES[:1]).any(axis=1)])
-            inner = _inner(pending, winding, progress)  # (F, 4)
+            kept.append(small[~_inner(small, number, progress, _PLACES[:1]).any(axis=1)])
+            inner = _inner(pending, number, progress)  # (F, 4)
             kept.append(pending[~inner.any(axis=1)])
             pending = pending[inner.any(axis=1) & ~inner.all(axis=1)]
             pending = np.einsum("qkc,fcd->fqkd", _QUARTERS, pending).reshape(-1, 3, 3)
@@ -160,16 +161,9 @@ class MeshDistance:
         self.faces = np.arange(3 * len(corners)).reshape(-1, 3)
 
 
-def _winding(vertices: Array, faces: NDArray[np.int64]) -> Callable[[Array], Array]:
-    """The winding number of the faces as a function of points (N, 3) -> (N,)."""
-    hierarchy = igl.FastWindingNumberBVH()
-    hierarchy.init(vertices, faces, 2)
-    return lambda points: np.asarray(hierarchy.winding_number(points, 2.0))
-
-
 def _inner(
     corners: Array,
-    winding: Callable[[Array], Array],
+    number: Callable[[Array], Array],
     progress: Progress,
     places: Array = _PLACES,
 ) -> NDArray[np.bool_]:
@@ -179,8 +173,8 @@ def _inner(
     for part in _batches(len(corners), progress):
         middle = np.einsum("pc,fcd->fpd", places, corners[part])  # (f, P, 3)
         sides = np.stack([middle + step[part], middle - step[part]])  # (2, f, P, 3)
-        number = np.abs(winding(sides.reshape(-1, 3))).reshape(sides.shape[:-1])
-        inner[part] = number.mean(axis=0) > INNER  # of a face with one side outside: about 0.5
+        found = np.abs(number(sides.reshape(-1, 3))).reshape(sides.shape[:-1])
+        inner[part] = found.mean(axis=0) > INNER  # of a face with one side outside: about 0.5
     return inner
 
 
