@@ -2,8 +2,9 @@
 """Any triangle mesh made fit for a signed distance: checked, scaled, welded, oriented outward.
 
 Meshes come as artists have them: vertices doubled along seams, faces doubled, collapsed or flipped,
-several pieces, at any scale and place. What can be repaired is repaired and counted; what cannot
-raises SculptError. The result is in model space, its longest side 1.7, centred on the origin.
+several pieces, nested or not, at any scale and place. What can be repaired is repaired and counted;
+what cannot raises SculptError. The result is in model space, its longest side 1.7, centred on the
+origin.
 """
 
 from dataclasses import dataclass
@@ -15,17 +16,19 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
 from ..stroke.errors import SculptError
+from .mesh_winding import facing
 
 LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
 WELD_BITS = 20  # vertices closer than 2^-20 of the longest side become one
 SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
 PRECISION = 2000  # coordinates must tell apart this many places along the longest side
 CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a volume
+BULKY = 0.02  # volume / area^1.5, above which an open piece has an outer side; a sphere has 0.09
 
 
 @dataclass(frozen=True)
 class CleanMesh:
-    """A welded triangle mesh in model space; every piece that encloses a volume faces outward.
+    """A welded triangle mesh in model space; pieces face outward, but for walls of cavities.
 
     mesh space = scale * model space + center. A piece is what hangs together by edges of two faces.
     `repairs` counts what was done, by name.
@@ -151,23 +154,26 @@ def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:
 def _orient(
     points: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
-    """Each piece wound consistently, its positive side outward; the pieces; how many were turned.
+    """Each piece wound consistently, closed ones as `facing` says; the pieces; faces turned.
 
     The area vectors of a closed piece cancel, and the sign of its volume about its own centroid
-    tells the outer side; half a sphere has 0.5, a sheet 1. A piece that encloses nothing keeps the
-    side that most of its area had.
+    tells the outer side; half a sphere has 0.5, a sheet 1. An open piece that is bulky faces
+    outward, too; one that encloses nothing keeps the side that most of its area had.
     """
     wound, piece = (np.asarray(array) for array in igl.bfs_orient(faces))
     of_piece = csr_matrix((np.ones(len(faces)), (piece, np.arange(len(faces)))))  # (P, F)
+    same = (wound == faces).all(axis=1)  # (F,)
     corners = points[wound]  # (F, 3, 3)
     vector = 0.5 * normals(corners)  # (F, 3)
     area = np.linalg.norm(vector, axis=1)  # (F,)
     whole = of_piece @ area  # (P,)
     center = (of_piece @ (area[:, None] * corners.mean(axis=1))) / whole[:, None]  # (P, 3)
     volume = of_piece @ np.sum((corners[:, 0] - center[piece]) * vector, axis=1) / 3  # (P,)
+    given = np.where(of_piece @ np.where(same, area, -area) < 0, -1, 1)  # (P,), by most of its area
     closed = np.linalg.norm(of_piece @ vector, axis=1) < CLOSED * whole  # (P,)
-    same = (wound == faces).all(axis=1)  # (F,)
-    majority = of_piece @ np.where(same, area, -area)  # (P,)
-    turn = np.where(closed, volume < 0, majority < 0)[piece]  # (F,)
+    wanted = np.sign(volume) * facing(points, wound, piece, np.where(closed, given * volume, 0))
+    bulky = np.abs(volume) > BULKY * whole**1.5
+    wanted = np.where(closed, wanted, np.where(bulky, np.sign(volume), given))
+    turn = (wanted < 0)[piece]  # (F,)
     wound = np.where(turn[:, None], wound[:, ::-1], wound)
     return np.ascontiguousarray(wound), piece, int(np.sum(turn == same))

@@ -3,13 +3,13 @@
 
 The magnitude is the exact distance to the triangles (libigl's AABB tree). The sign comes from the
 winding number (Barill et al., "Fast winding numbers for soups and clouds", 2018): near 1 inside,
-near 0 outside, and smoothly in between across a hole, which it closes like a soap film. Faces with
-the inside on both sides (inner walls, pieces stuck into each other) are no part of the surface and
-are dropped first. A sheet has no inside at all; it needs a thickness first (`mesh_thicken`). Model
-space throughout.
+near 0 outside, and smoothly in between across a hole, which it closes like a soap film. What has
+the inside on both sides (inner walls, parts stuck into each other) is no part of the surface and
+is dropped first (`mesh_union`). A sheet has no inside at all; it needs a thickness first
+(`mesh_thicken`). Model space throughout.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import igl
@@ -19,35 +19,20 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_union import BESIDE, HIDDEN, crossings, cut
+from .mesh_winding import winding
 from .surface import spatial_order
 
 Array = NDArray[np.float64]
 
 BATCH = 8192  # queries between two looks at `progress`
-BESIDE = 2e-3  # how far beside a face its two sides are looked at
 PROBES = 4000  # places at which the whole mesh is judged
-INNER = 0.8  # mean |winding number| of a face's sides, from which on both are inside
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside
-SPLITS = 4  # times at most that a face partly inside is divided in four,
-FINE = 0.02  # while an edge is longer than this
 SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
-
-# Barycentric weights: a face's middle and three places near its corners; its four quarters.
-_PLACES = np.array([[1, 1, 1], [2.8, 0.1, 0.1], [0.1, 2.8, 0.1], [0.1, 0.1, 2.8]]) / 3  # (4, 3)
-_QUARTERS = (
-    np.array(
-        [
-            [[2, 0, 0], [1, 1, 0], [1, 0, 1]],
-            [[1, 1, 0], [0, 2, 0], [0, 1, 1]],
-            [[1, 0, 1], [0, 1, 1], [0, 0, 2]],
-            [[1, 1, 0], [0, 1, 1], [1, 0, 1]],
-        ]
-    )
-    / 2
-)  # (4, 3, 3)
+TURNED = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
 class Surface(NamedTuple):
@@ -74,16 +59,18 @@ class MeshDistance:
     ) -> None:
         """Judge the mesh by `PROBES` random places, and drop what is no outer surface."""
         self.vertices, self.faces = mesh.vertices, mesh.triangles
-        self._winding = _winding(self.vertices, self.faces)
+        self._winding = winding(self.vertices, self.faces)
         probes = self.surface(PROBES, rng)
         sides = self._sides(probes, progress)
         _refuse_sheets(sides, mesh.pieces[probes.faces])
-        if (sides.mean(axis=0) > INNER).mean() > WALLS:
-            self._drop_inner_faces(progress)
-            self._winding = _winding(self.vertices, self.faces)
+        pairs = crossings(self.vertices, self.faces)
+        if len(pairs) or (np.abs(sides).min(axis=0) > HIDDEN).mean() > WALLS:
+            parts = cut(self.vertices, self.faces, pairs, self._winding, progress)
+            self._winding = winding(*_soup(parts.solid))
+            self.vertices, self.faces = _soup(parts.surface)
             sides = self._sides(self.surface(PROBES, rng), progress)
         # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
-        self._threshold = float(np.clip(np.median(sides.max(axis=0)) / 2, 0.25, 0.5))
+        self._threshold = float(np.clip(np.median(np.abs(sides).max(axis=0)) / 2, 0.25, 0.5))
         self._tree = igl.AABB()
         self._tree.init(self.vertices, self.faces)
 
@@ -117,7 +104,7 @@ class MeshDistance:
         """
         step = BESIDE * normals.astype(float)
         sides = np.concatenate([points - step, points + step])
-        inside = np.abs(self._winding(sides)).reshape(2, -1) > self._threshold
+        inside = self._depth(sides).reshape(2, -1) > 1
         return inside[0].astype(np.int8) - inside[1]
 
     def _measure(self, points: Array) -> Distance:
@@ -125,68 +112,34 @@ class MeshDistance:
         square, face, closest = (np.asarray(array) for array in found)
         distance = np.sqrt(square)  # (N,)
         touching = distance < 1e-7
-        inside = np.abs(self._winding(points)) - self._threshold
-        sign = np.clip(-inside / (FILM * self._threshold), -1, 1)
+        sign = np.clip((1 - self._depth(points)) / FILM, -1, 1)
         away: Array = points - closest  # (N, 3)
         gradient = unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
         gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
         return Distance(sign * distance, gradient, (np.abs(sign) == 1) | touching)
 
+    def _depth(self, points: Array) -> Array:
+        """How far points (N, 3) are inside by their winding number: from 1 on they are."""
+        number = self._winding(points)
+        return np.maximum(number / self._threshold, -number / TURNED)
+
     def _sides(self, probes: Surface, progress: Progress) -> Array:
-        """|winding number| just behind and just before each of the probes (2, N)."""
+        """Winding number just behind and just before each of the probes (2, N)."""
         progress(0.0, "Looking for the inside")
         step = BESIDE * probes.normals
         sides = np.concatenate([probes.points - step, probes.points + step])
-        return np.abs(self._winding(sides)).reshape(2, -1)
-
-    def _drop_inner_faces(self, progress: Progress) -> None:
-        """Keep the outer surface: faces of which at least one side is outside.
-
-        Faces that are partly inside are divided. The quarters share no vertices with their
-        neighbours, which neither the distance nor the winding number minds.
-        """
-        winding, kept, pending = self._winding, [], self.vertices[self.faces]
-        for _ in range(SPLITS):
-            edges = np.linalg.norm(pending - np.roll(pending, 1, axis=1), axis=2)  # (F, 3)
-            large = edges.max(axis=1) > FINE
-            small, pending = pending[~large], pending[large]
-            kept.append(small[~_inner(small, winding, progress, _PLACES[:1]).any(axis=1)])
-            inner = _inner(pending, winding, progress)  # (F, 4)
-            kept.append(pending[~inner.any(axis=1)])
-            pending = pending[inner.any(axis=1) & ~inner.all(axis=1)]
-            pending = np.einsum("qkc,fcd->fqkd", _QUARTERS, pending).reshape(-1, 3, 3)
-        corners = np.concatenate([*kept, pending])
-        self.vertices = corners.reshape(-1, 3)
-        self.faces = np.arange(3 * len(corners)).reshape(-1, 3)
+        return self._winding(sides).reshape(2, -1)
 
 
-def _winding(vertices: Array, faces: NDArray[np.int64]) -> Callable[[Array], Array]:
-    """The winding number of the faces as a function of points (N, 3) -> (N,)."""
-    hierarchy = igl.FastWindingNumberBVH()
-    hierarchy.init(vertices, faces, 2)
-    return lambda points: np.asarray(hierarchy.winding_number(points, 2.0))
-
-
-def _inner(
-    corners: Array,
-    winding: Callable[[Array], Array],
-    progress: Progress,
-    places: Array = _PLACES,
-) -> NDArray[np.bool_]:
-    """Whether both sides of the faces (F, 3, 3) are inside, at P barycentric places each (F, P)."""
-    step = BESIDE * unit(normals(corners))[:, None]  # (F, 1, 3)
-    inner = np.empty((len(corners), len(places)), bool)
-    for part in _batches(len(corners), progress):
-        middle = np.einsum("pc,fcd->fpd", places, corners[part])  # (f, P, 3)
-        sides = np.stack([middle + step[part], middle - step[part]])  # (2, f, P, 3)
-        number = np.abs(winding(sides.reshape(-1, 3))).reshape(sides.shape[:-1])
-        inner[part] = number.mean(axis=0) > INNER  # of a face with one side outside: about 0.5
-    return inner
+def _soup(corners: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (3F, 3) and faces (F, 3) of triangles by their corners (F, 3, 3)."""
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
 
 
 def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
     """SculptError when too many of the probes, with these `sides` (2, N), lie on sheets."""
-    doubtful = ((sides > DOUBTFUL[0]) & (sides < DOUBTFUL[1])).all(axis=0)  # (N,)
+    size = np.abs(sides)
+    doubtful = ((size > DOUBTFUL[0]) & (size < DOUBTFUL[1])).all(axis=0)  # (N,)
     probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful)
     share = float((in_doubt > SHEET * probes)[pieces].mean())
     if share > SCRAP:

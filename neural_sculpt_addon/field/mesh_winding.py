@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Winding numbers of triangles, and which way closed pieces face when one lies in another.
+
+The winding number (Barill et al., "Fast winding numbers for soups and clouds", 2018) counts how
+often faces go around a point: 1 in a closed piece that faces outward, 0 outside, and smoothly in
+between across a hole. A closed piece within a solid that faces inward is the wall of a cavity and
+takes its inside away. Any space, but all arguments in the same.
+"""
+
+from collections.abc import Callable
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+PROBES = 16  # faces of a piece at which it is asked what encloses it
+FEW = 0.1  # share of the probes that may say otherwise: pieces may touch
+
+
+def winding(vertices: Array, faces: NDArray[np.int64]) -> Callable[[Array], Array]:
+    """The winding number of the faces as a function of points (N, 3) -> (N,)."""
+    hierarchy = igl.FastWindingNumberBVH()
+    hierarchy.init(vertices, faces, 2)
+    return lambda points: np.asarray(hierarchy.winding_number(points, 2.0))
+
+
+def facing(
+    points: Array, faces: NDArray[np.int64], pieces: NDArray[np.int64], volumes: Array
+) -> NDArray[np.int8]:
+    """Which way closed pieces should face: 1 outward, -1 inward (P,); 0 for `volumes` of 0.
+
+    pieces:  the piece of each face (F,)
+    volumes: of each piece as it is wound (P,): negative when it faces inward, 0 when it is open
+
+    A piece that nothing encloses faces outward. When it did not, what lies in it is taken for
+    inside out as well. Enclosed pieces stay as they are, unless they would take away an inside
+    where there is none.
+    """
+    order = np.argsort(-np.abs(volumes), kind="stable")[: np.count_nonzero(volumes)]
+    wound = np.sign(volumes).astype(np.int8)  # (P,)
+    sorted_faces = faces[np.argsort(pieces, kind="stable")]
+    counts = np.bincount(pieces, minlength=len(volumes))
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    corners = points[sorted_faces]  # (F, 3, 3)
+    low = np.minimum.reduceat(corners.min(axis=1), starts[:-1])  # (P, 3)
+    high = np.maximum.reduceat(corners.max(axis=1), starts[:-1])
+    spread = (np.arange(PROBES) + 0.5) / PROBES
+    probes = corners[starts[:-1, None] + (spread * counts[:, None]).astype(int)].mean(axis=2)
+
+    result = np.zeros(len(volumes), np.int8)
+    number = np.zeros((len(volumes), PROBES), np.int64)  # of what is larger, at the probes
+    mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
+    for place, piece in enumerate(order):
+        around = np.quantile(number[piece], FEW, method="lower")
+        if not mirrored[piece]:
+            mirrored[piece] = 1 if around > 0 else wound[piece]
+        kept = wound[piece] * mirrored[piece]
+        result[piece] = kept if around + kept >= 0 else 1
+        smaller = order[place + 1 :]
+        near = (low[smaller] < high[piece]) & (high[smaller] > low[piece])
+        near = smaller[near.all(axis=1)]
+        if not len(near):
+            continue
+        own = sorted_faces[starts[piece] : starts[piece + 1]]
+        inside = np.abs(winding(points, own)(probes[near].reshape(-1, 3))) > 0.5
+        inside = inside.reshape(-1, PROBES)
+        number[near] += result[piece] * inside
+        within = near[(inside.mean(axis=1) > 1 - FEW) & (mirrored[near] == 0)]
+        mirrored[within] = mirrored[piece]
+    return result
