@@ -103,7 +103,7 @@ class EditStroke(WindowCase):
 
     def shown_intensity(self) -> float:
         """What the dialog has now."""
-        return round(changed_stroke.shown().brush.intensity, 6)
+        return round(changed_stroke.shown().stroke.brush.intensity, 6)
 
 
 def is_gone() -> bool:
