@@ -181,7 +181,7 @@ def naming(stroke: Stroke, number: int) -> Iterator[None]:
         yield
     except SculptError as error:
         name = stroke.name or f"Stroke {number + 1}"
-        raise SculptError(f"{name}: {error} Nothing was changed.") from error
+        raise SculptError(f"{name:.100}: {error} Nothing was changed.") from error
 
 
 def numbered(progress: Progress, number: int, count: int) -> Progress:

@@ -56,3 +56,8 @@ class Tampered(SculptCase):
         self.assertGreater(len(group.base_weights), 1000)
         self.assertEqual(group.strokes[0].name, "One")
         self.assertTrue(group.revision)
+
+    def test_a_name_without_end_is_quoted_in_part(self) -> None:
+        entry = harness.module("blender.scene.stroke_list").Entry("", "x" * 5000)  # no stroke
+        with self.assertRaisesRegex(Exception, "^x{100} was absorbed"):
+            entry.stroke  # noqa: B018 - a property

@@ -135,7 +135,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.mirror, self.radial = set(stroke.mirror), stroke.radial
         self.closed, self.pressure = stroke.closed, True
         self.check(context)
-        title = f"{iface_(self.bl_label)}: {stroke.name}"
+        title = f"{iface_(self.bl_label)}: {stroke.name:.100}"
         return context.window_manager.invoke_props_dialog(
             self, width=320, title=title, translate=False
         )

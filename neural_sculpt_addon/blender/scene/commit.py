@@ -242,7 +242,7 @@ def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], di
         if (name := f"layer.{number}") in result.arrays:
             layers[found["id"]] = _bytes(result, name)
         elif found["id"] != entry.layer:
-            raise SculptError(f"The worker sent no layer for {entry.name}. Try again.")
+            raise SculptError(f"The worker sent no layer for {entry.name:.100}. Try again.")
     return entries, layers
 
 

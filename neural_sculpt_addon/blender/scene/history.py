@@ -42,7 +42,7 @@ def prepare_undo(*_: object) -> None:
     if _State.passing:
         return
     if not in_edit_mode() and (job := session.newest_change()) is not None:
-        session.cancel_job(job, f"{job.label} was undone.")
+        session.cancel_job(job, f"{job.label:.100} was undone.")
         push_undo(BORDER)
         _State.undone = sculpt_steps.active(), job
     elif sculpt_steps.undo_passes():

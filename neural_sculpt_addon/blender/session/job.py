@@ -82,8 +82,8 @@ class Job:
 
     @property
     def title(self) -> str:
-        """The label in the artist's language."""
-        return translated(self.label)
+        """The label in the artist's language, as much of it as a sentence quotes."""
+        return translated(self.label)[:100]
 
     @property
     def pending(self) -> bool:

@@ -123,7 +123,7 @@ class Session(JobQueue):
             ob = find(target)
             if ob is None or field_of(ob).revision != first.base:
                 for job in self.pending(target):
-                    self.cancel_job(job, f"{first.label} was cancelled: its field was undone.")
+                    self.cancel_job(job, f"{first.label:.100} was cancelled: its field was undone.")
 
     def leave_file(self) -> None:
         """Before another file is loaded."""
