@@ -91,9 +91,10 @@ def test_when_told_to_end_it_shows_what_there_is_and_leaves_nothing(tmp_path):
     pid, scripts = tmp_path / "pid", Path(lanes.__file__).parent
     (tmp_path / "script.py").write_text(
         f"import sys; sys.path.insert(0, {str(scripts)!r})\n"
-        "import lanes, screen\n"
+        "import lanes, pathlib, screen\n"
         "def work(show):\n"
-        f"    screen.run(['sh', '-c', 'echo $$ > {pid}; echo begun; sleep 600'], {{}}, 600, show)\n"
+        f"    told = lambda line: (show(line), pathlib.Path({str(pid)!r}).write_text(line))\n"
+        "    screen.run(['sh', '-c', 'echo $$; sleep 600'], {}, 600, told)\n"
         "lanes.end_when_told()\n"
         "one, two, three = (lanes.Part(name, work) for name in ('one', 'two', 'three'))\n"
         "lanes.side_by_side([[one], [two]], [three])\n"
@@ -107,6 +108,6 @@ def test_when_told_to_end_it_shows_what_there_is_and_leaves_nothing(tmp_path):
         finally:
             script.kill()
     assert script.returncode == 128 + signal.SIGTERM
-    assert "as far as it came\nbegun" in shown
+    assert f"as far as it came\n{pid.read_text()}\n" in shown
     assert "three" not in shown
     until(lambda: gone(int(pid.read_text())))
