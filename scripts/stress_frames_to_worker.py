@@ -32,7 +32,7 @@ MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
 SENT = 10  # of so many frames that the protocol refuses one is sent
 WEIGHTS = {
     **{"measure": 1, "edit": 5, "smooth": 2, "brushed": 5, "replay": 20},
-    **{"boolean": 2, "boolean mesh": 2},
+    **{"boolean": 0.2, "boolean mesh": 0.2},
 }
 """How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
 KIND = {"smooth": "edit", "boolean mesh": "boolean"}
