@@ -9,17 +9,16 @@ Model space.
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
+from torch import Tensor
 
 from ..stroke.progress import look
+from .network import Siren
 from .threads import parallel
-
-if TYPE_CHECKING:  # a field samples itself by these functions
-    from .field import Field
 
 CHUNK = 2048
 GRADIENT_CHUNK = 1536  # takes three times the memory
@@ -28,7 +27,18 @@ WORK = 1 << 30
 """Multiplications in a chunk, on the CPU, at most: some 100 ms."""
 
 
-def values(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
+class Evaluated(Protocol):
+    """What can be evaluated: a `Field`, which samples itself by these functions."""
+
+    @property
+    def network(self) -> Siren: ...
+    @property
+    def device(self) -> torch.device: ...
+    def value(self, x: Tensor) -> Tensor: ...
+    def value_and_gradient(self, x: Tensor) -> tuple[Tensor, Tensor]: ...
+
+
+def values(field: Evaluated, points: ArrayLike) -> NDArray[np.float32]:
     """f at `points` (N, 3) -> (N,) float32."""
     out = np.empty(len(x := _points(points)), np.float32)
 
@@ -40,7 +50,7 @@ def values(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
 
 
 def values_and_gradients(
-    field: "Field", points: ArrayLike
+    field: Evaluated, points: ArrayLike
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """f (N,) and grad f (N, 3), both float32, at `points` (N, 3)."""
     x = _points(points)
@@ -55,13 +65,13 @@ def values_and_gradients(
     return value, gradient
 
 
-def normals(field: "Field", points: ArrayLike) -> NDArray[np.float32]:
+def normals(field: Evaluated, points: ArrayLike) -> NDArray[np.float32]:
     """The directions (N, 3) of grad f, of unit length, at `points` (N, 3)."""
     gradient = values_and_gradients(field, points)[1]
     return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
 
 
-def chunk(field: "Field", most: int, passes: int) -> int:
+def chunk(field: Evaluated, most: int, passes: int) -> int:
     """Points, `most` of them, that go through the network so often within WORK."""
     if field.device.type != "cpu":
         return DEVICE_CHUNK
