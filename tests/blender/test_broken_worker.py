@@ -95,8 +95,9 @@ class BrokenWorker(SteeredCase):
     def test_a_measure_that_cannot_be_asked_for_costs_no_worker(self) -> None:
         stroke(np.eye(3), name="One")
         self.pump(lambda: self.session.jobs[0].status == "running")
-        worker = self.session.client.pid
-        shutil.rmtree(self.session.client.folder / "requests")
+        worker, requests = self.session.client.pid, self.session.client.folder / "requests"
+        self.pump(lambda: not any(requests.iterdir()))  # the worker has it
+        shutil.rmtree(requests)
         self.finish()
         self.assertEqual(self.listed(), [("One", False)])
         self.assertIsNone(self.session.behind)
