@@ -28,6 +28,7 @@ from ..detail import (
     dilated,
     distinct,
     linear,
+    merged,
     places,
     quantised,
     spacing,
@@ -76,7 +77,8 @@ STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at."""
 
 REPAIRS, HEAVIER = 3, 4.0
-"""How often rows whose sign came out wrong are solved again, and by what factor they weigh more."""
+"""How often rows whose sign came out wrong are solved again, by nodes within two cells of them, and
+by what factor they weigh more."""
 
 MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
 """Model units and slope (6 degrees) that a surface sample may be off, and the share of those of a
@@ -192,7 +194,8 @@ class LocalEdit:
             if not wrong.any():
                 break
             self._rows.weights[wrong] *= HEAVIER
-            self._add(level, self._active)
+            near = dilated(dilated(numbers(self._rows.points[wrong], level), level), level)
+            self._add(level, np.intersect1d(near, self._active, assume_unique=True))
         return self._layer
 
     def forbid(self, islands: Islands) -> Coefficients:
@@ -294,7 +297,7 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     for samples in (surface, target):
         for side in (-MARGIN, MARGIN):
             found.append(numbers(samples.points + np.float32(side * h) * samples.normals, level))
-    return np.unique(np.concatenate(found))
+    return merged(np.concatenate(found))
 
 
 def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
