@@ -41,8 +41,8 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
     far = np.linalg.norm(after.points - before.points, axis=1)
     tree = search_tree(before.points)
 
-    reach = CLOSE * far
-    most, reach = reach.max(), np.append(reach, 0)  # 0 of the one that the tree names if none is near
+    most = CLOSE * far.max()
+    reach = CLOSE * np.append(far, 0)  # the last of the one that the tree names where none is near
 
     def is_close(part: slice) -> NDArray[np.bool_]:
         distance, nearest = tree.query(after.points[part], distance_upper_bound=most)

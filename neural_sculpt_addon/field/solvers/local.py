@@ -40,7 +40,7 @@ from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
 from ..threads import join
 from .edit_rows import AROUND, EditedSurface
-from .spline_system import Rows, solve_level
+from .spline_system import ITERATIONS, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
 """Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
@@ -89,6 +89,9 @@ FAMILY = 20
 
 FINER = 2
 """Levels at most that are finer than that of the stroke."""
+
+FINER_ITERATIONS = 10
+"""Of the solution of those, which only add what coarser ones miss: twice as many are no closer."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
@@ -227,7 +230,8 @@ class LocalEdit:
 
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
-        found = solve_level(level, cells, self._rows, self._problem.check)
+        iterations = ITERATIONS if level <= self.resolution.level else FINER_ITERATIONS
+        found = solve_level(level, cells, self._rows, self._problem.check, iterations)
         if level not in self._layer:
             self._layer[level] = found
             self.field = self.field.plus({level: found})
