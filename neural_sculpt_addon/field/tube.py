@@ -169,7 +169,8 @@ def displaced(
     if stroke.direction is Direction.STROKE:
         bend = (ahead.direction - both.direction) / step
     tangents = axes + slope[:, None] * both.direction + both.amount[:, None] * bend
-    turned = np.cross(*np.split(tangents, 2))
+    one, other = np.split(tangents, 2)
+    turned = np.cross(one, other)
     stretch = np.linalg.norm(turned, axis=1)
     turned /= np.maximum(stretch, 1e-12)[:, None]
     return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
