@@ -91,7 +91,7 @@ FINER = 2
 """Levels at most that are finer than that of the stroke."""
 
 FINER_ITERATIONS = 10
-"""Of the solution of those, which only add what coarser ones miss: twice as many are no closer."""
+"""Of the solution of those, which only add what coarser ones miss: twice as many are 1 % closer."""
 
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
