@@ -85,21 +85,35 @@ def places(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 
 def distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The numbers (K,) of cells (N, 3), rising, but those at the grid's edge: they have no node."""
-    inner = ((cells > 0) & (cells < cells_per_axis(level) - 1)).all(axis=1)
-    return np.unique(linear(cells[inner], level))
+    return np.unique(linear(cells[_inner(cells, level)], level))
+
+
+def merged(runs: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Each of the numbers (N,) once, rising. They are some rising runs, one after another: Timsort,
+    the stable one, puts these together several times as fast as it would be to sort them."""
+    index = np.sort(runs, kind="stable")
+    last = np.ones(len(index), bool)
+    last[:-1] = index[:-1] < index[1:]
+    return index[last]
 
 
 def dilated(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells `index` (N,) of a level and all that touch them, as of `distinct`."""
+    """The cells `index` (N,), rising, of a level and all that touch them, as of `distinct`."""
     for step in linear(np.eye(3, dtype=np.int32), level):
-        index = np.unique(np.concatenate([index - step, index, index + step]))
-    return distinct(places(index, level), level)
+        index = merged(np.concatenate([index - step, index, index + step]))
+    return index[_inner(places(index, level), level)]
 
 
 def children(index: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-    """The cells of the next level in cells `index` (N,) of a level, as of `distinct`."""
-    lowest = 2 * places(index, level) - MARGIN
-    return distinct((lowest[:, None] + block(0, 2)).reshape(-1, 3), level + 1)
+    """The cells of the next level in cells `index` (N,), rising, of a level, as of `distinct`."""
+    cells = (2 * places(index, level) - MARGIN + block(0, 2)[:, None]).reshape(-1, 3)
+    return merged(linear(cells[_inner(cells, level + 1)], level + 1))
+
+
+def _inner(cells: NDArray[np.int32], level: int) -> NDArray[np.bool_]:
+    """Which of cells (N, 3) are not at the grid's edge, nor beyond it."""
+    x, y, z = ((cells > 0) & (cells < cells_per_axis(level) - 1)).T
+    return x & y & z
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,12 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
     far = np.linalg.norm(after.points - before.points, axis=1)
     tree = search_tree(before.points)
 
+    most = CLOSE * far.max()
+    reach = CLOSE * np.append(far, 0)  # the last of the one that the tree names where none is near
+
     def is_close(part: slice) -> NDArray[np.bool_]:
-        distance, nearest = tree.query(after.points[part])
-        return distance < CLOSE * far[nearest]
+        distance, nearest = tree.query(after.points[part], distance_upper_bound=most)
+        return distance < reach[nearest]
 
     close = in_pieces(is_close, len(far), check, size=SEARCHED)
     return close | _through(field, before, after, check) | _turned_over(before, after)

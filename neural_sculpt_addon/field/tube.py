@@ -160,18 +160,17 @@ def displaced(
     first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(samples.normals, first)
-    upright, tangents = displacement.normals, []
-    for axis in (first, second):
-        bend = (normals(guide, samples.points + BEND * axis) - upright) / BEND
-        beside, turned = samples.points + step * axis, upright + step * bend
-        ahead = displace(stroke, path, beside, turned, displacement.vertex)
-        slope = (ahead.amount - displacement.amount) / step
-        if stroke.direction is Direction.STROKE:
-            bend = (ahead.direction - displacement.direction) / step
-        tangents.append(
-            axis + slope[:, None] * displacement.direction + displacement.amount[:, None] * bend
-        )
-    turned = np.cross(*tangents)
+    axes, twice = np.concatenate([first, second]), np.tile(np.arange(len(first)), 2)
+    upright, both = displacement.normals[twice], displacement.where(twice)
+    places = samples.points[twice]
+    bend = (normals(guide, places + BEND * axes) - upright) / BEND
+    ahead = displace(stroke, path, places + step * axes, upright + step * bend, both.vertex)
+    slope = (ahead.amount - both.amount) / step
+    if stroke.direction is Direction.STROKE:
+        bend = (ahead.direction - both.direction) / step
+    tangents = axes + slope[:, None] * both.direction + both.amount[:, None] * bend
+    one, other = np.split(tangents, 2)
+    turned = np.cross(one, other)
     stretch = np.linalg.norm(turned, axis=1)
     turned /= np.maximum(stretch, 1e-12)[:, None]
     return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch

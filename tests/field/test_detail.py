@@ -6,6 +6,7 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from neural_sculpt_addon.field.detail import (
     COARSEST,
@@ -19,7 +20,10 @@ from neural_sculpt_addon.field.detail import (
     cells_of,
     cells_per_axis,
     centres,
+    children,
+    dilated,
     linear,
+    merged,
     places,
     quantised,
     scaled,
@@ -210,6 +214,40 @@ def test_cells_their_numbers_and_middles_belong_together(level):
     inside = centres(cells, level) + 0.49 * spacing(level) * random.uniform(-1, 1, cells.shape)
     np.testing.assert_array_equal(cells_of(inside, level), cells)
     assert cells_of(np.array([[-1.0, -1.0, -1.0]]), level).tolist() == [[MARGIN] * 3]
+
+
+def grid_of(index, level):
+    """Which cells (n, n, n) of a level have the numbers `index`."""
+    grid = np.zeros((cells_per_axis(level),) * 3, bool)
+    grid.reshape(-1)[index] = True
+    return grid
+
+
+@pytest.mark.parametrize("count", [0, 1, 30, 2000])
+def test_dilated_cells_are_all_that_touch_them_but_the_edge_of_the_grid(count):
+    size = cells_per_axis(COARSEST) ** 3
+    index = np.flatnonzero(np.random.default_rng(count).permutation(size) < count).astype(np.int32)
+    wanted = ndimage.binary_dilation(grid_of(index, COARSEST), np.ones((3, 3, 3)))
+    inner = np.pad(np.ones((cells_per_axis(COARSEST) - 2,) * 3, bool), 1)
+    found = dilated(index, COARSEST)
+    assert found.dtype == np.int32
+    np.testing.assert_array_equal(found, np.flatnonzero(wanted & inner))
+
+
+@pytest.mark.parametrize("count", [0, 1, 30, 2000])
+def test_children_are_the_cells_whose_middles_lie_in_their_parents(count):
+    size, finer = cells_per_axis(COARSEST), COARSEST + 1
+    index = np.flatnonzero(np.random.default_rng(count).permutation(size**3) < count)
+    within = np.indices((cells_per_axis(finer) - 2,) * 3).reshape(3, -1).T.astype(np.int32) + 1
+    parents = linear(cells_of(centres(within, finer), COARSEST), COARSEST)
+    found = children(index.astype(np.int32), COARSEST)
+    np.testing.assert_array_equal(found, linear(within, finer)[np.isin(parents, index)])
+
+
+@given(st.lists(st.lists(st.integers(-3, 12), max_size=8), max_size=4))
+def test_merged_runs_have_each_number_once(runs):
+    together = np.array([number for run in runs for number in sorted(run)], np.int32)
+    assert merged(together).tolist() == sorted(set(together.tolist()))
 
 
 @given(st.lists(st.floats(-3, 3, width=32), min_size=1, max_size=20))

@@ -24,6 +24,7 @@ from ..detail import (
     children,
     dilated,
     linear,
+    merged,
     places,
     spacing,
 )
@@ -200,7 +201,7 @@ class EditedSurface:
         """
         h, problem = spacing(level), self._problem
         fine = children(dilated(coarse, level - 1), level - 1)
-        reached = np.union1d(dilated(active, level), fine)
+        reached = merged(np.concatenate([dilated(active, level), fine]))
         middles = centres(places(reached, level), level)
         value = values(problem.field, middles)
         before = value[np.searchsorted(reached, active)]
