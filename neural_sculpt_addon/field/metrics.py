@@ -8,6 +8,9 @@ core   <= 1 and beside the path; what lies around an end is the cap, reported ap
 rim    1 to 1.4
 far    > 1.4, and the other sheet of thin parts
 
+What the displaced surface covers or carves away where it runs through itself, as the far side of a
+thin part, is in none of them: it is no surface any more.
+
 Definitions
 tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
          samples are fresh: a jittered grid, not the one that was trained on
@@ -47,6 +50,7 @@ from ..stroke.progress import Check, Progress, silent
 from .detail import SUPPORT, cells_of, linear
 from .evaluate import values_and_gradients
 from .field import Field
+from .fold import SweptVolume
 from .pieces import components
 from .problem import Problem
 from .projection import find_surface
@@ -89,7 +93,7 @@ def measure(
     progress(0.0, MEASURING)
     share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
-    tubes = problem.tubes(round(share * ROWS), round(share * COLUMNS), random)
+    tubes, swept = problem.displaced_tubes(round(share * ROWS), round(share * COLUMNS), random)
     surface, target, displacement = (
         join([getattr(tube, name) for tube in tubes])
         for name in ("surface", "target", "displacement")
@@ -101,12 +105,12 @@ def measure(
     )
     cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
     progress(0.4, MEASURING)
-    elsewhere = _elsewhere(problem, edited, proxy, reached)
+    elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
-        **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
+        **_summary("reverse", _reverse(problem, tubes, swept, proxy), mean="mean", p95=95, max="max"),
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
         **elsewhere,
@@ -148,16 +152,25 @@ def measure_goal(
 
 
 def _elsewhere(
-    problem: Problem, edited: Field, proxy: Proxy, reached: NDArray[np.int32] | None
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None,
+    swept: SweptVolume | None = None,
 ) -> dict[str, Any]:
-    """What has changed beside the stroke, and the pieces."""
+    """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
+    any more, and does not count."""
     before = problem.preparation
     near = problem.nearness(before.surface)
-    far = near > FAR
+    left = np.ones(len(near), bool)
+    if swept is not None:
+        left = ~swept.swallows(before.surface.points)
+    far = left & (near > FAR)
+    rim = left & (near > 1) & (near <= FAR)
     moved, turned = _moved(problem, edited, reached)
     worst = int(np.argmax(np.where(far, turned, 0)))
     return {
-        **_summary("rim", moved[(near > 1) & ~far], mean="mean"),
+        **_summary("rim", moved[rim], mean="mean"),
         **_summary("drift", moved[far], mean="mean", p99=99, max="max"),
         "untouched_normal_rms": float(np.sqrt((turned[far] ** 2).mean())) if far.any() else 0.0,
         "untouched_normal_max": float(turned[worst]) if far.any() else 0.0,
@@ -224,12 +237,15 @@ def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
 
 
-def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
+def _reverse(
+    problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy
+) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
     and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
-    a gap of the tube the plane of the nearest sample in it stands for the triangles.
+    a gap of the tube the plane of the nearest sample in it stands for the triangles, and where the
+    displaced surface runs through itself the proxy's own divided triangles do, too.
     """
     distances = []
     surface = join([tube.surface for tube in tubes])
@@ -237,6 +253,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]
+    divided = None if swept is None else problem.displaced_triangles()
     for one, tube in zip(problem.laid, tubes, strict=True):
         triangles = tube.triangles()
         problem.check()
@@ -260,6 +277,9 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
                     np.minimum(distance, plane),
                     distance,
                 )
+            if divided is not None and len(divided[1]):
+                further = _to_surface(vertices, *divided, problem.check)[0]
+                distance = np.minimum(distance, further)
             distances.append(distance[inner[face]])
     return np.concatenate([*distances, np.empty(0)])
 

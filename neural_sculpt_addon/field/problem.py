@@ -189,6 +189,23 @@ class Problem:
             before, after = join([before, new]), join([after, self.move(new)[0]])
         return before, after, triangles
 
+    def displaced_triangles(self) -> tuple[Samples, NDArray[np.int64]]:
+        """The proxy's triangles under the stroke, divided and displaced: their vertices, and those
+        triangles (T, 3) that bound something. They have no holes where the surface is steep."""
+        _, moved, triangles = self._under
+        return moved, triangles[self._under_bounds[triangles].any(axis=1)]
+
+    def bounding_nothing(self) -> tuple[Samples, Samples]:
+        """Vertices of the surface under the stroke that bound nothing once they are displaced, and
+        where they are then. What they pass on their way is added or carved all the same."""
+        surface, moved, _ = self._under
+        return surface.where(~self._under_bounds), moved.where(~self._under_bounds)
+
+    @cached_property
+    def _under_bounds(self) -> NDArray[np.bool_]:
+        """Which vertices of `_under` bound something once they are displaced."""
+        return self._bounding(*self._under[:2])
+
     def _bounding(self, surface: Samples, moved: Samples) -> NDArray[np.bool_]:
         return bounding(self.field, self._swept, surface, moved, self.check)
 
@@ -277,10 +294,10 @@ class Problem:
         surface, moved, _ = self._under
         tree = search_tree(target.points)
         far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
+        far &= self._under_bounds
         surface, moved = surface.where(far), moved.where(far)
-        left = self._bounding(surface, moved)
-        left &= self.nearness(surface, beyond_flat_ends=False) < INNER
-        return surface.where(left), moved.where(left)
+        inner = self.nearness(surface, beyond_flat_ends=False) < INNER
+        return surface.where(inner), moved.where(inner)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""

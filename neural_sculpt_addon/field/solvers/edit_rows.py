@@ -62,7 +62,7 @@ ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
 BURIED = 0.5
-"""|winding number| of the swept volume, from which on it has swallowed a sample."""
+"""Winding number of the new shape, from which on a point lies in it."""
 
 
 class EditedSurface:
@@ -220,9 +220,7 @@ class EditedSurface:
         kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
         samples = Samples(found.points[kept], found.normals[kept])
         if self._swept is not None:
-            near = np.flatnonzero(self._swept.near(samples.points))
-            swallowed = np.abs(self._swept.winding(samples.points[near])) > BURIED
-            samples = samples.where(np.delete(np.arange(len(samples.points)), near[swallowed]))
+            samples = samples.where(~self._swept.swallows(samples.points))
         return samples, before
 
 

@@ -152,6 +152,8 @@ class LocalEdit:
         else:
             gaps = problem.gaps_at_folds(target, GAP * spacing(level))
         surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
+        if displaced.swept is not None:
+            surface, target = join([(surface, target), problem.bounding_nothing()])
         passed = _passed(surface, target, level)
         self._active = dilated(passed, level)
         far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
