@@ -107,10 +107,11 @@ def measure(
     progress(0.4, MEASURING)
     elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
+    reverse = _reverse(problem, tubes, swept, proxy)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
-        **_summary("reverse", _reverse(problem, tubes, swept, proxy), mean="mean", p95=95, max="max"),
+        **_summary("reverse", reverse, mean="mean", p95=95, max="max"),
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
         **elsewhere,
@@ -237,9 +238,7 @@ def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
 
 
-def _reverse(
-    problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy
-) -> Array:
+def _reverse(problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
