@@ -16,7 +16,8 @@ tube     distance of displaced surface samples p + d n of the core from the edit
          samples are fresh: a jittered grid, not the one that was trained on
 cap      the same around round ends and dabs
 reverse  distance of the edited proxy under the stroke from the displaced surface: triangles between
-         the same samples, bent as the normals there say
+         the same samples, bent as the normals there say; where the displaced surface runs through
+         itself, also between the proxy's own vertices (see `_reverse_at_folds`)
 height   largest |d| of the samples
 gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
          displacement along n that was
@@ -52,7 +53,7 @@ from .evaluate import values_and_gradients
 from .field import Field
 from .fold import SweptVolume
 from .pieces import components
-from .problem import Problem
+from .problem import Laid, Problem
 from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
@@ -107,7 +108,10 @@ def measure(
     progress(0.4, MEASURING)
     elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
-    reverse = _reverse(problem, tubes, swept, proxy)
+    if swept is None:
+        reverse = _reverse(problem, tubes, proxy)
+    else:
+        reverse = _reverse_at_folds(problem, tubes, swept, proxy)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
@@ -238,13 +242,12 @@ def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
 
 
-def _reverse(problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy) -> Array:
+def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
     A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
     and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
-    a gap of the tube the plane of the nearest sample in it stands for the triangles, and where the
-    displaced surface runs through itself the proxy's own divided triangles do, too.
+    a gap of the tube the plane of the nearest sample in it stands for the triangles.
     """
     distances = []
     surface = join([tube.surface for tube in tubes])
@@ -252,15 +255,12 @@ def _reverse(problem: Problem, tubes: list[Tube], swept: SweptVolume | None, pro
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]
-    divided = None if swept is None else problem.displaced_triangles()
     for one, tube in zip(problem.laid, tubes, strict=True):
         triangles = tube.triangles()
         problem.check()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         problem.check()
-        radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
-        close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
-        vertices = proxy.vertices[np.isfinite(close)].astype(float)
+        vertices = proxy.vertices[_close(one, proxy)].astype(float)
         problem.check()
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
@@ -276,11 +276,35 @@ def _reverse(problem: Problem, tubes: list[Tube], swept: SweptVolume | None, pro
                     np.minimum(distance, plane),
                     distance,
                 )
-            if divided is not None and len(divided[1]):
-                further = _to_surface(vertices, *divided, problem.check)[0]
-                distance = np.minimum(distance, further)
             distances.append(distance[inner[face]])
     return np.concatenate([*distances, np.empty(0)])
+
+
+def _reverse_at_folds(
+    problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy
+) -> Array:
+    """The same where the displaced surface runs through itself, from all of the surface asked for.
+
+    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
+    volume, however near to untouched surface: a film that is left where a sheet was carved away.
+    """
+    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
+    surface, triangles, displaced = problem.asked_triangles()
+    for tube in tubes:  # which are finer where a profile bends
+        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
+        surface = join([surface, tube.target])
+    if not len(vertices) or not len(triangles):
+        return np.empty(0)
+    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
+    distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
+    return distance[displaced[face] | swept.swallows(vertices)]
+
+
+def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
+    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
+    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
+    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
+    return np.isfinite(away)
 
 
 def _to_surface(

@@ -162,8 +162,7 @@ class Problem:
         before and after, and their vertices brought to the surface.
         """
         proxy = self.preparation.proxy
-        near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
-        corners = proxy.triangles[near[proxy.triangles].any(axis=1)]
+        corners = proxy.triangles[self._touched]
         some, triangles = np.unique(corners, return_inverse=True)
         triangles = triangles.reshape(-1, 3).astype(np.int64)
         vertices = proxy.vertices[some]
@@ -189,11 +188,28 @@ class Problem:
             before, after = join([before, new]), join([after, self.move(new)[0]])
         return before, after, triangles
 
-    def displaced_triangles(self) -> tuple[Samples, NDArray[np.int64]]:
-        """The proxy's triangles under the stroke, divided and displaced: their vertices, and those
-        triangles (T, 3) that bound something. They have no holes where the surface is steep."""
-        _, moved, triangles = self._under
-        return moved, triangles[self._under_bounds[triangles].any(axis=1)]
+    @cached_property
+    def _touched(self) -> NDArray[np.bool_]:
+        """Which triangles (T,) of the proxy have a corner under the stroke."""
+        proxy = self.preparation.proxy
+        near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
+        return near[proxy.triangles].any(axis=1)
+
+    def asked_triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
+        """The surface that is asked for where it runs through itself: vertices, triangles (T, 3),
+        and which of these (T,) are displaced.
+
+        The proxy's triangles, those under the stroke divided: without those that bound nothing, and
+        those of other sheets that the stroke swallows.
+        """
+        proxy, (_, moved, triangles) = self.preparation.proxy, self._under
+        displaced = triangles[self._under_bounds[triangles].any(axis=1)]
+        held = proxy.triangles[~self._touched].astype(np.int64)
+        left = ~self._swept.swallows(proxy.vertices)
+        held = held[left[held].any(axis=1)]
+        vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
+        both = np.concatenate([displaced, held + len(moved.points)])
+        return vertices, both, np.arange(len(both)) < len(displaced)
 
     def bounding_nothing(self) -> tuple[Samples, Samples]:
         """Vertices of the surface under the stroke that bound nothing once they are displaced, and
