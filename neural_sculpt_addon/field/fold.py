@@ -111,6 +111,13 @@ class SweptVolume:
 
         return in_pieces(wind, len(points), self._check, light=True, size=FEW)
 
+    def swallows(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Which of points (N, 3) of the surface lie in it, where it may run through itself: a part
+        that was covered or carved away, and bounds nothing any more."""
+        swallowed = self.near(points)
+        swallowed[swallowed] = np.abs(self.winding(points[swallowed])) > BOUND
+        return swallowed
+
 
 def bounding(
     field: Field, swept: SweptVolume, before: Samples, after: Samples, check: Check

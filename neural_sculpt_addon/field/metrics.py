@@ -8,12 +8,16 @@ core   <= 1 and beside the path; what lies around an end is the cap, reported ap
 rim    1 to 1.4
 far    > 1.4, and the other sheet of thin parts
 
+What the displaced surface covers or carves away where it runs through itself, as the far side of a
+thin part, is in none of them: it is no surface any more.
+
 Definitions
 tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
          samples are fresh: a jittered grid, not the one that was trained on
 cap      the same around round ends and dabs
 reverse  distance of the edited proxy under the stroke from the displaced surface: triangles between
-         the same samples, bent as the normals there say
+         the same samples, bent as the normals there say; where the displaced surface runs through
+         itself, also between the proxy's own vertices (see `_reverse_at_folds`)
 height   largest |d| of the samples
 gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
          displacement along n that was
@@ -47,8 +51,9 @@ from ..stroke.progress import Check, Progress, silent
 from .detail import SUPPORT, cells_of, linear
 from .evaluate import values_and_gradients
 from .field import Field
+from .fold import SweptVolume
 from .pieces import components
-from .problem import Problem
+from .problem import Laid, Problem
 from .projection import find_surface
 from .proxy import Proxy
 from .surface import Samples, sample_surface
@@ -89,7 +94,7 @@ def measure(
     progress(0.0, MEASURING)
     share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
-    tubes = problem.tubes(round(share * ROWS), round(share * COLUMNS), random)
+    tubes, swept = problem.displaced_tubes(round(share * ROWS), round(share * COLUMNS), random)
     surface, target, displacement = (
         join([getattr(tube, name) for tube in tubes])
         for name in ("surface", "target", "displacement")
@@ -101,12 +106,16 @@ def measure(
     )
     cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
     progress(0.4, MEASURING)
-    elsewhere = _elsewhere(problem, edited, proxy, reached)
+    elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
+    if swept is None:
+        reverse = _reverse(problem, tubes, proxy)
+    else:
+        reverse = _reverse_at_folds(problem, tubes, swept, proxy)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
-        **_summary("reverse", _reverse(problem, tubes, proxy), mean="mean", p95=95, max="max"),
+        **_summary("reverse", reverse, mean="mean", p95=95, max="max"),
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
         **elsewhere,
@@ -148,16 +157,25 @@ def measure_goal(
 
 
 def _elsewhere(
-    problem: Problem, edited: Field, proxy: Proxy, reached: NDArray[np.int32] | None
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None,
+    swept: SweptVolume | None = None,
 ) -> dict[str, Any]:
-    """What has changed beside the stroke, and the pieces."""
+    """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
+    any more, and does not count."""
     before = problem.preparation
     near = problem.nearness(before.surface)
-    far = near > FAR
+    left = np.ones(len(near), bool)
+    if swept is not None:
+        left = ~swept.swallows(before.surface.points)
+    far = left & (near > FAR)
+    rim = left & (near > 1) & (near <= FAR)
     moved, turned = _moved(problem, edited, reached)
     worst = int(np.argmax(np.where(far, turned, 0)))
     return {
-        **_summary("rim", moved[(near > 1) & ~far], mean="mean"),
+        **_summary("rim", moved[rim], mean="mean"),
         **_summary("drift", moved[far], mean="mean", p99=99, max="max"),
         "untouched_normal_rms": float(np.sqrt((turned[far] ** 2).mean())) if far.any() else 0.0,
         "untouched_normal_max": float(turned[worst]) if far.any() else 0.0,
@@ -242,9 +260,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         problem.check()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         problem.check()
-        radius = one.stroke.brush.radius + abs(one.stroke.brush.intensity)
-        close = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=2 * radius)[0]
-        vertices = proxy.vertices[np.isfinite(close)].astype(float)
+        vertices = proxy.vertices[_close(one, proxy)].astype(float)
         problem.check()
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
@@ -262,6 +278,33 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
                 )
             distances.append(distance[inner[face]])
     return np.concatenate([*distances, np.empty(0)])
+
+
+def _reverse_at_folds(
+    problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy
+) -> Array:
+    """The same where the displaced surface runs through itself, from all of the surface asked for.
+
+    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
+    volume, however near to untouched surface: a film that is left where a sheet was carved away.
+    """
+    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
+    surface, triangles, displaced = problem.asked_triangles()
+    for tube in tubes:  # which are finer where a profile bends
+        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
+        surface = join([surface, tube.target])
+    if not len(vertices) or not len(triangles):
+        return np.empty(0)
+    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
+    distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
+    return distance[displaced[face] | swept.swallows(vertices)]
+
+
+def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
+    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
+    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
+    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
+    return np.isfinite(away)
 
 
 def _to_surface(

@@ -162,8 +162,7 @@ class Problem:
         before and after, and their vertices brought to the surface.
         """
         proxy = self.preparation.proxy
-        near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
-        corners = proxy.triangles[near[proxy.triangles].any(axis=1)]
+        corners = proxy.triangles[self._touched]
         some, triangles = np.unique(corners, return_inverse=True)
         triangles = triangles.reshape(-1, 3).astype(np.int64)
         vertices = proxy.vertices[some]
@@ -188,6 +187,40 @@ class Problem:
             new = in_pieces(bring, len(middles), self.check)
             before, after = join([before, new]), join([after, self.move(new)[0]])
         return before, after, triangles
+
+    @cached_property
+    def _touched(self) -> NDArray[np.bool_]:
+        """Which triangles (T,) of the proxy have a corner under the stroke."""
+        proxy = self.preparation.proxy
+        near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
+        return near[proxy.triangles].any(axis=1)
+
+    def asked_triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
+        """The surface that is asked for where it runs through itself: vertices, triangles (T, 3),
+        and which of these (T,) are displaced.
+
+        The proxy's triangles, those under the stroke divided: without those that bound nothing, and
+        those of other sheets that the stroke swallows.
+        """
+        proxy, (_, moved, triangles) = self.preparation.proxy, self._under
+        displaced = triangles[self._under_bounds[triangles].any(axis=1)]
+        held = proxy.triangles[~self._touched].astype(np.int64)
+        left = ~self._swept.swallows(proxy.vertices)
+        held = held[left[held].any(axis=1)]
+        vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
+        both = np.concatenate([displaced, held + len(moved.points)])
+        return vertices, both, np.arange(len(both)) < len(displaced)
+
+    def bounding_nothing(self) -> tuple[Samples, Samples]:
+        """Vertices of the surface under the stroke that bound nothing once they are displaced, and
+        where they are then. What they pass on their way is added or carved all the same."""
+        surface, moved, _ = self._under
+        return surface.where(~self._under_bounds), moved.where(~self._under_bounds)
+
+    @cached_property
+    def _under_bounds(self) -> NDArray[np.bool_]:
+        """Which vertices of `_under` bound something once they are displaced."""
+        return self._bounding(*self._under[:2])
 
     def _bounding(self, surface: Samples, moved: Samples) -> NDArray[np.bool_]:
         return bounding(self.field, self._swept, surface, moved, self.check)
@@ -277,10 +310,10 @@ class Problem:
         surface, moved, _ = self._under
         tree = search_tree(target.points)
         far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
+        far &= self._under_bounds
         surface, moved = surface.where(far), moved.where(far)
-        left = self._bounding(surface, moved)
-        left &= self.nearness(surface, beyond_flat_ends=False) < INNER
-        return surface.where(left), moved.where(left)
+        inner = self.nearness(surface, beyond_flat_ends=False) < INNER
+        return surface.where(inner), moved.where(inner)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""

@@ -49,6 +49,17 @@ def ball(radius=0.5, spare=0, seed=0):
     return ellipsoid((radius, radius, radius), spare, seed)
 
 
+def scaled(field, factor):
+    """`factor` times the field: the same zero set, gradients so much smaller."""
+    *rest, weight, bias = field.network.parameters
+    return Field(field.network.with_parameters([*rest, factor * weight, factor * bias]))
+
+
+def thin_lens():
+    """An ellipsoid 0.1 thick and 1 wide, with |grad f| = 1 at its poles as a distance has."""
+    return scaled(ellipsoid((0.5, 0.5, 0.05)), 1 / 7)
+
+
 def eight_balls():
     """cos(2 pi x) + cos(2 pi y) + cos(2 pi z) + 2: blobs about (+-1/2, +-1/2, +-1/2)."""
     return Field(siren((2 * np.pi * np.eye(3), np.full(3, np.pi / 2)), ([[1.0] * 3], [2.0])))

@@ -148,3 +148,14 @@ def test_the_swept_volume_lies_between_both_surfaces(intensity):
     points = np.stack([0 * heights, 0 * heights, heights], axis=1)
     wound = np.sign(intensity) * np.array([0, 1, 1, 1, 0])
     np.testing.assert_allclose(volume.winding(points), wound, atol=0.05)
+
+
+def test_a_carve_through_a_thin_part_swallows_its_far_side():
+    """A flat-bottomed hole of radius 0.12 to 0.15 through a lens 0.1 thick: its lower sheet is gone
+    within that, and is there beyond it."""
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    stroke = Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2, flat))
+    *_, volume = swept(pose(prepare(ellipsoid((0.5, 0.5, 0.05))), stroke))
+    away = np.array([0, 0.05, 0.1, 0.17, 0.3])
+    lower = np.stack([away, 0 * away, -0.05 * np.sqrt(1 - 4 * away**2)], axis=1)
+    np.testing.assert_array_equal(volume.swallows(np.float32(lower)), away < 0.12)

@@ -28,7 +28,7 @@ from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import ball, ellipsoid
+from tests.field.analytic import ball, ellipsoid, thin_lens
 
 POLE = np.array([[0, 0, 0.5]])
 TOP = np.array([[-0.2, 0, 0.029], [0.2, 0, 0.029]])  # on the plate
@@ -314,6 +314,17 @@ def test_where_the_displaced_surface_meets_itself_there_is_one_piece(make, inten
     edit = sculpt(before, stroke)
     assert components(edit.proxy) == 1
     assert np.abs(values(before.field, edit.proxy.vertices)).max() > 0.05
+
+
+def test_a_carve_with_a_flat_floor_through_a_thin_part_leaves_no_plug():
+    """A hole of radius 0.12 to 0.15 in a lens 0.1 thick: none of its floor bounds anything."""
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    stroke = Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2, flat))
+    edit = sculpt(prepare(thin_lens()), stroke)
+    assert components(edit.proxy) == components(extract(edit.field, 256)) == 1
+    away = np.float32([0, 0.03, 0.06, 0.09, 0.18, 0.3])
+    middle = np.stack([away, 0 * away, 0 * away], axis=1)
+    np.testing.assert_array_equal(values(edit.field, middle) > 0, away < 0.12)
 
 
 def test_a_cancel_ends_it_wherever_it_comes(preparation):

@@ -25,7 +25,7 @@ from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import ball, eight_balls, ellipsoid
+from tests.field.analytic import ball, eight_balls, ellipsoid, thin_lens
 from tests.field.networks import FILES, MODELS, network_of
 
 EVERYWHERE = Profile(table=(1, 1))
@@ -345,3 +345,49 @@ def test_the_known_floor_of_a_sphere(model):
 def test_the_same_seed_measures_the_same(sculpted):
     first = measured(sculpted.problem, sculpted.field)
     assert measured(sculpted.problem, sculpted.field) == first
+
+
+HOLE = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+
+
+@pytest.fixture(scope="module")
+def lens():
+    return prepare(thin_lens())
+
+
+def drilled(lens, depth, radius=0.15):
+    """A flat-floored carve in the middle of a lens 0.1 thick, as wide as 0.8 to 1 of `radius`."""
+    return sculpt(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(radius, -depth, HOLE)))
+
+
+def test_a_hole_is_measured_by_its_walls(lens):
+    """Its far sheet is no surface any more: what was there, up to 0.13 from the rest, has not
+    drifted, and the walls that came in its place were asked for. Only the new edge is round."""
+    report = drilled(lens, 0.2).report()
+    assert report["components_after"] == 1
+    assert report["drift_p99"] < 1e-3
+    assert report["drift_max"] < 5e-3
+    assert report["reverse_p95"] < 2e-3
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.15])
+def test_a_film_that_is_left_in_a_hole_is_as_far_off_as_its_walls(lens, radius):
+    """A carve 0.08 deep leaves the lens 0.02 thick where it was to be a hole, as wide as 0.9 radii
+    at the far sheet, of which triangles reach up to a cell of the proxy into the hole."""
+    asked, left = drilled(lens, 0.2, radius).problem, drilled(lens, 0.08, radius)
+    measures = metrics.measure(asked, left.field, left.proxy)
+    assert 0.9 * radius - lens.spacing < measures["reverse_max"] < 1.2 * radius
+    assert not measures["tolerance_met"]
+
+
+def test_a_dent_beside_a_hole_is_seen(lens):
+    """On the far sheet, 0.05 from the hole's edge, where the swept volume is near."""
+    edit = drilled(lens, 0.2)
+    level, place = 6, np.float32([[0.2, 0, -0.05 * np.sqrt(1 - 0.4**2)]])
+    cells = linear(cells_of(place, level), level)
+    dented = edit.field.plus({level: Level(*distinct(cells, np.array([0.02])))})
+    depth = find_surface(dented, place).distance[0]
+    measures = measured(edit.problem, dented)
+    assert depth > 2e-3
+    assert measures["drift_max"] > 0.8 * depth
+    assert not measures["tolerance_met"]

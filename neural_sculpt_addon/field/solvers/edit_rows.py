@@ -11,8 +11,8 @@ around    f(x) = signed distance     in the middle of each active cell, and of c
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
 Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and
-where a plane contradicts them, as beside an edge, it is the distance from the sample itself. Model
-space.
+where a plane contradicts them, as beside an edge, it is the distance from the sample itself; at
+most a cell, or f0 where its side stays. Model space.
 """
 
 import numpy as np
@@ -63,7 +63,7 @@ ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
 BURIED = 0.5
-"""|winding number| of the swept volume, from which on it has swallowed a sample."""
+"""Winding number of the new shape, from which on a point lies in it."""
 
 
 class EditedSurface:
@@ -180,10 +180,13 @@ class EditedSurface:
         wanted[kept] = was(kept)
         if self._swept is not None:
             near = np.flatnonzero(self._swept.near(points))
-            inside = (was(near) < 0) + self._swept.winding(points[near]) > BURIED
+            f0_near = was(near)
+            inside = (f0_near < 0) + self._swept.winding(points[near]) > BURIED
             wrong = (wanted[near] < 0) != inside
             sides = np.where(inside, -1, 1)
             wanted[near[wrong]] = (sides * away[near])[wrong]
+            most = np.maximum(sides * f0_near, spacing(level))
+            wanted[near] = np.clip(wanted[near], -most, most)
         return points, wanted.astype(np.float32)
 
     def _preserved(
@@ -221,9 +224,7 @@ class EditedSurface:
         kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
         samples = Samples(found.points[kept], found.normals[kept])
         if self._swept is not None:
-            near = np.flatnonzero(self._swept.near(samples.points))
-            swallowed = np.abs(self._swept.winding(samples.points[near])) > BURIED
-            samples = samples.where(np.delete(np.arange(len(samples.points)), near[swallowed]))
+            samples = samples.where(~self._swept.swallows(samples.points))
         return samples, before
 
 

@@ -34,12 +34,13 @@ from ..detail import (
     spacing,
 )
 from ..evaluate import values
+from ..fold import SweptVolume
 from ..nearest import search_tree
 from ..pieces import Islands
 from ..problem import DisplacedTubes, Problem
 from ..surface import Samples
 from ..threads import join
-from .edit_rows import AROUND, EditedSurface
+from .edit_rows import AROUND, BURIED, EditedSurface
 from .spline_system import ITERATIONS, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
@@ -158,6 +159,8 @@ class LocalEdit:
             gaps = problem.gaps_at_folds(target, GAP * spacing(level))
         surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
         passed = _passed(surface, target, level)
+        if displaced.swept is not None:
+            passed = np.union1d(passed, _changed(problem, displaced.swept, level))
         self._active = dilated(passed, level)
         far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
         high = _parents(_passed(surface.where(far), target.where(far), level), level)
@@ -302,6 +305,15 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
         for side in (-MARGIN, MARGIN):
             found.append(numbers(samples.points + np.float32(side * h) * samples.normals, level))
     return merged(np.concatenate(found))
+
+
+def _changed(problem: Problem, swept: SweptVolume, level: int) -> NDArray[np.int32]:
+    """Of the cells that samples pass which bound nothing in the end, those whose middles change
+    sides: a plug that is carved away, a gap that is filled. Beyond, all stays what it was."""
+    cells = _passed(*problem.bounding_nothing(), level)
+    middles = centres(places(cells, level), level)
+    inside = values(problem.field, middles) < 0
+    return cells[inside != (inside + swept.winding(middles) > BURIED)]
 
 
 def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
