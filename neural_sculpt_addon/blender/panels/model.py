@@ -44,6 +44,8 @@ TURNED = {
 PIECES = ("components", "components_after")
 LINES = 9
 """Of a report of a stroke, with one that warns."""
+FINEST = 1e-6
+"""Meters; Blender writes what is less as nothing, or with more digits than a line holds."""
 NAME = 0.75
 """Of a line's width, for the name."""
 
@@ -187,9 +189,16 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _length(context: Context, value: float) -> str:
+    """A length of the scene in its unit; of one that is next to nothing, what it is below."""
     units = context.scene.unit_settings
     if units.system == "NONE":
         return f"{value:.3g}"
-    return bpy.utils.units.to_string(
-        units.system, "LENGTH", value * units.scale_length, precision=3, split_unit=False
+    meters = value * units.scale_length
+    text = bpy.utils.units.to_string(
+        units.system,
+        "LENGTH",
+        FINEST if 0 < meters < FINEST else meters,
+        precision=3,
+        split_unit=False,
     )
+    return f"< {text}" if 0 < meters < FINEST else text
