@@ -6,6 +6,7 @@ The sphere is seen from the front, so a stroke on it faces -Y. Model space is th
 
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import bpy
 import harness
@@ -25,6 +26,7 @@ RADIUS, INTENSITY = 0.12, 0.06
 NEAR, FAR = 0.35, 1.35  # radii from the path: within, the stroke is high; beyond, nothing moved
 STILL = 0.006  # how far the surface may stray where nothing was drawn
 RESOLUTION = 64
+REST = 1.0  # seconds of the mouse on an entry of a menu, after which that has opened
 BRUSHES = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 """Blender's own, in its asset library."""
 
@@ -228,9 +230,10 @@ def _step(held: hand.Held, handlers: list) -> Steps:
     hand.window().view_layer.update()  # as the next picture does
 
 
-def still_picture(kind: str = "WINDOW") -> Steps:
-    """The window when a region of the viewport is drawn to the end, however long that takes."""
-    place = hand.region(kind)
+def still_picture(kind: "str | Part" = "WINDOW") -> Steps:
+    """The window when a region of the viewport, or a part of the window, is drawn to the end,
+    however long that takes."""
+    place = hand.region(kind) if isinstance(kind, str) else kind
     rows = slice(-place.y - place.height, -place.y or None)
     columns = slice(place.x, place.x + place.width)
     picture = None
@@ -243,17 +246,67 @@ def still_picture(kind: str = "WINDOW") -> Steps:
 
 
 def changed(
-    before: np.ndarray, after: np.ndarray, place: bpy.types.Region, first: int = 0
+    before: np.ndarray,
+    after: np.ndarray,
+    place: "bpy.types.Region | Part",
+    first: int = 0,
+    least: int = 100,
 ) -> tuple[int, int, int, int]:
     """Left, bottom, right, top of what differs in a region of two pictures.
 
     first: column of the window where the pictures begin
+    least: pixels that must differ
     """
     differs = np.abs(before.astype(int) - after).max(2)[::-1] > 24  # (H, W), from below
     rows, columns = np.nonzero(differs)
     columns += first
     inside = (columns >= place.x) & (columns < place.x + place.width)
     inside &= (rows >= place.y) & (rows < place.y + place.height)
-    assert inside.sum() > 100, "nothing changed in the window"
+    assert inside.sum() > least, "nothing changed in the window"
     rows, columns = rows[inside], columns[inside]
     return columns.min(), rows.min(), columns.max(), rows.max()
+
+
+def click(place: hand.Pixel) -> Steps:
+    """Click with the left button."""
+    hand.move(place)
+    yield hand.DRAWN
+    hand.tap("LEFTMOUSE", place)
+    yield 2 * hand.DRAWN
+
+
+def opened(place: hand.Pixel, beyond: int = 0, press: bool = True) -> Steps:
+    """Click where a menu opens over the viewport: its left, bottom, right, top.
+
+    beyond: column of the window to the right of which it opens
+    press:  or else the mouse need only rest there, as on an entry of a menu
+    """
+    before = yield from still_picture()
+    if press:
+        yield from click(place)
+    else:
+        hand.move(place)
+        yield REST
+    after = yield from still_picture()
+    return changed(before[:, beyond:], after[:, beyond:], hand.region(), beyond)
+
+
+class Part(NamedTuple):
+    """A part of the window, as a region is one."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+def whole_window() -> Part:
+    """All of it."""
+    height, width, _ = hand.screen_pixels().shape
+    return Part(0, 0, width, height)
+
+
+def uncovered() -> Part:
+    """The part of the viewport that no sidebar covers."""
+    whole, side = hand.region(), hand.region("UI")
+    return Part(whole.x, whole.y, side.x - whole.x, whole.height)

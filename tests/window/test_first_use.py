@@ -28,8 +28,10 @@ from drawing import (
     WindowCase,
     changed,
     choose_tool,
+    click,
     field,
     middle,
+    opened,
     redo,
     still_picture,
     undo,
@@ -113,9 +115,9 @@ class FirstUse(WindowCase):
         tool = yield from self.tool_button()
         presses = self.count_presses()
         height = hand.screen_pixels().shape[0]
-        left, bottom, right, _ = yield from self.opened((ADD[0], height - ADD[1]))
+        left, bottom, right, _ = yield from opened((ADD[0], height - ADD[1]))
         entry = (left + right) / 2, bottom + 0.7 * ROW
-        left, bottom, right, top = yield from self.opened(entry, beyond=right)
+        left, bottom, right, top = yield from opened(entry, beyond=right)
         suzanne = (left + right) / 2, top - (top - bottom) * 4.5 / 6  # the fifth of six entries
         plain = yield from still_picture()
         yield from click(suzanne)
@@ -170,13 +172,6 @@ class FirstUse(WindowCase):
         left, bottom, right, _ = changed(*pictures, hand.region("TOOLS"))
         return (left + right) / 2, bottom + ROW / 2
 
-    def opened(self, place: Pixel, beyond: int = 0) -> Steps:
-        """Click where a menu opens: its left, bottom, right, top, to the right of `beyond`."""
-        before = yield from still_picture()
-        yield from click(place)
-        after = yield from still_picture()
-        return changed(before[:, beyond:], after[:, beyond:], hand.region(), beyond)
-
 
 def confirmation(before: np.ndarray, after: np.ndarray) -> Pixel:
     """The middle of the blue button of a dialog that opened between two pictures."""
@@ -196,11 +191,3 @@ def corners(ob: bpy.types.Object) -> np.ndarray:
     flat = np.empty(len(ob.data.loops), np.int32)
     ob.data.loops.foreach_get("vertex_index", flat)
     return flat.reshape(-1, 3)
-
-
-def click(place: Pixel) -> Steps:
-    """Click with the left button."""
-    hand.move(place)
-    yield hand.DRAWN
-    hand.tap("LEFTMOUSE", place)
-    yield 2 * hand.DRAWN

@@ -105,8 +105,8 @@ class NEURAL_SCULPT_OT_export(Operator):
         if KINDS[suffix] is JobKind.SAVE:
             return
         layout.prop(self, "resolution")
-        estimate.draw(layout, active_field(context), self.resolution)
         if KINDS[suffix] is JobKind.MESH:
+            estimate.draw(layout, active_field(context), self.resolution)
             layout.prop(self, "modifiers")
         if suffix in WITH_TEXT:
             layout.prop(self, "text")

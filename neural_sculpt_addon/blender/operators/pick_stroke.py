@@ -6,11 +6,12 @@
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Event, Operator
 
+from ..locale.translations import translated
 from ..scene import stroke_list
 from ..scene.properties import field_of
 from ..viewport import redraw, trace
 from ..viewport.view import view_under
-from .launch import FINISHED, INTERNAL, Outcome, active_field, fail, field_poll
+from .launch import CANCELLED, FINISHED, INTERNAL, Outcome, active_field, field_poll
 
 
 class NEURAL_SCULPT_OT_pick_stroke(Operator):
@@ -33,7 +34,9 @@ class NEURAL_SCULPT_OT_pick_stroke(Operator):
         heard = [entry for entry in stroke_list.readable(ob) if entry.data and not entry.muted]
         number = None if hit is None else trace.under(hit, [entry.stroke for entry in heard])
         if number is None:
-            return fail(self, "No stroke of the history lies under the mouse.")
+            missed = translated("No stroke of the history lies under the mouse.")
+            self.report({"WARNING"}, missed)  # in the status bar: an error would cover the view
+            return CANCELLED
         uids = [item.uid for item in field_of(ob).strokes]
         field_of(ob).active_stroke = uids.index(heard[number].uid)
         self.report({"INFO"}, iface_("Chosen: {}").format(heard[number].name))

@@ -84,6 +84,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
             moved = (event.mouse_x - self._mouse_x) / self._pixels
             self._set(context, self._first + moved)
             self._show(context)
+            return {"PASS_THROUGH"}  # a stroke whose points are edited shows it at once
         elif event.value == "PRESS" and event.type in {"LEFTMOUSE", "RET", "NUMPAD_ENTER"}:
             self.cancel(context)
             return FINISHED

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The active field: what it was made from, how large and how good it is."""
 
-from typing import Any, TypeGuard
+from collections.abc import Iterator
+from typing import Any, NamedTuple, TypeGuard
 
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
@@ -41,6 +42,12 @@ TURNED = {
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
+LINES = 9
+"""Of a report of a stroke, with one that warns."""
+FINEST = 1e-6
+"""Meters; Blender writes what is less as nothing, or with more digits than a line holds."""
+NAME = 0.75
+"""Of a line's width, for the name."""
 
 
 class NEURAL_SCULPT_PT_model(Sidebar):
@@ -102,44 +109,75 @@ def _draw_solver(layout: UILayout, ob: Object) -> None:
 
 
 def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
-    """Quality of the last fit or stroke, in scene units, as far as it is known."""
-    report = reports.report_of(ob)
+    """Quality of the last fit or stroke, as far as it is known.
+
+    With strokes it keeps its height, known or not: what is below must stay under the mouse.
+    """
     column = layout.column(align=True)
+    report = reports.report_of(ob)
+    lines = [*_warnings(ob, report), *_measures(context, ob, report)]
+    for line in lines:
+        row = column.row(align=True)
+        if line.value:  # which a narrow sidebar does not cut off
+            split = row.split(factor=NAME)
+            split.label(text=f"{line.name}:", icon=line.icon, translate=False)
+            value = split.row()
+            value.alignment = "RIGHT"
+            value.label(text=line.value, translate=False)
+        else:
+            row.label(text=line.name, icon=line.icon, translate=False)
+        if line.has_place:
+            shown = worst_place.is_shown(ob)
+            row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
+    for _ in range(len(lines), LINES if len(field_of(ob).strokes) else 0):
+        column.label(text="")
+
+
+class _Line(NamedTuple):
+    """A line of the report, in the artist's language."""
+
+    name: str
+    value: str = ""
+    icon: Any = "NONE"
+    has_place: bool = False
+    """Whether a button shows the place on the surface that it tells of."""
+
+
+def _warnings(ob: Object, report: dict[str, Any]) -> Iterator[_Line]:
+    """Why nothing is known, and what went wrong."""
     if reports.is_measured_now(ob):
-        column.label(text="Measuring...")
+        yield _Line(iface_("Measuring..."))
+    elif not report and len(field_of(ob).strokes):
+        yield _Line(iface_("Not measured"))
     if report.get("tolerance_met") is False:
-        column.label(text="The last stroke was not fully reached", icon="ERROR")
-    allowed = report.get("tolerance")
+        yield _Line(iface_("The last stroke was not fully reached"), icon="ERROR")
     before, after = report.get("components_before"), report.get("components_after")
     if _is_number(before) and _is_number(after) and before != after:
         text = iface_("Pieces: {} before the last stroke, {} now").format(before, after)
-        column.label(text=text, icon="ERROR", translate=False)
+        yield _Line(text, icon="ERROR")
+
+
+def _measures(context: Context, ob: Object, report: dict[str, Any]) -> Iterator[_Line]:
+    """Lengths in scene units, shares and angles."""
+    allowed = report.get("tolerance")
     for key, label in LENGTHS.items():
         if _is_number(value := report.get(key)):
-            text = f"{iface_(label)}: {_length(context, value * world_scale(ob))}"
             beyond = key in TOLERATED and _is_number(allowed) and value >= allowed
-            column.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
+            length = _length(context, value * world_scale(ob))
+            yield _Line(iface_(label), length, "ERROR" if beyond else "NONE")
     if _is_number(gain := report.get("gain")):
-        column.label(text=f"{iface_('Height reached')}: {gain:.1%}", translate=False)
+        yield _Line(iface_("Height reached"), f"{gain:.1%}")
     if _is_number(angle := report.get("normal_deg")):
-        column.label(text=f"{iface_('Normals off by')}: {_degrees(angle, 1)}", translate=False)
-    _draw_turned(column, ob, report)
+        yield _Line(iface_("Normals off by"), _degrees(angle, 1))
+    for key, label in TURNED.items():  # how much the untouched surface looks different
+        if _is_number(angle := report.get(key)):
+            worst = key == "untouched_normal_max" and reports.worst_place(report) is not None
+            yield _Line(iface_(label), _degrees(angle, 2), has_place=worst)
     if _is_number(share := report.get("sign_errors")) and share > 0:
-        column.label(text=f"{iface_('Volume on the wrong side')}: {share:.2%}", translate=False)
+        yield _Line(iface_("Volume on the wrong side"), f"{share:.2%}")
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
-            column.label(text=f"{iface_('Separate pieces')}: {value}", translate=False)
-
-
-def _draw_turned(column: UILayout, ob: Object, report: dict[str, Any]) -> None:
-    """How much the untouched surface looks different, and a button that shows where most."""
-    for key, label in TURNED.items():
-        if _is_number(angle := report.get(key)):
-            row = column.row(align=True)
-            row.label(text=f"{iface_(label)}: {_degrees(angle, 2)}", translate=False)
-            if key == "untouched_normal_max" and reports.worst_place(report) is not None:
-                shown = worst_place.is_shown(ob)
-                row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
+            yield _Line(iface_("Separate pieces"), str(value))
 
 
 def _degrees(angle: float, places: int) -> str:
@@ -151,9 +189,16 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _length(context: Context, value: float) -> str:
+    """A length of the scene in its unit; of one that is next to nothing, what it is below."""
     units = context.scene.unit_settings
     if units.system == "NONE":
         return f"{value:.3g}"
-    return bpy.utils.units.to_string(
-        units.system, "LENGTH", value * units.scale_length, precision=3, split_unit=False
+    meters = value * units.scale_length
+    text = bpy.utils.units.to_string(
+        units.system,
+        "LENGTH",
+        FINEST if 0 < meters < FINEST else meters,
+        precision=3,
+        split_unit=False,
     )
+    return f"< {text}" if 0 < meters < FINEST else text

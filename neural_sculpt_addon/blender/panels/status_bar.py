@@ -64,6 +64,8 @@ def _draw_keys(header: Header, context: Context) -> None:
     """Before what Blender draws: what the keys do while the tool is at rest."""
     if _State.hint is not None or not is_field(context.active_object) or not active_tool(context):
         return
+    if all(area.type != "VIEW_3D" for area in context.window.screen.areas):
+        return  # a file is chosen
     row = header.layout.row(align=True)
     for sign, text in KEYS:
         row.label(text="", icon=sign)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
+from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 
@@ -166,7 +167,7 @@ def write(ob: Object, listed: Sequence[Entry], layers: Mapping[str, bytes]) -> N
         if now != place:
             group.strokes.move(now, place)
             order.insert(place, order.pop(now))
-        _put(group.strokes[place], entry, layers, f"Stroke {place + 1}")
+        _put(group.strokes[place], entry, layers, _numbered(place + 1))
     for place in reversed(range(len(listed), len(order))):  # two of the same uid: a damaged file
         group.strokes.remove(place)
     order = order[: len(listed)]
@@ -180,9 +181,14 @@ def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> N
     for entry in added:
         item = group.strokes.add()
         item.uid = entry.uid
-        _put(item, entry, layers, f"Stroke {len(group.strokes)}")
+        _put(item, entry, layers, _numbered(len(group.strokes)))
     group.active_stroke = len(group.strokes) - 1
     chosen.forget()
+
+
+def _numbered(number: int) -> str:
+    """The name of a stroke that was given none."""
+    return iface_("Stroke {}").format(number)
 
 
 def active_uid(ob: Object) -> str:

@@ -21,7 +21,7 @@ from ..session.job import find
 from . import redraw
 from .changed_ribbon import changed_ribbons
 from .draw_handler import DrawHandler
-from .overlay import draw_ribbons
+from .overlay import draw_ribbons, over_surface
 from .ribbon import Ribbon
 from .view import lay
 
@@ -81,14 +81,10 @@ def _draw() -> None:
     """In the scene, in world space; what lies below the surface shines through."""
     if (drawn := shown()) is None:
         return
-    gpu.state.blend_set("ALPHA")
-    with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(find(drawn.target).matrix_world)
+    with over_surface(find(drawn.target)):
         for depth, opacity in (("NONE", BELOW), ("LESS_EQUAL", 1.0)):
             gpu.state.depth_test_set(depth)
             draw_ribbons(drawn.ribbons, opacity)
-    gpu.state.depth_test_set("NONE")
-    gpu.state.blend_set("NONE")
 
 
 _handler = DrawHandler(_draw)

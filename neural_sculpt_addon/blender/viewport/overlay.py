@@ -9,7 +9,8 @@ handlers stay from registration to its end and draw only when there is something
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -141,14 +142,10 @@ def _draw_chosen() -> None:
         listed = [entry for entry in stroke_list.readable(ob) if entry.uid == item.uid]
         _State.chosen = source, trace(listed[0].stroke, share, partial(lay, ob)) if listed else ()
     *color, alpha = preferences.overlay_colors().cursor
-    gpu.state.blend_set("ALPHA")
-    with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(ob.matrix_world)
+    with over_surface(ob):
         for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
             gpu.state.depth_test_set(depth)
             _draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))
-    gpu.state.depth_test_set("NONE")
-    gpu.state.blend_set("NONE")
 
 
 def _draw_stroke() -> None:
@@ -158,16 +155,28 @@ def _draw_stroke() -> None:
     ob = None if shown is None else find(shown.target)
     if shown is None or ob is None or not ob.visible_get():
         return
-    gpu.state.blend_set("ALPHA")
-    gpu.state.depth_test_set("LESS_EQUAL")
-    with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(ob.matrix_world)
+    with over_surface(ob):
+        gpu.state.depth_test_set("LESS_EQUAL")
         draw_ribbons(shown.ribbons)
         gpu.state.depth_test_set("NONE")
         if len(shown.line):
             _draw_lines([shown.line], 1.5, preferences.overlay_colors().cursor)
         if len(shown.knots):
             _draw_knots(shown)
+
+
+@contextmanager
+def over_surface(ob: Object) -> Iterator[None]:
+    """Draw in the object's space. No depth is written: a line and its edges, which are drawn one
+    over the other, would hide parts of each other."""
+    writes = gpu.state.depth_mask_get()
+    gpu.state.blend_set("ALPHA")
+    gpu.state.depth_mask_set(False)
+    with gpu.matrix.push_pop():
+        gpu.matrix.multiply_matrix(ob.matrix_world)
+        yield
+    gpu.state.depth_test_set("NONE")
+    gpu.state.depth_mask_set(writes)
     gpu.state.blend_set("NONE")
 
 
