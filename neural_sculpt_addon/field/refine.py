@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stroke.progress import Progress, silent, sub_progress
-from .detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
+from .detail import BRICK, SUPPORT, cells_of, cells_per_axis, dilated, linear
 from .evaluate import values, values_and_gradients
 from .field import Field
 from .flip import find_poor, flip
@@ -38,6 +38,14 @@ REACH = 0.5
 
 FLATTEST = 0.3
 """|grad f| from which on a small f is believed to be near the surface."""
+
+FINE = 6
+"""Level of the detail that hides between the vertices of a proxy: cells of 1/64 and smaller."""
+
+MIDDLE = np.float32(0.5)
+PLACES = MIDDLE, np.float32(0.25), np.float32(0.75)
+"""Where on an edge the field is looked at: at its middle, and where there is detail finer than the
+edges of the proxy beside it, too, for a groove may cross an edge there."""
 
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
@@ -89,7 +97,7 @@ def refine(
     if len(whole.triangles) >= most:
         tolerance = np.inf
     limit = tolerance * coarse.active.spacing
-    middles = start.measured(edges, limit, sub_progress(progress, 0.0, 0.4))
+    middles = start.measured(edges, limit, True, sub_progress(progress, 0.0, 0.4))
     while True:
         growth = _Growth(field, coarse.vertices, coarse.normals)
         share = sub_progress(progress, 0.4, 1.0)
@@ -151,7 +159,7 @@ class _Middles(NamedTuple):
     """What the field says at the middles of edges.
 
     points: (E, 3), one Newton step from there
-    off:    (E,), how long that is; 0 of edges that are not to be split
+    off:    (E,), how far the edge is off the surface, there or at a quarter; 0 where it stays
     """
 
     points: NDArray[np.float32]
@@ -195,7 +203,9 @@ class _Growth:
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
             edges = first[0] if first else open_edges(parts)
             middles = (
-                first[1] if first else self.measured(edges, limit, sub_progress(share, 0, 0.5))
+                first[1]
+                if first
+                else self.measured(edges, limit, turn == 0, sub_progress(share, 0, 0.5))
             )
             first = None
             number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
@@ -208,23 +218,33 @@ class _Growth:
             parts = divided(parts.where(marked), middle[marked], self.vertices)
         return self._mended(Parts.together([*done, parts]), fixed)
 
-    def measured(self, edges: Edges, limit: float, progress: Progress) -> _Middles:
-        """The middles of edges, but of those on the border and on the box's faces, and of those
-        that are nearer than `limit` to the surface for all that f says."""
+    def measured(self, edges: Edges, limit: float, first: bool, progress: Progress) -> _Middles:
+        """How far edges are off, as far as that is more than `limit`. Those on the border and on
+        the box's faces stay.
+
+        first: whether they are those of the proxy, where the field may have detail between vertices
+        """
         low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
         middles = (low + high) / 2
         off = np.zeros(len(middles), np.float32)
         inner = (np.abs(middles) < 1).all(axis=1)
         if self.known is not None:
             inner &= ~edges.alone
-        some = np.flatnonzero(inner)
-        for begin in range(0, len(some), BATCH):
-            progress(begin / len(some), "Refining the mesh")
-            part = some[begin : begin + BATCH]
-            part = part[np.abs(values(self.field, middles[part])) > FLATTEST * limit]
-            along = high[part] - low[part]
-            reach = REACH * _length(along)
-            middles[part], off[part], _ = _onto(self.field, middles[part], along, reach)
+        detailed = inner & _is_detailed(self.field, middles) if first else np.zeros_like(inner)
+        for share, chosen in zip(PLACES, (inner, detailed, detailed), strict=True):
+            some = np.flatnonzero(chosen)
+            for begin in range(0, len(some), BATCH):
+                progress(begin / len(some), "Refining the mesh")
+                part = some[begin : begin + BATCH]
+                along = high[part] - low[part]
+                points = low[part] + share * along
+                near = np.abs(values(self.field, points)) > FLATTEST * limit
+                part, along = part[near], along[near]
+                reach = REACH * _length(along)
+                points, distance, _ = _onto(self.field, points[near], along, reach)
+                off[part] = np.maximum(off[part], distance)
+                if share == MIDDLE:
+                    middles[part] = points
         return _Middles(middles, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
@@ -317,6 +337,16 @@ class _Growth:
                 )
             left = left[off > SETTLED * _length(along[left])[:, 0]]
         return points, normals
+
+
+def _is_detailed(field: Field, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Whether there is detail of a level from FINE around points (N, 3)."""
+    found = np.zeros(len(points), bool)
+    for grid in field.detail.grids:
+        if grid.level >= FINE:
+            brick = cells_of(points, grid.level) // BRICK
+            found |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+    return found
 
 
 def _onto(
