@@ -66,23 +66,30 @@ def _sculpted(
     from neural_sculpt_addon.field.prepare import prepare
     from neural_sculpt_addon.field.primitives import primitive
     from neural_sculpt_addon.stroke.brush import Brush
+    from neural_sculpt_addon.stroke.errors import SculptError
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     random, now = np.random.default_rng(3), prepare(primitive("sphere"))
     size = np.linalg.norm(now.proxy.vertices, axis=1).mean()
     turn = np.linspace(-0.3, 0.3, 9)[:, None]
-    for number in range(count):
+    number = 0
+    while number < count:
         up = random.normal(size=3)
         up /= np.linalg.norm(up)
         along = np.cross(up, random.normal(size=3))
         along /= np.linalg.norm(along)
         points = size * (np.cos(turn) * up + np.sin(turn) * along)
         radius = RADII[number % len(RADII)]
-        before = now
-        edit = sculpt(before, Stroke(points, Brush(radius, (-1) ** number * radius / 2)))
+        number += 1
+        stroke, before = Stroke(points, Brush(radius, (-1) ** number * radius / 2)), now
+        try:
+            edit = sculpt(before, stroke)
+        except SculptError:  # across the steep side of another one
+            number -= 1
+            continue
         assert edit.layer is not None
         now = edit.preparation
-        yield number + 1, (before, now, edit.layer)
+        yield number, (before, now, edit.layer)
 
 
 def _rows(

@@ -47,6 +47,9 @@ PLACES = MIDDLE, np.float32(0.25), np.float32(0.75)
 """Where on an edge the field is looked at: at its middle, and where there is detail finer than the
 edges of the proxy beside it, too, for a groove may cross an edge there."""
 
+FARTHEST = 0.49
+"""Edges: from how far off an edge stays, for what is there has little to do with it."""
+
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
@@ -245,6 +248,7 @@ class _Growth:
                 off[part] = np.maximum(off[part], distance)
                 if share == MIDDLE:
                     middles[part] = points
+        off[off > FARTHEST * _length(high - low)[:, 0]] = 0
         return _Middles(middles, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
@@ -285,14 +289,22 @@ class _Growth:
     def refined(self, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
         """The mesh of `parts`, which are all that there are."""
         order = np.argsort(parts.parents, kind="stable")
+        triangles = parts.triangles.take(order, axis=0)
+        # Vertices in the order in which triangles name them, whatever they were made after.
+        corners, count = triangles.ravel(), len(self.vertices)
+        first = np.zeros(count, np.intp)
+        first[corners[::-1]] = np.arange(len(corners), 0, -1)
+        first[: len(coarse.vertices)] = -1
+        listed = np.argsort(first, kind="stable")
+        number = np.empty(count, np.int32)
+        number[listed] = np.arange(count, dtype=np.int32)
         edges, middles = (np.concatenate(each) for each in zip(*self.splits, strict=True))
-        rising = np.argsort(edges, kind="stable")
         return Refined(
-            self.vertices,
-            self.normals,
-            parts.triangles.take(order, axis=0),
+            self.vertices.take(listed, axis=0),
+            self.normals.take(listed, axis=0),
+            number.take(triangles),
             parts.parents.take(order),
-            Splits(edges.take(rising), middles.take(rising)),
+            _renamed(Splits(edges, middles), number),
             coarse,
             tolerance,
         )
