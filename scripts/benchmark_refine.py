@@ -5,8 +5,9 @@ The strokes have radii of 0.02 to 0.1 and lie at random. Errors are distances of
 evenly from the surface, from the mesh, in model space; slivers the share of triangles below 5
 degrees; turned the triangles that look the other way than the field at their middles. scratch is
 the time of the refinement without that of the uniform proxy; stroke that of its update after the
-last stroke. share is that of the triangles of the coarsest uniform proxy of 128, 256, 384 and 512
-cells with the same p99 or a better one. Each time is the best of three.
+last stroke; with a tolerance that is wider than usual all is made anew, and it is left out. share
+is that of the triangles that a uniform proxy of the same p99 would have, interpolated between those
+of 128, 256, 384 and 512 cells by powers; none beyond these. Each time is the best of three.
 """
 
 import argparse
@@ -81,7 +82,7 @@ def _sculpted(
         points = size * (np.cos(turn) * up + np.sin(turn) * along)
         radius = RADII[number % len(RADII)]
         number += 1
-        stroke, before = Stroke(points, Brush(radius, (-1) ** number * radius / 2)), now
+        stroke, before = Stroke(points, Brush(radius, (-1) ** (number - 1) * radius / 2)), now
         try:
             edit = sculpt(before, stroke)
         except SculptError:  # across the steep side of another one
@@ -97,7 +98,7 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.detail import support
     from neural_sculpt_addon.field.proxy import extract
-    from neural_sculpt_addon.field.refine import again, refine
+    from neural_sculpt_addon.field.refine import TOLERANCE, again, refine
     from neural_sculpt_addon.field.surface import sample_surface
 
     many, field, reached = 10**7, now.field, support(layer)
@@ -111,12 +112,26 @@ def _rows(
     for tolerance in TOLERANCES:
         known = refine(before.field, before.proxy, many, tolerance)
         scratch, refined = _time(lambda t=tolerance: refine(field, now.proxy, many, t))
-        stroke, _ = _time(lambda k=known: again(field, now.proxy, k, reached, many))
+        stroke = None
+        if tolerance <= TOLERANCE:
+            stroke, _ = _time(lambda k=known: again(field, now.proxy, k, reached, many))
         row = _measure(field, refined, true)
-        as_good = next((each for each in found if each["p99"] <= row["p99"]), None)
-        share = row["triangles"] / as_good["triangles"] if as_good else None
+        share = _share(row, found)
         name = f"refined 1/{round(1 / tolerance)}"
         yield {"mesh": name, **row, "scratch": scratch, "stroke": stroke, "share": share}
+
+
+def _share(row: dict[str, Any], uniform: list[dict[str, Any]]) -> float | None:
+    """The triangles of a mesh by those of a uniform one with the same p99."""
+    import numpy as np
+
+    errors = np.log([each["p99"] for each in uniform])
+    counts = np.log([each["triangles"] for each in uniform])
+    order = np.argsort(errors)
+    wanted = np.log(row["p99"])
+    if not errors.min() <= wanted <= errors.max():
+        return None
+    return float(row["triangles"] / np.exp(np.interp(wanted, errors[order], counts[order])))
 
 
 def _time(make: "Callable[[], Refined]") -> "tuple[float, Refined]":
