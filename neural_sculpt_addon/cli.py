@@ -69,6 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     mesh.add_argument("field", type=Path)
     mesh.add_argument("-o", "--output", type=Path, required=True, help="ply, obj, stl, glb or off")
     mesh.add_argument("--resolution", type=int, default=128, help="cells per axis")
+    mesh.add_argument("--triangles", type=int, default=0, help="refine, to so many at most")
     mesh.set_defaults(run=_mesh)
 
     sample = commands.add_parser("sample", help="evaluate a field at points")
@@ -139,10 +140,13 @@ def _apply(options: argparse.Namespace) -> None:
 
 
 def _mesh(options: argparse.Namespace) -> None:
-    from .field import checkpoint, mesh_file, proxy
+    from .field import checkpoint, mesh_file, proxy, refine
 
     _check_output(options.output, mesh_file.SUFFIXES)
-    surface = proxy.extract(checkpoint.load(options.field), options.resolution, _show)
+    field = checkpoint.load(options.field)
+    surface = proxy.extract(field, options.resolution, _show)
+    if options.triangles:
+        surface = refine.refine(field, surface, options.triangles, progress=_show)
     mesh_file.write(options.output, surface)
     triangles = len(surface.triangles)
     _finish({"mesh": str(options.output), "triangles": triangles}, None, None)

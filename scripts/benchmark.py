@@ -13,6 +13,7 @@ import benchmark_fuzz
 import benchmark_interface
 import benchmark_live
 import benchmark_proxy
+import benchmark_refine
 import benchmark_session
 import benchmark_stroke
 import environment
@@ -26,6 +27,7 @@ BENCHMARKS = {
     "interface": benchmark_interface,
     "live": benchmark_live,
     "proxy": benchmark_proxy,
+    "refine": benchmark_refine,
     "session": benchmark_session,
     "stroke": benchmark_stroke,
 }

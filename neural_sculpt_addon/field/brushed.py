@@ -43,7 +43,7 @@ REPAIRS = 4
 """How often at most pieces that nobody asked for are taken away."""
 
 STRETCHED = 2.5
-"""Times the usual edge, from which on a triangle shows the field too coarsely."""
+"""Times the usual edge, and what it was, from which on a triangle shows the field too coarsely."""
 
 REACH = 3.0
 """Of the coarsest cell, how far from what was moved the layer reaches."""
@@ -219,11 +219,16 @@ def _snap(found: Projection, brushed: Brushed, changed: NDArray[np.bool_]) -> Sn
     before, after, triangles = brushed
     vertices = np.where(changed[:, None], found.points, after)
     corners = vertices[triangles]  # (T, 3, 3)
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)  # (T, 3)
+    edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
     facing = np.einsum("ti,tci->tc", normals(corners), found.normals[triangles])
     folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
     arrived = (found.distance < ARRIVED).all()
-    if not arrived or (edges > STRETCHED * usual).any() or folded > usual**2:
+    if not arrived or (edges > STRETCHED * np.maximum(usual, was)).any() or folded > usual**2:
         return None
     return Snapped(vertices, found.normals)
+
+
+def _edges(corners: Array) -> Array:
+    """The lengths (T, 3) of the edges of triangles (T, 3, 3)."""
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..stroke.errors import SculptError
 from .proxy import Proxy
+from .refine import Refined
 from .whole_file import write_whole
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
@@ -47,8 +48,11 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return vertices, triangles
 
 
-def write(path: Path, proxy: Proxy) -> None:
-    """Write a proxy; the suffix chooses the format. SculptError when it cannot be written."""
+def write(path: Path, proxy: Proxy | Refined) -> None:
+    """Write a proxy, refined or not; the suffix chooses the format.
+
+    SculptError when it cannot be written.
+    """
     if path.suffix.lower() not in SUFFIXES:
         raise SculptError(f"{path.name}: meshes are written as {', '.join(SUFFIXES)} files.")
     mesh = trimesh.Trimesh(

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the worker can do: one handler per kind of job, fields and arrays in, fields and arrays out.
 
-Jobs name a field by its `state` (see store) and its `revision`. Torch and the rest are imported by
+Jobs name a field by its `state` (see store) and its `revision`, and what shows it by `resolution`
+and `triangles` (see shown). Torch and the rest are imported by
 the job that needs them first, or by `warm_up`.
 """
 
@@ -27,6 +28,7 @@ from .payload import (
 )
 from .protocol import JobKind
 from .replay import replay, result_key
+from .shown import Shown, refined
 from .store import Store, preparation_bytes
 
 if TYPE_CHECKING:
@@ -58,7 +60,7 @@ class Jobs:
         """Nothing is known yet; `device` is what strokes are sculpted on."""
         self._store = Store(device)
         self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)  # by the revision they made
-        self._shown: tuple[State, Proxy] | None = None
+        self._shown = Shown()
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""
@@ -112,8 +114,11 @@ class Jobs:
         return Payload({"report": self._edits[revision].report(progress=progress)})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
-        """state, resolution -> <proxy>."""
-        return Payload({}, proxy_arrays(_extract(self._store.field(job), job, progress)))
+        """state, resolution, triangles -> <proxy>."""
+        field = self._store.field(job)
+        proxy = _extract(field, job, sub_progress(progress, 0.0, 0.5))
+        shown = refined(field, proxy, job, sub_progress(progress, 0.5, 1.0))
+        return Payload({}, proxy_arrays(shown))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
         """primitive, or preset, detail, width, thickness, seed, resolution <mesh> -> id, scale,
@@ -272,13 +277,15 @@ class Jobs:
         from ..field.prepare import CELLS, Preparation
 
         field = self._store.on_device(field)
-        proxy = _extract(field, job, progress)
+        proxy = _extract(field, job, sub_progress(progress, 0.0, 0.5))
+        share = sub_progress(progress, 0.5, 1.0)
         if proxy.active.cells == CELLS:
             state, data = self._store.new_base(Preparation(field, proxy))
-            name = state.base
+            name, shown = state.base, self._shown.state(state, job, share)
         else:
             name, data = self._store.keep_base(field)
-        arrays = {"field": as_array(data), **proxy_arrays(proxy)}
+            shown = refined(field, proxy, job, share)
+        arrays = {"field": as_array(data), **proxy_arrays(shown)}
         return Payload({"id": name, **fields}, arrays)
 
     def _one_more(
@@ -304,30 +311,8 @@ class Jobs:
         """The result of a job that made a state, which is remembered."""
         revision = read(job, "result_revision", str)
         self._store.keep(revision, state)
-        proxy = self._proxy(state, job, sub_progress(progress, 0.9, 1.0))
+        proxy = self._shown.state(state, job, sub_progress(progress, 0.9, 1.0))
         return Payload({"revision": revision, **fields}, {**arrays, **proxy_arrays(proxy)})
-
-    def _proxy(self, state: "State", job: Payload, progress: Progress) -> "Proxy":
-        """The proxy of a state, which is known already at the usual resolution.
-
-        At another one it is that of the state that was shown last, updated, when both have the same
-        base.
-        """
-        from ..field.detail import support
-        from ..field.layers import difference
-        from ..field.prepare import CELLS
-        from ..field.proxy import update
-
-        if read(job, "resolution", int) == CELLS:
-            return state.preparation.proxy
-        shown, last = self._shown or (state, state.preparation.proxy)
-        if shown.base == state.base and last.active.cells == job.fields["resolution"]:
-            reached = support(difference(shown.terms, state.terms))
-            proxy = update(last, state.preparation.field, reached, progress)
-        else:
-            proxy = _extract(state.preparation.field, job, progress)
-        self._shown = state, proxy
-        return proxy
 
 
 def _extract(field: "Field", job: Payload, progress: Progress) -> "Proxy":

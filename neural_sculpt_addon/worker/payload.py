@@ -17,6 +17,7 @@ from ..stroke.progress import Progress
 
 if TYPE_CHECKING:
     from ..field.proxy import Proxy
+    from ..field.refine import Refined
 
 T = TypeVar("T")
 
@@ -79,7 +80,7 @@ def read_numbers(job: Payload, name: str, count: int) -> np.ndarray:
     return np.array(numbers, float)
 
 
-def proxy_arrays(proxy: "Proxy") -> dict[str, np.ndarray]:
+def proxy_arrays(proxy: "Proxy | Refined") -> dict[str, np.ndarray]:
     """A proxy as it travels."""
     from ..field.edges import find_edges
 

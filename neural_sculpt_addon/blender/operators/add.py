@@ -14,6 +14,7 @@ from ...worker.client import JobKind, Message
 from .. import preferences
 from ..locale.translations import OURS
 from ..scene.commit import NewField, create_field
+from ..scene.properties import refinement
 from ..session.job import Job, Request
 from .install_worker import launch_when_installed
 from .launch import REGISTER, Outcome, fail
@@ -64,11 +65,11 @@ class NEURAL_SCULPT_OT_add(Operator):
             if not path.is_file():
                 return fail(self, f"There is no file {path}. Choose a .safetensors or .pth file.")
             new = NewField(path.stem, path.name, matrix, resolution)
-            fields = {"path": str(path), "resolution": resolution}
+            fields = {"path": str(path), "resolution": resolution, **refinement()}
             kind = JobKind.LOAD
         else:
             new = NewField(self.kind.title(), self.kind.title(), matrix, resolution)
-            fields = {"primitive": self.kind.lower(), "resolution": resolution}
+            fields = {"primitive": self.kind.lower(), "resolution": resolution, **refinement()}
             kind = JobKind.FIT
 
         def add(result: Message) -> None:

@@ -21,7 +21,7 @@ from ...worker.client import JobKind, Message
 from ..locale.translations import OURS
 from ..scene import native_edits
 from ..scene.commit import add_entry, new_revision
-from ..scene.properties import NETWORK, field_of, is_field, world_scale
+from ..scene.properties import NETWORK, field_of, is_field, shown_as, world_scale
 from ..scene.stroke_list import Entry
 from ..session import states
 from ..session.job import Job, Request, find, found
@@ -96,7 +96,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
                 raise SculptError("The other object of the Boolean is gone. Select one again.")
             native_edits.refuse(ob)
             asked = states.request(
-                ob, resolution=field_of(ob).resolution, result_revision=new_revision(), **fields
+                ob, **shown_as(field_of(ob)), result_revision=new_revision(), **fields
             )
             return _with_other(asked, ob, other)
 

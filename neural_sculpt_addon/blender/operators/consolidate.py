@@ -9,7 +9,7 @@ from bpy.types import Context, Event, Operator
 from ...worker.client import JobKind, Message
 from ..scene import native_edits
 from ..scene.commit import new_revision, set_base
-from ..scene.properties import field_of
+from ..scene.properties import field_of, shown_as
 from ..session import states
 from ..session.job import Job, Request, found
 from ..session.worker_session import session
@@ -56,7 +56,7 @@ of the base"""
             return states.request(
                 ob,
                 width=width,
-                resolution=field_of(ob).resolution,
+                **shown_as(field_of(ob)),
                 result_revision=new_revision(),
             )
 

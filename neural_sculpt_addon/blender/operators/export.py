@@ -19,7 +19,13 @@ from ...worker.client import JobKind, Message
 from ..panels import estimate
 from ..scene import level_set, proxy_mesh
 from ..scene.commit import PROXY, in_window
-from ..scene.properties import field_of, resolution_property, world_scale
+from ..scene.properties import (
+    field_of,
+    most_triangles_property,
+    refine_property,
+    resolution_property,
+    world_scale,
+)
 from ..session import states
 from ..session.job import Job, Request, find
 from .launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
@@ -64,6 +70,8 @@ class NEURAL_SCULPT_OT_export(Operator):
     resolution: resolution_property(
         "Cells along an edge of the field's box, for a mesh or a level set", DEFAULT_RESOLUTION
     )
+    refine: refine_property()
+    most_triangles: most_triangles_property()
     modifiers: BoolProperty(
         name="Apply Modifiers",
         description="Write the mesh with the modifiers of the object",
@@ -82,6 +90,8 @@ class NEURAL_SCULPT_OT_export(Operator):
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for the file."""
+        group = field_of(active_field(context))
+        self.refine, self.most_triangles = group.refine, group.most_triangles
         if not self.filepath:
             self.filepath = bpy.path.clean_name(active_field(context).name)
             self.check(context)
@@ -106,7 +116,9 @@ class NEURAL_SCULPT_OT_export(Operator):
             return
         layout.prop(self, "resolution")
         if KINDS[suffix] is JobKind.MESH:
-            estimate.draw(layout, active_field(context), self.resolution)
+            estimate.draw_refinement(layout, self)
+            most = self.most_triangles if self.refine else 0
+            estimate.draw(layout, active_field(context), self.resolution, most)
             layout.prop(self, "modifiers")
         if suffix in WITH_TEXT:
             layout.prop(self, "text")
@@ -124,7 +136,8 @@ class NEURAL_SCULPT_OT_export(Operator):
         if kind is JobKind.SAMPLE:
             level_set.check()
         target = active_field(context).session_uid
-        fields = {"path": str(path), "resolution": self.resolution}
+        most = self.most_triangles if self.refine else 0
+        fields = {"path": str(path), "resolution": self.resolution, "triangles": most}
         modifiers, text = self.modifiers, self.text  # the operator is gone when the worker is done
 
         def exported() -> Object:

@@ -19,7 +19,7 @@ from .. import preferences
 from ..locale.translations import OURS
 from ..scene import proxy_mesh
 from ..scene.commit import NewField, create_field
-from ..scene.properties import LOCAL, solver_property
+from ..scene.properties import LOCAL, refinement, solver_property
 from ..session.job import Job, Request, find
 from ..session.worker_session import session
 from ..viewport import fit_overlay
@@ -98,6 +98,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "thickness": self.thickness or None,
             "seed": self.seed,
             "resolution": resolution,
+            **refinement(),
             "preview": not session.waits,
         }
         arrays = {"vertices": vertices, "triangles": triangles}

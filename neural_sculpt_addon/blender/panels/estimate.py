@@ -1,40 +1,73 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a proxy of another resolution would cost, said before it is made."""
 
+from typing import Any
+
+import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Mesh, Object, UILayout
 
+from ..scene import proxy_mesh
 from ..scene.properties import field_of
 
 TRIANGLE = 52  # bytes in a Blender mesh: corners, half a vertex with its normal, 3 / 2 edges
 MESHED = 200  # bytes per triangle in the worker, while it is made
+PER_CELL = 3.0  # triangles that marching cubes makes, per area of a cell's face
+SAMPLED = 10_000  # triangles
 POINT = 6  # bytes per lattice point in the worker: its value, and two marks
 
 
-def triangles(ob: Object, resolution: int) -> int:
-    """About how many a proxy of `resolution` would have: as the area, with its square."""
-    mesh = ob.data
+def triangles(ob: Object, resolution: int, most: int = 0) -> int:
+    """About how many a proxy of `resolution` would have: as the area, with its square. When it is
+    refined, `most` unless that is less."""
+    mesh, group = ob.data, field_of(ob)
     assert isinstance(mesh, Mesh)
-    return round(len(mesh.polygons) * (resolution / field_of(ob).resolution) ** 2)
+    if group.refine:  # it has more than its resolution makes
+        count = PER_CELL * _area(ob) * (resolution / 2) ** 2
+    else:
+        count = len(mesh.polygons) * (resolution / group.resolution) ** 2
+    return max(round(count), most)
 
 
-def memory(ob: Object, resolution: int) -> tuple[int, int]:
+def memory(ob: Object, resolution: int, most: int = 0) -> tuple[int, int]:
     """Bytes that the mesh takes in Blender, and that the worker takes while it makes it."""
-    count = triangles(ob, resolution)
+    count = triangles(ob, resolution, most)
     return TRIANGLE * count, MESHED * count + POINT * (resolution + 3) ** 3
 
 
-def draw(layout: UILayout, ob: Object, resolution: int) -> None:
+def draw_refinement(layout: UILayout, owner: Any) -> None:
+    """Draw the properties `refine` and `most_triangles` of an operator."""
+    layout.prop(owner, "refine")
+    row = layout.row()
+    row.enabled = owner.refine
+    row.prop(owner, "most_triangles")
+
+
+def draw(layout: UILayout, ob: Object, resolution: int, most: int = 0) -> None:
     """Show both as text."""
-    kept, passing = memory(ob, resolution)
+    kept, passing = memory(ob, resolution, most)
+    count = triangles(ob, resolution, most)
+    said = iface_("At most {} triangles") if count == most else iface_("About {} triangles")
     lines = (
-        iface_("About {} triangles").format(f"{triangles(ob, resolution):,}"),
+        said.format(f"{count:,}"),
         iface_("{} in Blender").format(_short(kept)),
         iface_("{} in the worker while it is meshed").format(_short(passing)),
     )
     column = layout.column(align=True)
     for line in lines:
         column.label(text=line, translate=False)
+
+
+def _area(ob: Object) -> float:
+    """About the area of a proxy, model units: that of every n-th triangle, n times."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if len(mesh.loops) != 3 * len(mesh.polygons):
+        return 0.0
+    corners = proxy_mesh.corners_of(mesh)
+    step = max(len(corners) // SAMPLED, 1)
+    a, b, c = proxy_mesh.positions(ob)[corners[::step]].swapaxes(0, 1)
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return float(areas.mean() * len(corners))
 
 
 def _short(size: int) -> str:

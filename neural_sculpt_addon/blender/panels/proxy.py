@@ -23,6 +23,10 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
         layout = self.layout
         resolution = field_of(context.active_object).resolution
         layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
+        if field_of(context.active_object).refine:
+            most = f"{field_of(context.active_object).most_triangles:,}"
+            said = iface_("Refined to at most {} triangles").format(most)
+            layout.label(text=said, translate=False)
         shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")
         layout.label(text=f"{iface_('Shading', OURS)}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")

@@ -48,6 +48,16 @@ class NewField:
     solver: str = LOCAL
 
 
+@dataclass(frozen=True)
+class ShownAs:
+    """How a field is shown: the properties of the same names."""
+
+    resolution: int
+    refine: bool
+    most_triangles: int
+    smooth: bool
+
+
 def create_field(
     new: NewField, result: Message, report: Mapping[str, Any], replaced: Object | None = None
 ) -> Object:
@@ -177,14 +187,15 @@ def set_solver(ob: Object, solver: str, label: str) -> None:
     push_undo(label)
 
 
-def set_proxy(ob: Object, resolution: int, smooth: bool, result: Message) -> None:
+def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     """Replace the proxy by another one of the same field. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     group = field_of(ob)
-    geometry = _next_geometry(ob, result, smooth)
+    geometry = _next_geometry(ob, result, shown.smooth)
     begin_change()
     _fill(ob, geometry)
-    group.resolution, group.smooth = resolution, smooth
+    group.resolution, group.smooth = shown.resolution, shown.smooth
+    group.refine, group.most_triangles = shown.refine, shown.most_triangles
     push_undo("Remesh Proxy")
 
 

@@ -39,6 +39,9 @@ BRUSH = ".neural_sculpt"
 
 DEFAULT_RESOLUTION = 128
 
+REFINED, MOST_TRIANGLES = False, 300_000
+"""Whether a new proxy is refined, and to how many triangles at most."""
+
 LOCAL, NETWORK = "LOCAL", "NETWORK"
 """Solvers of the field room, in capitals: strokes add detail, or change the network."""
 
@@ -53,6 +56,40 @@ def resolution_property(description: str, default: int = DEFAULT_RESOLUTION) -> 
         soft_max=256,
         max=512,
     )
+
+
+def refine_property() -> Any:
+    """Whether a proxy is finer where the field is."""
+    return BoolProperty(
+        name="Refine",
+        description="Split the triangles of the proxy where they are off the surface, so that"
+        " strokes finer than the resolution are seen",
+        default=REFINED,
+    )
+
+
+def most_triangles_property() -> Any:
+    """What a refined proxy may have."""
+    return IntProperty(
+        name="Most Triangles",
+        description="What a refined proxy has at most, but for those that the resolution makes:"
+        " where strokes need more, all of them are shown more coarsely",
+        default=MOST_TRIANGLES,
+        min=10_000,
+        soft_max=1_000_000,
+        max=5_000_000,
+    )
+
+
+def shown_as(group: "NEURAL_SCULPT_PG_field") -> dict[str, Any]:
+    """What a job is told of the proxy that it makes of a field."""
+    most = group.most_triangles if group.refine else 0
+    return {"resolution": group.resolution, "triangles": most}
+
+
+def refinement() -> dict[str, int]:
+    """What a job is told of the refinement of a new proxy."""
+    return {"triangles": MOST_TRIANGLES if REFINED else 0}
 
 
 def smooth_property() -> Any:
@@ -152,6 +189,8 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
     resolution: resolution_property(
         "Cells along an edge of the field's box in which the proxy is meshed"
     )
+    refine: refine_property()
+    most_triangles: most_triangles_property()
     smooth: smooth_property()
     live: BoolProperty(
         name="Live Absorption",

@@ -11,7 +11,7 @@ from ...stroke.errors import SculptError
 from ...worker.client import JobKind, Message
 from ..scene import native_edits, proxy_mesh
 from ..scene.commit import add_entry, new_revision
-from ..scene.properties import field_of
+from ..scene.properties import field_of, shown_as
 from ..scene.stroke_list import SCULPTED, Entry
 from . import states
 from .job import Job, Request, found
@@ -34,9 +34,7 @@ def absorb_job(ob: Object, follows: bool = False) -> Job:
         assert isinstance(ob.data, Mesh)
         absorbed.append(native_edits.mark(ob))
         vertices, triangles = proxy_mesh.read(ob.data)
-        asked = states.request(
-            ob, resolution=field_of(ob).resolution, result_revision=new_revision()
-        )
+        asked = states.request(ob, **shown_as(field_of(ob)), result_revision=new_revision())
         return replace(asked, arrays={"vertices": vertices, "triangles": triangles})
 
     def apply(result: Message) -> None:

@@ -30,7 +30,7 @@ from ..operators import notice
 from ..scene import native_edits, native_steps, proxy_mesh
 from ..scene.brushed import Part, cut
 from ..scene.commit import add_brushed, add_entry, new_revision
-from ..scene.properties import LOCAL, field_of, is_field
+from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED, Entry
 from ..viewport import preview
 from . import states
@@ -238,9 +238,7 @@ def _name() -> str:
 def _job(target: int, proxy: _Proxy, stroke: _Stroke) -> Job:
     def request() -> Request:
         ob = found(target)
-        asked = states.request(
-            ob, resolution=field_of(ob).resolution, result_revision=new_revision()
-        )
+        asked = states.request(ob, **shown_as(field_of(ob)), result_revision=new_revision())
         fields, held, remesh = dict(asked.fields), dict(asked.held), False
         for earlier in proxy.strokes[: proxy.strokes.index(stroke)]:
             if (result := earlier.result) is None:

@@ -13,7 +13,7 @@ from typing import Any
 from bpy.types import Object
 
 from ...worker.client import JobKind
-from ..scene.properties import NETWORK, NEURAL_SCULPT_PG_field, field_of
+from ..scene.properties import NETWORK, NEURAL_SCULPT_PG_field, field_of, shown_as
 from ..scene.stroke_list import Entry
 from .job import Request
 
@@ -40,7 +40,7 @@ def replay_request(ob: Object, listed: Sequence[Entry], result_revision: str) ->
         "base": base,
         "entries": [_named(entry) for entry in visible],
         "solver": solver(group),
-        "resolution": group.resolution,
+        **shown_as(group),
         "result_revision": result_revision,
     }
     return Request(fields, held=held, kind=JobKind.REPLAY)

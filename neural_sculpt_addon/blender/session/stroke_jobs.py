@@ -8,7 +8,7 @@ from ...stroke.stroke import Stroke
 from ...worker.client import JobKind, Message
 from ..scene import native_edits, stroke_list
 from ..scene.commit import add_entry, keep_entries, new_revision, set_history
-from ..scene.properties import field_of
+from ..scene.properties import field_of, shown_as
 from . import reports, states
 from .job import Job, Request, find, found
 
@@ -50,7 +50,7 @@ def edit_job(ob: Object, strokes: tuple[Stroke, ...]) -> Job:
             JobKind.EDIT,
             stroke=first.to_json(),
             solver=states.solver(group),
-            resolution=group.resolution,
+            **shown_as(group),
             result_revision=new_revision(),
         )
 
