@@ -27,9 +27,9 @@ from . import fit_distance, fit_paper
 from .field import Field
 from .fit_detail import Tolerance, refine
 from .fit_report import report
-from .mesh_cleanup import CleanMesh, clean
+from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
-from .mesh_thicken import thicken
+from .mesh_open import Open, prepare
 from .network import Siren
 from .schedule import Learner, Schedule, follow
 from .threads import one_thread
@@ -74,7 +74,8 @@ OMEGA = 30.0  # of the second layer
 class Fit:
     """A field fitted to a mesh: mesh space = scale * model space + center.
 
-    report: quality (see `fit_report`), "seconds", and what was repaired; ready for JSON
+    report: quality (see `fit_report`), "seconds", what was repaired, and in "notes" sentences about
+            what the artist should know; ready for JSON
     """
 
     field: Field
@@ -91,6 +92,7 @@ def fit_mesh(
     preset: str = Preset.NORMAL,
     detail: bool = True,
     width: int = 128,
+    open_parts: str | None = None,
     thickness: float | None = None,
     seed: int = 0,
     progress: Progress = silent,
@@ -101,7 +103,8 @@ def fit_mesh(
 
     detail:    whether the field may hold more than a network; the paper's method never does
     width:     of the network, one of `WIDTHS`
-    thickness: mesh units; makes solids of open pieces, for a sheet has no inside of its own
+    open_parts: what becomes of them, see `Open`; without it solids, or what has the `thickness`
+    thickness: of open parts, mesh units; a sensible one is chosen where it is asked for without
     preview:   given the field now and then; while the network learns, its report has its "error"
     enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
     The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
@@ -111,14 +114,19 @@ def fit_mesh(
         raise SculptError(f"There is no quality {preset!r:.60}; choose one of {', '.join(Preset)}.")
     if not 0 <= seed < 2**63:
         raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
+    if open_parts not in (None, *Open):
+        raise SculptError(
+            f"Open parts cannot be {open_parts!r:.60}; choose one of {', '.join(Open)}."
+        )
     method, preset = Method(method), Preset(preset)
+    kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
     if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     detail = detail and method is Method.DISTANCE
     schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
-    mesh = _prepared(vertices, triangles, thickness)
+    mesh, notes = prepare(clean(vertices, triangles), kind, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
 
@@ -143,16 +151,8 @@ def fit_mesh(
             field = refine(field, distance, TOLERANCES[preset], rng, part, show, enough)
         quality = report(field, distance, rng, sub_progress(progress, 0.92, 1.0))
     quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
+    quality |= {"notes": list(notes)} if notes else {}
     return Fit(field, mesh.scale, (x, y, z), quality)
-
-
-def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None) -> CleanMesh:
-    mesh = clean(vertices, triangles)
-    if thickness is None:
-        return mesh
-    if not 0 < thickness < np.inf:
-        raise SculptError("The thickness of a sheet must be a positive number.")
-    return thicken(mesh, thickness / mesh.scale)
 
 
 def _teacher(

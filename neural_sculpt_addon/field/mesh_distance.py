@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_open import SHEET, doubtful
 from .mesh_union import BESIDE, HIDDEN, crossings, cut
 from .mesh_winding import winding
 from .surface import spatial_order
@@ -28,8 +29,6 @@ Array = NDArray[np.float64]
 BATCH = 8192  # queries between two looks at `progress`
 PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
-DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside
-SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
 TURNED = 0.5  # minus the winding number of what is inside of faces that look inward
@@ -138,15 +137,13 @@ def _soup(corners: Array) -> tuple[Array, NDArray[np.int64]]:
 
 def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
     """SculptError when too many of the probes, with these `sides` (2, N), lie on sheets."""
-    size = np.abs(sides)
-    doubtful = ((size > DOUBTFUL[0]) & (size < DOUBTFUL[1])).all(axis=0)  # (N,)
-    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful)
+    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful(sides))
     share = float((in_doubt > SHEET * probes)[pieces].mean())
     if share > SCRAP:
         part = "The mesh" if share > 0.99 else f"A part of the mesh ({share:.0%} of its area)"
         raise SculptError(
-            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness, or close"
-            " or delete it."
+            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness"
+            " (Open Parts, or --open thickness), or close or delete it."
         )
 
 
