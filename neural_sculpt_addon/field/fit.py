@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a triangle mesh to a field (docs/method.md, section 5).
 
-    clean the mesh -> signed distance -> samples -> learn a network -> detail -> measure
+    clean the mesh -> signed distance -> samples -> learn a network -> detail -> strays -> measure
 
 A network that learns the mesh's signed distance for a moment holds the smooth whole, and detail is
 added level by level where the preset's tolerance asks for it (`fit_detail`). Without detail, for
@@ -26,13 +26,18 @@ from ..stroke.progress import Progress, silent, sub_progress
 from . import fit_distance, fit_paper
 from .field import Field
 from .fit_detail import Tolerance, refine
-from .fit_report import report
+from .fit_repair import Repaired, repaired
+from .fit_report import Presets, report
 from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
 from .mesh_open import Open, prepare
 from .network import Siren
 from .schedule import Learner, Schedule, follow
 from .threads import one_thread
+
+LARGEST_LATTICE = 256
+"""Cells along each axis of the proxy that a field is judged by. Of the finest preset they are as
+large as its cells, of others half as large."""
 
 
 class Method(StrEnum):
@@ -60,7 +65,7 @@ SCHEDULES = {
 }
 """Without detail. With detail the network is always a draft: a longer one saves no level."""
 
-TOLERANCES = {
+TOLERANCES: dict[str, Tolerance] = {
     Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
     Preset.NORMAL: Tolerance(2e-4, 3.0, finest=6),
     Preset.FINE: Tolerance(1.5e-4, 3.0, finest=7),
@@ -147,12 +152,44 @@ def fit_mesh(
         )
         field = Field(learner.network)
         if detail:
-            part = sub_progress(progress, learned, 0.92)
+            part = sub_progress(progress, learned, 0.88)
             field = refine(field, distance, TOLERANCES[preset], rng, part, show, enough)
-        quality = report(field, distance, rng, sub_progress(progress, 0.92, 1.0))
-    quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
-    quality |= {"notes": list(notes)} if notes else {}
-    return Fit(field, mesh.scale, (x, y, z), quality)
+        cells = min(LARGEST_LATTICE, 4 * 2 ** TOLERANCES[preset].finest)
+        part = sub_progress(progress, 0.88, 0.95)
+        found = _without_strays(field, distance, cells, rng, part, detail and not enough())
+        presets = Presets(TOLERANCES, preset)
+        part = sub_progress(progress, 0.95, 1.0)
+        quality = report(found.field, found.proxy, mesh, distance, presets, rng, part)
+    told = [*notes, *_about(found), *quality.notes]
+    measures = {**quality.measures, **mesh.repairs, "seconds": time.monotonic() - start}
+    measures |= {"notes": told} if told else {}
+    field = found.field
+    return Fit(field, mesh.scale, (x, y, z), measures)
+
+
+def _without_strays(
+    field: Field,
+    distance: MeshDistance,
+    cells: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    may_add: bool,
+) -> Repaired:
+    """See `repaired`. SculptError when nothing of the mesh is left in the field."""
+    try:
+        return repaired(field, distance, cells, rng, progress, may_add)
+    except SculptError as error:
+        raise SculptError(
+            "The field has no surface: all parts of the mesh are thinner than it can hold. Choose"
+            " a finer quality, or make them thicker."
+        ) from error
+
+
+def _about(found: Repaired) -> list[str]:
+    """A sentence about surface of the field where the mesh has none."""
+    if not found.left:
+        return []
+    return ["The field has surface where the mesh has none. Choose a finer quality, or Detail."]
 
 
 def _teacher(

@@ -428,7 +428,7 @@ def test_a_box_has_sharp_creases_and_no_crumbs():
     clear = np.abs(exact) > 5e-3
     assert np.array_equal((values(fit.field, points) < 0)[clear], (exact < 0)[clear])
     flat = sum(len(level.index) for level in fit.field.detail.coefficients.values())
-    assert flat < 40_000  # where a ball of this size has twice as many: its creases alone are fine
+    assert flat < 48_000  # where a ball of this size has twice as many: its creases alone are fine
 
 
 def test_a_thin_plate_is_one_piece():
