@@ -45,6 +45,7 @@ PIECES = 2000  # of so many pieces at most
 DEPTHS = (0.5, 1.0)  # cells below and above the surface where it is asked whether a part is thin
 LOST = 0.5  # cells, or sizes of a piece, that its samples are off when it is lost
 PLACES, APART = 3, 0.1  # worst places, and model units between them
+WOULD_DO = {"normal": "Quality Normal would do.", "fine": "Quality Fine would do."}
 SOME = 0.005  # share of the surface that thin parts may be without a word,
 MUCH = 0.25  # and that may be off by more than the tolerance
 
@@ -262,4 +263,4 @@ def _advice(would: list[str]) -> str:
     """The coarsest preset that would do."""
     if not would:
         return "No quality holds that; make such parts larger, or a field of their own."
-    return f"Quality {would[0].title()} would do."
+    return WOULD_DO[would[0]]

@@ -10,13 +10,14 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
-from ..locale.translations import OURS
+from ..locale.translations import OURS, translated
 from ..scene import native_edits
 from ..scene.field_header import header_of
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session
 from ..viewport import worst_place
+from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
@@ -38,6 +39,23 @@ TURNED = {
     "untouched_normal_max": n_("Untouched normals, worst"),
 }
 """Angles of a report between the normals before and after, where the stroke was not."""
+
+SHARES = {
+    "beyond": (n_("Beyond the tolerance"), 0.0),
+    "thin": (n_("Thinner than a cell"), 0.005),
+}
+"""Shares of a mesh that are shown from so much on."""
+COUNTS = {
+    "openings": n_("Openings closed"),
+    "cavities": n_("Cavities"),
+    "lost": n_("Pieces that are lost"),
+}
+COMPARED = {
+    "components": n_("Pieces: {} of the mesh, {} of the field"),
+    "cavities": n_("Cavities: {} of the mesh, {} of the field"),
+}
+"""Counts of mesh and field that should be the same."""
+MOST_NOTES = 8
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
@@ -118,7 +136,11 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
         if _is_number(value := report.get(key)):
             text = f"{iface_(label)}: {_length(context, value * world_scale(ob))}"
             beyond = key in TOLERATED and _is_number(allowed) and value >= allowed
-            column.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
+            row = column.row(align=True)
+            row.label(text=text, icon="ERROR" if beyond else "NONE", translate=False)
+            if key == "error_max":
+                _draw_show_worst(row, ob, report)
+    _draw_fit(column, context, report)
     if _is_number(gain := report.get("gain")):
         column.label(text=f"{iface_('Height reached')}: {gain:.1%}", translate=False)
     if _is_number(angle := report.get("normal_deg")):
@@ -137,9 +159,33 @@ def _draw_turned(column: UILayout, ob: Object, report: dict[str, Any]) -> None:
         if _is_number(angle := report.get(key)):
             row = column.row(align=True)
             row.label(text=f"{iface_(label)}: {_degrees(angle, 2)}", translate=False)
-            if key == "untouched_normal_max" and reports.worst_place(report) is not None:
-                shown = worst_place.is_shown(ob)
-                row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
+            if key == "untouched_normal_max":
+                _draw_show_worst(row, ob, report)
+
+
+def _draw_show_worst(row: UILayout, ob: Object, report: dict[str, Any]) -> None:
+    """The button that shows the worst places, if there are any."""
+    if reports.worst_places(report):
+        shown = worst_place.is_shown(ob)
+        row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
+
+
+def _draw_fit(column: UILayout, context: Context, report: dict[str, Any]) -> None:
+    """What a fit has of its mesh, and what it lacks."""
+    for key, (label, worth) in SHARES.items():
+        if _is_number(share := report.get(key)) and share > worth:
+            column.label(text=f"{iface_(label)}: {share:.1%}", translate=False)
+    for key, label in COUNTS.items():
+        if isinstance(count := report.get(key), int) and count > 0:
+            icon = "ERROR" if key == "lost" else "NONE"
+            column.label(text=f"{iface_(label)}: {count}", icon=icon, translate=False)
+    for key, text in COMPARED.items():
+        there, wanted = report.get(key), report.get(f"mesh_{key}")
+        if _is_number(there) and _is_number(wanted) and there != wanted:
+            column.label(text=iface_(text).format(wanted, there), icon="ERROR", translate=False)
+    notes = report.get("notes")
+    for note in notes[:MOST_NOTES] if isinstance(notes, list) else ():
+        draw_text(column, context, translated(str(note)), "INFO")
 
 
 def _degrees(angle: float, places: int) -> str:
