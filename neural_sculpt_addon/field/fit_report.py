@@ -32,7 +32,7 @@ from .field import Field
 from .fit_detail import Tolerance
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, Surface
-from .mesh_pieces import Pieces, find_pieces
+from .mesh_pieces import Pieces, boxes, find_pieces
 from .nearest import search_tree
 from .projection import ARRIVED, Projection, project
 from .proxy import Proxy
@@ -67,6 +67,14 @@ class Report(NamedTuple):
 
     measures: dict[str, Any]
     notes: list[str]
+
+
+class _Known(NamedTuple):
+    """What is known of a mesh. Films across openings make one of several pieces, and cavities; so
+    do parts that stick into each other."""
+
+    pieces: bool
+    cavities: bool
 
 
 class _Samples(NamedTuple):
@@ -122,7 +130,9 @@ def report(
     spoiled = thin[presets.used] & (samples.error > allowed)
     measures["thin_off"] = float(spoiled.mean())
     is_open = bool(mesh.repairs.get("openings"))
-    return Report(measures, _notes(measures, presets, shares, lost, mesh.scale, is_open))
+    is_joined = len(np.unique(mesh.pieces)) > len(pieces.solid)
+    known = _Known(not is_open, not is_open and not is_joined)
+    return Report(measures, _notes(measures, presets, shares, lost, mesh.scale, known))
 
 
 def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str, float]:
@@ -174,14 +184,13 @@ def _lost(
 ) -> NDArray[np.floating]:
     """The sizes (L,) of the pieces of the mesh that the field has no surface for."""
     owner = pieces.of_faces[samples.surface.faces]
-    sizes = []
-    for piece in np.unique(owner):
-        corners = mesh.corners[pieces.of_faces == piece].reshape(-1, 3)
-        size = float(np.ptp(corners, axis=0).max())
-        limit = max(LOST * min(spacing(tolerance.finest), size), tolerance.distance)
-        if np.median(samples.error[owner == piece]) > limit:
-            sizes.append(size)
-    return np.array(sizes)
+    low, high = boxes(mesh.corners, pieces.of_faces, len(pieces.solid))
+    size = (high - low).max(axis=1)  # (P,)
+    cell = spacing(tolerance.finest)
+    limit = np.maximum(LOST * np.minimum(cell, size), tolerance.distance)
+    asked = np.unique(owner)
+    lost = [piece for piece in asked if np.median(samples.error[owner == piece]) > limit[piece]]
+    return size[lost]
 
 
 def _field_pieces(proxy: Proxy) -> tuple[int, int]:
@@ -223,13 +232,12 @@ def _notes(
     thin: dict[str, float],
     lost: NDArray[np.floating],
     unit: float,
-    is_open: bool,
+    known: _Known,
 ) -> list[str]:
     """Sentences about what the field lacks; lengths in the mesh's `unit`.
 
-    thin:    share of thin parts, for each preset
-    lost:    sizes of pieces that the field lacks
-    is_open: the mesh has openings, whose films make one of pieces, and cavities
+    thin:  share of thin parts, for each preset
+    lost:  sizes of pieces that the field lacks
     """
     names = list(presets.tolerances)
     finer = names[names.index(presets.used) + 1 :]
@@ -240,9 +248,9 @@ def _notes(
     inner, mesh_inner = measures["cavities"], measures["mesh_cavities"]
     solid, mesh_solid = measures["components"] - inner, measures["mesh_components"] - mesh_inner
     notes = []
-    if solid > mesh_solid or (solid < mesh_solid and not is_open):
+    if solid > mesh_solid or (solid < mesh_solid and known.pieces):
         notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(holds)}")
-    if inner != mesh_inner and not is_open:
+    if inner != mesh_inner and known.cavities:
         notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(holds)}")
     if len(lost):
         notes.append(f"Pieces of the mesh that the field lacks: {len(lost)}. {_advice(holds)}")

@@ -71,10 +71,23 @@ def _volumes(mesh: CleanMesh, of_parts: Indices, count: int) -> tuple[Array, NDA
 
 def _sharing(mesh: CleanMesh, of_parts: Indices) -> Indices:
     """Pairs of parts (N, 2) that share a vertex."""
-    owned = np.stack([mesh.triangles.ravel(), np.repeat(of_parts, 3)], axis=1)
-    owned = np.unique(owned, axis=0)
-    same = owned[1:, 0] == owned[:-1, 0]
-    return np.stack([owned[:-1, 1][same], owned[1:, 1][same]], axis=1)
+    count = int(of_parts.max()) + 1
+    vertex, part = np.divmod(np.unique(mesh.triangles.ravel() * count + of_parts.repeat(3)), count)
+    same = vertex[1:] == vertex[:-1]
+    return np.stack([part[:-1][same], part[1:][same]], axis=1)
+
+
+def boxes(corners: Array, owner: Indices, count: int) -> tuple[Array, Array]:
+    """The lowest and highest coordinates (P, 3) of the corners (F, 3, 3) of each of `count` owners.
+
+    owner: of each face (F,)
+    """
+    order = np.argsort(owner, kind="stable")
+    some, starts = np.unique(owner[order], return_index=True)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    low[some] = np.minimum.reduceat(corners.min(axis=1)[order], starts)
+    high[some] = np.maximum.reduceat(corners.max(axis=1)[order], starts)
+    return low, high
 
 
 def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
@@ -83,9 +96,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     volume: of each part, 0 when it bounds none (P,)
     """
     corners = mesh.corners
-    low, high = np.full((len(volume), 3), np.inf), np.full((len(volume), 3), -np.inf)
-    np.minimum.at(low, of_parts, corners.min(axis=1))
-    np.maximum.at(high, of_parts, corners.max(axis=1))
+    low, high = boxes(corners, of_parts, len(volume))
     chosen = np.linspace(0, len(corners) - 1, min(len(corners), PROBES)).astype(int)
     middle = corners[chosen].mean(axis=1)
     step = BESIDE * unit(normals(corners[chosen]))

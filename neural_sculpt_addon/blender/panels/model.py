@@ -50,11 +50,6 @@ COUNTS = {
     "cavities": n_("Cavities"),
     "lost": n_("Pieces that are lost"),
 }
-COMPARED = {
-    "components": n_("Pieces: {} of the mesh, {} of the field"),
-    "cavities": n_("Cavities: {} of the mesh, {} of the field"),
-}
-"""Counts of mesh and field that should be the same."""
 MOST_NOTES = 8
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -179,10 +174,6 @@ def _draw_fit(column: UILayout, context: Context, report: dict[str, Any]) -> Non
         if isinstance(count := report.get(key), int) and count > 0:
             icon = "ERROR" if key == "lost" else "NONE"
             column.label(text=f"{iface_(label)}: {count}", icon=icon, translate=False)
-    for key, text in COMPARED.items():
-        there, wanted = report.get(key), report.get(f"mesh_{key}")
-        if _is_number(there) and _is_number(wanted) and there != wanted:
-            column.label(text=iface_(text).format(wanted, there), icon="ERROR", translate=False)
     notes = report.get("notes")
     for note in notes[:MOST_NOTES] if isinstance(notes, list) else ():
         draw_text(column, context, translated(str(note)), "INFO")

@@ -8,7 +8,7 @@ by the revision that it belongs to, and on the object while that is at this revi
 
 import json
 from collections import OrderedDict
-from typing import Any
+from typing import Any, TypeGuard
 
 import bpy
 from bpy.types import Object
@@ -55,7 +55,7 @@ def worst_places(report: dict[str, Any]) -> list[Place]:
     return [(float(x[0]), float(x[1]), float(x[2])) for x in places[:MOST_PLACES] if _is_place(x)]
 
 
-def _is_place(value: object) -> bool:
+def _is_place(value: object) -> TypeGuard[list[float]]:
     return (
         isinstance(value, list)
         and len(value) == 3
