@@ -44,9 +44,13 @@ LOW = 0.4  # of its cells: |f| that is nearly zero
 LEAST = 0.3  # share of the distance that f must have on its side
 COARSEST, FINEST = 4, 7  # levels that take strays away
 SHARE = 2.0  # cells of such a level between the mesh and the stray
-MOST = 1 << 16  # cells that are looked through for the wrong side
-SAMPLES = 6  # in each cell
+MOST = 1 << 14  # cells that are looked through for the wrong side
+BUDGET = 1 << 16
+"""Cells of a level that are dealt with in a round, at the strays farthest from the mesh: some 3 s.
+More are there where the mesh is thinner than the field can hold all over, and no round helps."""
+SAMPLES = 3  # in each cell
 ROUNDS = 4  # at most,
+FEW, HELPED = 500, 0.7  # strays, or share of them, that may be left for another round
 LOOKED = 2  # of which the first look for what is hidden
 
 Points = NDArray[np.float32]
@@ -97,6 +101,8 @@ def repaired(
         field = field.plus(added)
         proxy = update(proxy, field, support(added), lambda *_, check=check: check())
         strays = find_strays(proxy, distance)
+        if len(strays.points) > max(FEW, HELPED * len(every.points)):
+            break
     return Repaired(field, proxy, len(strays.points))
 
 
@@ -149,13 +155,20 @@ def _around(
 ) -> Coefficients:
     """Detail that gives the field the mesh's distance around strays."""
     found: dict[int, Level] = {}
+    order = np.argsort(-strays.away, kind="stable")
+    strays = Strays(strays.points[order], strays.away[order])
     wanted = np.ceil(np.log2(SHARE / strays.away)).clip(COARSEST, FINEST).astype(int)
     for level in np.unique(wanted).tolist():
         points = strays.points[wanted == level]
-        cells = distinct(cells_of(points, level), level)
         wrong = _wrong_cells(field, distance, points, level, check)
-        nodes = dilated(dilated(np.union1d(cells, wrong).astype(np.int32), level), level)
-        rows = _rows(field, distance, dilated(nodes, level), level, rng, check)
+        while True:
+            cells = np.union1d(distinct(cells_of(points, level), level), wrong).astype(np.int32)
+            nodes = dilated(dilated(cells, level), level)
+            reached = dilated(nodes, level)
+            if len(reached) <= BUDGET:
+                break
+            points, wrong = points[: len(points) // 2], wrong[: len(wrong) // 2]
+        rows = _rows(field, distance, reached, level, rng, check)
         found[level] = solve_level(level, nodes, rows, check)
         field = field.plus({level: found[level]})
     return found

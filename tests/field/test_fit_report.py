@@ -124,7 +124,7 @@ def test_strays_are_taken_away_and_all_else_stays(three, center, level, height, 
     assert extract(found.field, 256).components.total == 3
     surface = distance.surface(4000, np.random.default_rng(2)).points
     was, now = (np.abs(values(field, surface)).mean() for field in (three.field, found.field))
-    assert now < 1.2 * was
+    assert now < 1.5 * was
 
 
 def test_without_detail_strays_are_only_counted(three):

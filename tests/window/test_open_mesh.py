@@ -27,7 +27,6 @@ class OpenMesh(WindowCase):
         bpy.ops.mesh.primitive_cylinder_add(radius=0.5, depth=1.4, end_fill_type="NOTHING")
         source = bpy.context.active_object
         name, size = source.name, max(source.dimensions)
-        yield from hand.show_tab("Neural Sculpt")
         hand.move(middle())
         yield 3 * hand.DRAWN
         operate(bpy.ops.neural_sculpt.from_mesh, preset="DRAFT", open_parts="THICKNESS")
