@@ -48,7 +48,16 @@ def _parser() -> argparse.ArgumentParser:
         default=True,
         help="or a network alone, 70 kB",
     )
-    fit.add_argument("--thickness", type=float, help="of open pieces, in units of the mesh")
+    fit.add_argument(
+        "--open",
+        choices=("solid", "thickness"),
+        help="open parts: openings closed by a film, or a shell (default: solid)",
+    )
+    fit.add_argument(
+        "--thickness",
+        type=float,
+        help="of open parts, in units of the mesh; default: 2 %% of the longest side",
+    )
     fit.add_argument("--seed", type=int, default=0)
     fit.add_argument("--report", type=Path, help="write the quality report as JSON")
     fit.set_defaults(run=_fit)
@@ -105,11 +114,14 @@ def _fit(options: argparse.Namespace) -> None:
         preset=options.preset,
         detail=options.detail,
         width=options.width,
+        open_parts=options.open,
         thickness=options.thickness,
         seed=options.seed,
         progress=_show,
     )
     checkpoint.save(result.field, options.output)
+    for note in result.report.get("notes", ()):
+        sys.stderr.write(f"\rneural_sculpt_addon: {note}\n")
     report = {"scale": result.scale, "center": list(result.center), **result.report}
     _finish({"network": str(options.output), **report}, options.report, report)
 

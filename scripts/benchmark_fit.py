@@ -6,7 +6,8 @@ of the wall, and of the processor, for all from cleaning the mesh to the quality
 are the paper's figure by ours in the same preset; the JSON has our rows alone. `--damaged` fits one
 mesh after doing to it what bad files do: `true_mean` is then the distance of the unharmed mesh from
 the field, where the damage leaves a shape that should be found again, and `peak_mb` the memory that
-the process has had so far.
+the process has had so far. `--awkward` fits what `awkward_meshes` generates, and compares what came
+with what is expected: nothing may be wrong without a sentence.
 """
 
 import argparse
@@ -19,12 +20,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from awkward_meshes import Awkward
     from damaged_meshes import Mesh
 
     from neural_sculpt_addon.field.fit import Fit
 
 MESHES = Path(__file__).resolve().parents[2] / "shared" / "data" / "meshes"
 MEASURES = ("error_mean", "error_p95", "error_max", "normal_deg", "sign_errors", "components")
+COMPARED = ("cavities", "mesh_components", "mesh_cavities", "lost", "beyond", "thin", "thin_off")
 RATIOS = ("seconds_ratio", "error_ratio")
 DAMAGED = "stanford-bunny.obj"
 OURS, THEIRS = "distance", "paper"  # methods
@@ -37,10 +40,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", type=Path, help="write one object per row")
     parser.add_argument("--no-paper", action="store_true", help="our way alone, without ratios")
     parser.add_argument("--damaged", action="store_true", help="what is wrong with bad files")
+    parser.add_argument(
+        "--awkward", action="store_true", help="generated meshes; names choose some"
+    )
 
 
 def run(options: argparse.Namespace) -> None:
     """Print the table, and write the rows where `--json` says."""
+    if options.awkward:
+        _run_awkward([str(name) for name in options.meshes], options.preset, options.json)
+        return
     if options.damaged:
         paths = options.meshes or [MESHES / DAMAGED]
         columns = ("seconds", *MEASURES, "true_mean", "peak_mb")
@@ -56,8 +65,62 @@ def run(options: argparse.Namespace) -> None:
             rows.append(row)
         cells = [_short(row, column) for column in columns] if "message" not in row else []
         print(_line(row["mesh"], row["method"], cells) + row.get("message", ""), flush=True)
-    if options.json:
-        options.json.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+    _write(rows, options.json)
+
+
+def _write(rows: list[dict[str, Any]], path: Path | None) -> None:
+    if path:
+        path.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+
+
+def _run_awkward(chosen: list[str], preset: str, path: Path | None) -> None:
+    """Print what is expected and what came, and how many are wrong without a sentence."""
+    from awkward_meshes import AWKWARD
+
+    rows = []
+    for name, mesh in AWKWARD.items():
+        if not chosen or name in chosen:
+            row = _awkward_row(name, mesh, preset)
+            rows.append(row)
+            print(f"{row['outcome']:<7}{name:<20}{mesh.expected:<38}{row['came']}", flush=True)
+    wrong = sum(row["outcome"] == "WRONG" for row in rows)
+    print(f"{len(rows)} meshes, {wrong} wrong")
+    _write(rows, path)
+
+
+def _awkward_row(name: str, mesh: "Awkward", preset: str) -> dict[str, Any]:
+    """What came of one mesh: as expected, said, or wrong."""
+    from neural_sculpt_addon.field.fit import fit_mesh
+    from neural_sculpt_addon.stroke.errors import SculptError
+
+    row: dict[str, Any] = {"mesh": name, "preset": preset, "expected": mesh.expected}
+    try:
+        report = fit_mesh(*mesh.make(), preset=preset, **mesh.options).report
+    except SculptError as error:
+        right = bool(mesh.refused) and mesh.refused in str(error)
+        return {**row, "outcome": "refused" if right else "WRONG", "came": str(error)}
+    notes = report.get("notes", [])
+    wrong = [text for text in mesh.says if not any(text in note for note in notes)]
+    if mesh.refused:
+        wrong.append("it was not refused")
+    for key, wanted in (("cavities", mesh.cavities), ("components", _sum(mesh))):
+        if wanted is not None and report[key] != wanted:
+            wrong.append(f"{report[key]} {key}, not {wanted}")
+    if not notes:
+        wrong += [key for key, most in mesh.silent().items() if report[key] > most]
+        if report["components"] != report["mesh_components"]:
+            wrong.append("pieces without a word")
+    came = (
+        f"{report['components'] - report['cavities']} pieces, {report['cavities']} cavities, mean"
+        f" error {1e3 * report['error_mean']:.2f}e-3. {' '.join(notes)}"
+    )
+    measures = {key: report[key] for key in (*MEASURES, *COMPARED)}
+    outcome = "WRONG" if wrong else "told" if notes else "right"
+    return {**row, "outcome": outcome, "came": "; ".join([*wrong, came]), **measures}
+
+
+def _sum(mesh: "Awkward") -> int | None:
+    return None if mesh.pieces is None or mesh.cavities is None else mesh.pieces + mesh.cavities
 
 
 def _existing(paths: list[Path]) -> list[Path]:

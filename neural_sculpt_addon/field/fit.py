@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a triangle mesh to a field (docs/method.md, section 5).
 
-    clean the mesh -> signed distance -> samples -> learn a network -> detail -> measure
+    clean the mesh -> signed distance -> samples -> learn a network -> detail -> strays -> measure
 
 A network that learns the mesh's signed distance for a moment holds the smooth whole, and detail is
 added level by level where the preset's tolerance asks for it (`fit_detail`). Without detail, for
@@ -26,13 +26,18 @@ from ..stroke.progress import Progress, silent, sub_progress
 from . import fit_distance, fit_paper
 from .field import Field
 from .fit_detail import Tolerance, refine
-from .fit_report import report
-from .mesh_cleanup import CleanMesh, clean
+from .fit_repair import Repaired, repaired
+from .fit_report import Presets, report
+from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
-from .mesh_thicken import thicken
+from .mesh_open import Open, prepare
 from .network import Siren
 from .schedule import Learner, Schedule, follow
 from .threads import one_thread
+
+LARGEST_LATTICE = 256
+"""Cells along each axis of the proxy that a field is judged by. Of the finest preset they are as
+large as its cells, of others half as large."""
 
 
 class Method(StrEnum):
@@ -60,7 +65,7 @@ SCHEDULES = {
 }
 """Without detail. With detail the network is always a draft: a longer one saves no level."""
 
-TOLERANCES = {
+TOLERANCES: dict[str, Tolerance] = {
     Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
     Preset.NORMAL: Tolerance(2e-4, 3.0, finest=6),
     Preset.FINE: Tolerance(1.5e-4, 3.0, finest=7),
@@ -74,7 +79,8 @@ OMEGA = 30.0  # of the second layer
 class Fit:
     """A field fitted to a mesh: mesh space = scale * model space + center.
 
-    report: quality (see `fit_report`), "seconds", and what was repaired; ready for JSON
+    report: quality (see `fit_report`), "seconds", what was repaired, and in "notes" sentences about
+            what the artist should know; ready for JSON
     """
 
     field: Field
@@ -91,6 +97,7 @@ def fit_mesh(
     preset: str = Preset.NORMAL,
     detail: bool = True,
     width: int = 128,
+    open_parts: str | None = None,
     thickness: float | None = None,
     seed: int = 0,
     progress: Progress = silent,
@@ -101,7 +108,8 @@ def fit_mesh(
 
     detail:    whether the field may hold more than a network; the paper's method never does
     width:     of the network, one of `WIDTHS`
-    thickness: mesh units; makes solids of open pieces, for a sheet has no inside of its own
+    open_parts: what becomes of them, see `Open`; without it solids, or what has the `thickness`
+    thickness: of open parts, mesh units; a sensible one is chosen where it is asked for without
     preview:   given the field now and then; while the network learns, its report has its "error"
     enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
     The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
@@ -111,14 +119,19 @@ def fit_mesh(
         raise SculptError(f"There is no quality {preset!r:.60}; choose one of {', '.join(Preset)}.")
     if not 0 <= seed < 2**63:
         raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
+    if open_parts not in (None, *Open):
+        raise SculptError(
+            f"Open parts cannot be {open_parts!r:.60}; choose one of {', '.join(Open)}."
+        )
     method, preset = Method(method), Preset(preset)
+    kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
     if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     detail = detail and method is Method.DISTANCE
     schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
-    mesh = _prepared(vertices, triangles, thickness)
+    mesh, notes = prepare(clean(vertices, triangles), kind, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
 
@@ -139,20 +152,44 @@ def fit_mesh(
         )
         field = Field(learner.network)
         if detail:
-            part = sub_progress(progress, learned, 0.92)
+            part = sub_progress(progress, learned, 0.88)
             field = refine(field, distance, TOLERANCES[preset], rng, part, show, enough)
-        quality = report(field, distance, rng, sub_progress(progress, 0.92, 1.0))
-    quality = {**quality, **mesh.repairs, "seconds": time.monotonic() - start}
-    return Fit(field, mesh.scale, (x, y, z), quality)
+        cells = min(LARGEST_LATTICE, 4 * 2 ** TOLERANCES[preset].finest)
+        part = sub_progress(progress, 0.88, 0.95)
+        found = _without_strays(field, distance, cells, rng, part, detail and not enough())
+        presets = Presets(TOLERANCES, preset)
+        part = sub_progress(progress, 0.95, 1.0)
+        quality = report(found.field, found.proxy, mesh, distance, presets, rng, part)
+    told = [*notes, *_about(found), *quality.notes]
+    measures = {**quality.measures, **mesh.repairs, "seconds": time.monotonic() - start}
+    measures |= {"notes": told} if told else {}
+    field = found.field
+    return Fit(field, mesh.scale, (x, y, z), measures)
 
 
-def _prepared(vertices: ArrayLike, triangles: ArrayLike, thickness: float | None) -> CleanMesh:
-    mesh = clean(vertices, triangles)
-    if thickness is None:
-        return mesh
-    if not 0 < thickness < np.inf:
-        raise SculptError("The thickness of a sheet must be a positive number.")
-    return thicken(mesh, thickness / mesh.scale)
+def _without_strays(
+    field: Field,
+    distance: MeshDistance,
+    cells: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    may_add: bool,
+) -> Repaired:
+    """See `repaired`. SculptError when nothing of the mesh is left in the field."""
+    try:
+        return repaired(field, distance, cells, rng, progress, may_add)
+    except SculptError as error:
+        raise SculptError(
+            "The field has no surface: all parts of the mesh are thinner than it can hold. Choose"
+            " a finer quality, or make them thicker."
+        ) from error
+
+
+def _about(found: Repaired) -> list[str]:
+    """A sentence about surface of the field where the mesh has none."""
+    if not found.left:
+        return []
+    return ["The field has surface where the mesh has none. Choose a finer quality, or Detail."]
 
 
 def _teacher(

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stroke.progress import Check, Progress, silent
-from .detail import cells_of, centres, dilated, linear, places, spacing
+from .detail import Level, cells_of, centres, dilated, linear, places, spacing
 from .evaluate import values, values_and_gradients
 from .field import Field
 from .mesh_cleanup import areas
@@ -58,6 +58,9 @@ MORE = 4  # samples in cells where it may
 NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
 FAR = 0.005  # |f| at a sample that may bound nothing
 DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
+CLEAR, WRONG = 0.5, 0.1
+"""Cells from the surface that a row may ask for, and of these, how far f must be on its side."""
+HEAVIER = 4.0  # what is not
 ITERATIONS = 10
 """Of conjugate gradients: a level only adds what coarser ones miss. 30 are 1 % closer."""
 DAMPED = 1.0
@@ -124,10 +127,22 @@ def refine(
             break
         nodes = dilated(flagged, level)
         rows = _rows(field, distance, samples, nodes, level, rng, check)
-        field = field.plus(
-            {level: solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)}
-        )
+        field = field.plus({level: _solved(level, nodes, rows, check)})
     return field
+
+
+def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
+    """The coefficients of a level; rows that came out on the wrong side weigh more and are solved
+    once more."""
+    parts = []
+    for last in (False, True):
+        parts.append(solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT))
+        value = (rows.targets - rows.residuals) * np.sign(rows.targets)
+        wrong = (np.abs(rows.targets) > CLEAR * spacing(level)) & (value < WRONG * spacing(level))
+        if last or not wrong.any():
+            break
+        rows.weights[wrong] *= HEAVIER
+    return Level.sum(parts)
 
 
 def _sample(

@@ -19,7 +19,10 @@ from ..stroke.errors import SculptError
 from .mesh_winding import facing
 
 LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
-WELD_BITS = 20  # vertices closer than 2^-20 of the longest side become one
+WELD_CELLS = 1 << 20  # along the longest side: vertices that share one become one
+MOST_FACES = 2_000_000  # more than the finest level of a field can hold
+CLUSTERS = 1000  # cells along the longest side where there are more; fewer until there are not,
+COARSER = 0.8  # by this ratio
 SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
 PRECISION = 2000  # coordinates must tell apart this many places along the longest side
 CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a volume
@@ -54,7 +57,10 @@ def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
     """
     points, faces = _checked(vertices, triangles)
     points, scale, center = _normalised(points, _resolution(vertices))
-    points, faces, welded = _weld(points, faces)
+    count = len(faces)
+    points, faces = _decimate(points, faces)
+    decimated = count - len(faces)
+    points, faces, welded = _weld(points, faces, WELD_CELLS)
     count = len(faces)
     faces = _drop_collapsed(points, faces)
     collapsed, count = count - len(faces), len(faces)
@@ -63,7 +69,8 @@ def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
     faces = _drop_doubled(faces)
     doubled = count - len(faces)
     faces, pieces, flipped = _orient(points, faces)
-    repairs = {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
+    repairs = {"decimated": decimated} if decimated else {}
+    repairs |= {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
     return CleanMesh(points, faces, pieces, scale, center, repairs)
 
 
@@ -131,15 +138,30 @@ def _normalised(
     return (points - center) / scale, scale, center
 
 
-def _weld(
+def _decimate(
     points: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The mesh with at most `MOST_FACES`: vertices of a cell become their mean."""
+    cells, given, many = float(CLUSTERS), points, faces
+    while len(faces) > MOST_FACES:
+        points, faces, _ = _weld(given, many, int(cells))
+        a, b, c = faces.T
+        faces = faces[(a != b) & (b != c) & (c != a)]
+        cells *= COARSER
+    return points, faces
+
+
+def _weld(
+    points: NDArray[np.float64], faces: NDArray[np.int64], cells: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
-    """One vertex for all that share a cell of a fine grid."""
-    place = np.rint((points / LONGEST_SIDE + 0.5) * (1 << WELD_BITS)).astype(np.int64)  # (V, 3)
+    """One vertex, their mean, for all that share a cell of a grid; how many there are less."""
+    place = np.rint((points / LONGEST_SIDE + 0.5) * cells).astype(np.int64)  # (V, 3)
     x, y, z = place.T
     key = (x << 42) | (y << 21) | z  # (V,), 21 bits each
-    _, first, name = np.unique(key, return_index=True, return_inverse=True)
-    return points[first], name.reshape(-1)[faces], len(points) - len(first)
+    _, name, size = np.unique(key, return_inverse=True, return_counts=True)
+    name = name.reshape(-1)
+    mean = np.stack([np.bincount(name, axis) / size for axis in points.T], axis=1)
+    return mean, name[faces], len(points) - len(mean)
 
 
 def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:

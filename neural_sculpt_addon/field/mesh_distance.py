@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..stroke.errors import SculptError
 from ..stroke.progress import Progress, silent
 from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_open import SHEET, doubtful
 from .mesh_union import BESIDE, HIDDEN, crossings, cut
 from .mesh_winding import winding
 from .surface import spatial_order
@@ -28,10 +29,9 @@ Array = NDArray[np.float64]
 BATCH = 8192  # queries between two looks at `progress`
 PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
-DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside
-SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
+NEAR_FILM = 0.6  # half width of what is near a film, as that
 TURNED = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
@@ -52,7 +52,11 @@ class Distance(NamedTuple):
 
 
 class MeshDistance:
-    """The signed distance to a clean mesh. SculptError when much of it is an open sheet."""
+    """The signed distance to a clean mesh. SculptError when much of it is an open sheet.
+
+    vertices, faces: of what bounds the inside, (V, 3) and (F, 3)
+    crossing:        pairs of faces of the mesh that cross (N, 2)
+    """
 
     def __init__(
         self, mesh: CleanMesh, rng: np.random.Generator, progress: Progress = silent
@@ -63,7 +67,7 @@ class MeshDistance:
         probes = self.surface(PROBES, rng)
         sides = self._sides(probes, progress)
         _refuse_sheets(sides, mesh.pieces[probes.faces])
-        pairs = crossings(self.vertices, self.faces)
+        self.crossing = pairs = crossings(self.vertices, self.faces)
         if len(pairs) or (np.abs(sides).min(axis=0) > HIDDEN).mean() > WALLS:
             parts = cut(self.vertices, self.faces, pairs, self._winding, progress)
             self._winding = winding(*_soup(parts.solid))
@@ -97,6 +101,15 @@ class MeshDistance:
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
         return Surface(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
+
+    def inside(self, points: Array) -> NDArray[np.bool_]:
+        """Which of the points (N, 3) are inside."""
+        return self._depth(points) > 1
+
+    def known(self, points: Array) -> NDArray[np.bool_]:
+        """Which of the points (N, 3) are clearly inside or outside: not near the film across a
+        hole, where the distance is no measure of where the surface may be."""
+        return np.abs(self._depth(points) - 1) > NEAR_FILM
 
     def facing(self, points: NDArray, normals: NDArray) -> NDArray[np.int8]:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
@@ -138,15 +151,13 @@ def _soup(corners: Array) -> tuple[Array, NDArray[np.int64]]:
 
 def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
     """SculptError when too many of the probes, with these `sides` (2, N), lie on sheets."""
-    size = np.abs(sides)
-    doubtful = ((size > DOUBTFUL[0]) & (size < DOUBTFUL[1])).all(axis=0)  # (N,)
-    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful)
+    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful(sides))
     share = float((in_doubt > SHEET * probes)[pieces].mean())
     if share > SCRAP:
         part = "The mesh" if share > 0.99 else f"A part of the mesh ({share:.0%} of its area)"
         raise SculptError(
-            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness, or close"
-            " or delete it."
+            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness"
+            " (Open Parts, or --open thickness), or close or delete it."
         )
 
 

@@ -20,6 +20,9 @@ from .whole_file import write_whole
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes
 
+SINGLE = (b"float", b"float32")  # names that PLY has for it
+HEADER = 1 << 16  # bytes of a PLY file in which its header ends
+
 # What trimesh raises on damaged files.
 DAMAGE = (
     *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
@@ -27,8 +30,11 @@ DAMAGE = (
 )
 
 
-def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (V, 3) and triangles (F, 3) of a mesh file. SculptError when it holds none."""
+def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
+    """Vertices (V, 3) and triangles (F, 3) of a mesh file. SculptError when it holds none.
+
+    Vertices are as precise as the file has them: float32 or float64.
+    """
     if path.suffix.lower() not in SUFFIXES:
         raise SculptError(f"{path.name}: meshes are read from {', '.join(SUFFIXES)} files.")
     try:
@@ -36,6 +42,7 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
             raise SculptError(f"{path.name} is larger than 2 GiB; decimate the mesh first.")
         mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
         vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
+        vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
         triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror or error}.") from error
@@ -46,6 +53,19 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise SculptError(f"{path.name} is damaged: a triangle has a corner that is not there.")
     return vertices, triangles
+
+
+def _is_single(path: Path) -> bool:
+    """Whether the file's coordinates have single precision; those of text count as double."""
+    if path.suffix.lower() == ".stl":
+        return True
+    if path.suffix.lower() != ".ply":
+        return False
+    with path.open("rb") as file:
+        header = file.read(HEADER).partition(b"end_header")[0]
+    words = (line.split() for line in header.splitlines())
+    kinds = [line[1] for line in words if line[:1] == [b"property"] and line[2:] == [b"x"]]
+    return bool(kinds) and kinds[0] in SINGLE
 
 
 def write(path: Path, proxy: Proxy | Refined) -> None:

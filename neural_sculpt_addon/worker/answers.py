@@ -105,6 +105,8 @@ def _check_place(fields: Mapping[str, Any]) -> None:
 def _check_report(fields: Mapping[str, Any], required: bool) -> None:
     report = fields.get("report", None if required else {})
     _require(type(report) is dict and _is_number(report.get("error_mean", 0.0)), "report")
+    notes = report.get("notes", [])
+    _require(type(notes) is list and all(type(note) is str for note in notes), "report")
 
 
 def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -121,11 +121,11 @@ class Jobs:
         return Payload({}, proxy_arrays(shown))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive, or preset, detail, width, thickness, seed, resolution <mesh> -> id, scale,
-        center, report <field, proxy>.
+        """primitive, or preset, detail, width, open, thickness, seed, resolution <mesh> -> id,
+        scale, center, report <field, proxy>.
 
-        Without a thickness sheets are refused. With `preview`, scale, center, report <proxy> come
-        now and then.
+        Unless open is "thickness", or there is a thickness, sheets are refused. With `preview`,
+        scale, center, report <proxy> come now and then.
         """
         from ..field.fit import Fit, fit_mesh
         from ..field.primitives import primitive
@@ -147,6 +147,7 @@ class Jobs:
                 preset=read(job, "preset", str),
                 detail=job.fields.get("detail", True),
                 width=job.fields.get("width") or 128,
+                open_parts=job.fields.get("open"),
                 thickness=float(read_numbers(job, "thickness", 1)[0]) if sheets else None,
                 seed=read(job, "seed", int),
                 progress=sub_progress(progress, 0.0, 0.9),

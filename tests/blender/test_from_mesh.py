@@ -141,7 +141,8 @@ class FromMesh(SculptCase):
         source = bpy.context.active_object
         source.scale = (2, 2, 2)
         bpy.context.view_layer.update()
-        ob = self.fit(source, thickness=0.6, width="64", solver="NETWORK")
+        thick = {"open_parts": "THICKNESS", "thickness": 0.6}
+        ob = self.fit(source, **thick, width="64", solver="NETWORK")
         size = np.ptp(in_world(ob), axis=0)
         np.testing.assert_allclose(size, [4, 4, 0.6], atol=0.1)
         self.assertEqual(ob.neural_sculpt.solver, "NETWORK")

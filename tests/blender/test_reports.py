@@ -96,11 +96,23 @@ class Reports(SteeredCase):
         self.stroke("One")
         self.assertFalse(mark.is_shown(field("Sphere")))
 
+    def test_the_worst_places_of_a_fit_are_shown(self) -> None:
+        mark = module("blender.viewport.worst_place")
+        ob = field("Sphere")
+        ob.neural_sculpt.report = '{"error_max": 0.01, "worst": [[0, 1, 0], [0, 0, -1]]}'
+        bpy.ops.neural_sculpt.show_worst()
+        self.assertTrue(mark.is_shown(ob))
+        bpy.ops.neural_sculpt.show_worst()
+        self.assertFalse(mark.is_shown(ob))
+
     def test_a_worst_place_that_is_none(self) -> None:
-        worst = module("blender.session.reports").worst_place
+        worst = module("blender.session.reports").worst_places
         known = {"untouched_normal_max": 0.5, "untouched_worst": [0, 1, 2.5]}
-        self.assertEqual(worst(known), (0.0, 1.0, 2.5))
+        self.assertEqual(worst(known), [(0.0, 1.0, 2.5)])
         for wrong in ({"untouched_normal_max": 0.0}, {"untouched_normal_max": "1"}):
-            self.assertIsNone(worst(known | wrong))
+            self.assertEqual(worst(known | wrong), [])
         for place in (None, [0, 1], [0, 1, "2"], "012", {}):
-            self.assertIsNone(worst(known | {"untouched_worst": place}), place)
+            self.assertEqual(worst(known | {"untouched_worst": place}), [], place)
+            self.assertEqual(worst({"worst": [place, [1, 2, 3]]}), [(1.0, 2.0, 3.0)], place)
+        for places in (None, {}, "012", 7):
+            self.assertEqual(worst({"worst": places}), [])

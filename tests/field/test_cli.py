@@ -194,6 +194,19 @@ def test_fit_a_sheet_with_a_thickness_and_a_width(folder):
     assert find_surface(field, [[0, 0, high], [0.3, 0, -high]]).distance.max() < 0.02
 
 
+def test_fit_a_sheet_by_choice_with_a_word(folder, capsys):
+    (folder / "in.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3\nf 1 3 4\n")
+    command = ["fit", str(folder / "in.obj"), "-o", str(folder / "out.safetensors")]
+    command += ["--preset", "draft", "--width", "64"]
+    assert main(command) == 1
+    assert "--open thickness" in capsys.readouterr().err
+    assert main([*command, "--open", "thickness"]) == 0
+    assert "Open parts got a thickness of 0.04." in capsys.readouterr().err
+    field = load(folder / "out.safetensors")
+    high = 0.02 * 1.7 / 2
+    assert find_surface(field, [[0, 0, high], [0.3, 0, -high]]).distance.max() < 0.01
+
+
 def stroke_file(path, **words):
     write_strokes(path / "strokes.json", {**STROKE, **words})
 

@@ -11,7 +11,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field import schedule
+from neural_sculpt_addon.field import mesh_cleanup, schedule
 from neural_sculpt_addon.field.adam import Adam
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import fit_mesh
@@ -24,6 +24,7 @@ from neural_sculpt_addon.field.fit_distance import (
 from neural_sculpt_addon.field.fit_paper import paper_loss
 from neural_sculpt_addon.field.mesh_cleanup import clean
 from neural_sculpt_addon.field.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.mesh_open import Open, prepare
 from neural_sculpt_addon.field.mesh_thicken import thicken
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.projection import find_surface
@@ -100,6 +101,22 @@ def test_every_piece_is_turned_outward():
     volumes = [part.volume for part in trimesh.Trimesh(mesh.vertices, mesh.triangles).split()]
     assert len(volumes) == 2 and min(volumes) > 0
     assert mesh.repairs["flipped"] == len(SPHERE.faces)
+
+
+def test_more_faces_than_a_field_can_hold_are_merged(monkeypatch):
+    monkeypatch.setattr(mesh_cleanup, "MOST_FACES", 2000)
+    mesh = clean(SPHERE.vertices, SPHERE.faces)
+    assert 500 < len(mesh.triangles) <= 2000
+    gone = sum(mesh.repairs[name] for name in ("decimated", "collapsed", "doubled"))
+    assert gone == len(SPHERE.faces) - len(mesh.triangles)
+    assert mesh.repairs["decimated"] > 3000
+    ball = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
+    assert ball.volume == pytest.approx(SPHERE.volume * 0.85**3, rel=0.03)
+    (note,) = prepare(mesh, Open.SOLID).notes
+    assert note.endswith(f" fewer, {len(mesh.triangles)} left.")
+    x = box_points()
+    value = MeshDistance(mesh, np.random.default_rng(0))(x).value
+    assert value == pytest.approx(np.linalg.norm(x, axis=1) - 0.85, abs=0.02)
 
 
 def test_an_open_piece_keeps_the_side_of_its_majority():
@@ -411,7 +428,7 @@ def test_a_box_has_sharp_creases_and_no_crumbs():
     clear = np.abs(exact) > 5e-3
     assert np.array_equal((values(fit.field, points) < 0)[clear], (exact < 0)[clear])
     flat = sum(len(level.index) for level in fit.field.detail.coefficients.values())
-    assert flat < 40_000  # where a ball of this size has twice as many: its creases alone are fine
+    assert flat < 48_000  # where a ball of this size has twice as many: its creases alone are fine
 
 
 def test_a_thin_plate_is_one_piece():

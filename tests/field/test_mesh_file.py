@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.field import mesh_file
+from neural_sculpt_addon.field.mesh_cleanup import clean
 from neural_sculpt_addon.field.proxy import extract
 from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.analytic import ball
@@ -67,6 +68,32 @@ def test_truncated_files_are_a_smaller_mesh_or_a_sentence(tmp_path, proxy, suffi
         return
     assert share > 0
     assert 0 <= triangles.min() <= triangles.max() < len(vertices)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+def test_coordinates_that_single_precision_crushed_are_noticed(tmp_path, suffix):
+    """A ball of radius 1 that is 1e6 off its origin: steps of 0.06."""
+    path = tmp_path / f"far{suffix}"
+    trimesh.creation.icosphere(3).apply_translation([1e6, 0, 0]).export(path)
+    vertices, triangles = mesh_file.read(path)
+    assert vertices.dtype == np.float32
+    with pytest.raises(SculptError, match="far from its origin"):
+        clean(vertices, triangles)
+
+
+def test_a_file_of_double_precision_may_be_far_away(tmp_path):
+    ball = trimesh.creation.icosphere(3).apply_translation([1e6, 0, 0])
+    ball.export(tmp_path / "far.off", digits=16)
+    corner = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    rows = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+    header = "ply\nformat ascii 1.0\nelement vertex 4\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "far.ply").write_text(header + corner.replace("1", "1000001") + rows)
+    for name in ("far.off", "far.ply"):
+        vertices, triangles = mesh_file.read(tmp_path / name)
+        assert vertices.dtype == np.float64
+        clean(vertices, triangles)
 
 
 BAD = {

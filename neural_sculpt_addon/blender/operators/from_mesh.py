@@ -23,8 +23,12 @@ from ..scene.properties import LOCAL, refinement, solver_property
 from ..session.job import Job, Request, find
 from ..session.worker_session import session
 from ..viewport import fit_overlay
+from . import notice
 from .install_worker import launch_when_installed
 from .launch import REGISTER, Outcome, refuse, reports_errors
+
+PROPOSED = 0.02
+"""Thickness of open parts, as a share of the longest side."""
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -56,9 +60,19 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         ],
         default="128",
     )
+    open_parts: EnumProperty(
+        name="Open Parts",
+        description="What becomes of parts of the mesh that have openings",
+        items=[
+            ("SOLID", "Solid", "Openings are closed by a film"),
+            ("THICKNESS", "Thickness", "Open parts become shells"),
+        ],
+        default="SOLID",
+        translation_context=OURS,
+    )
     thickness: FloatProperty(
         name="Thickness",
-        description="Makes solids of the open parts of the mesh; 0 leaves them as they are",
+        description="Of open parts; 0 chooses 2 % of the longest side",
         min=0.0,
         subtype="DISTANCE",
     )
@@ -75,8 +89,21 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for quality, size and thickness."""
+        """Ask for quality, size and open parts, with a thickness that would do."""
+        if not self.properties.is_property_set("thickness") and context.active_object:
+            self.thickness = PROPOSED * max(context.active_object.dimensions)
         return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context: Context) -> None:
+        """Thickness only where it counts."""
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("preset", "solver", "width", "open_parts"):
+            layout.prop(self, name)
+        row = layout.row()
+        row.active = self.open_parts == "THICKNESS"
+        row.prop(self, "thickness")
+        layout.prop(self, "seed")
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
@@ -95,7 +122,8 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "preset": self.preset.lower(),
             "detail": self.solver == LOCAL,
             "width": int(self.width),
-            "thickness": self.thickness or None,
+            "open": self.open_parts.lower(),
+            "thickness": (self.thickness or None) if self.open_parts == "THICKNESS" else None,
             "seed": self.seed,
             "resolution": resolution,
             **refinement(),
@@ -106,7 +134,10 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         def add(result: Message) -> None:
             place_now = place(result)
             new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver)
-            create_field(new, result, result.fields["report"], replaced=find(uid))
+            report = result.fields["report"]
+            create_field(new, result, report, replaced=find(uid))
+            for note in report.get("notes", ()):
+                notice.tell(note)
 
         job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
         job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))

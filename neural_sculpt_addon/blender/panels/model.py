@@ -11,13 +11,14 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
-from ..locale.translations import OURS
+from ..locale.translations import OURS, translated
 from ..scene import native_edits
 from ..scene.field_header import header_of
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session
 from ..viewport import worst_place
+from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
@@ -39,6 +40,18 @@ TURNED = {
     "untouched_normal_max": n_("Untouched normals, worst"),
 }
 """Angles of a report between the normals before and after, where the stroke was not."""
+
+SHARES = {
+    "beyond": (n_("Beyond the tolerance"), 0.0),
+    "thin": (n_("Thinner than a cell"), 0.005),
+}
+"""Shares of a mesh that are shown from so much on."""
+COUNTS = {
+    "openings": n_("Openings closed"),
+    "cavities": n_("Cavities"),
+    "lost": n_("Pieces that are lost"),
+}
+MOST_NOTES = 8
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
@@ -131,6 +144,9 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
             row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
     for _ in range(len(lines), LINES if len(field_of(ob).strokes) else 0):
         column.label(text="")
+    notes = report.get("notes")
+    for note in notes[:MOST_NOTES] if isinstance(notes, list) else ():
+        draw_text(column, context, translated(str(note)), "INFO")
 
 
 class _Line(NamedTuple):
@@ -164,20 +180,32 @@ def _measures(context: Context, ob: Object, report: dict[str, Any]) -> Iterator[
         if _is_number(value := report.get(key)):
             beyond = key in TOLERATED and _is_number(allowed) and value >= allowed
             length = _length(context, value * world_scale(ob))
-            yield _Line(iface_(label), length, "ERROR" if beyond else "NONE")
+            worst = key == "error_max" and bool(reports.worst_places(report))
+            yield _Line(iface_(label), length, "ERROR" if beyond else "NONE", worst)
+    yield from _lacks(report)
     if _is_number(gain := report.get("gain")):
         yield _Line(iface_("Height reached"), f"{gain:.1%}")
     if _is_number(angle := report.get("normal_deg")):
         yield _Line(iface_("Normals off by"), _degrees(angle, 1))
     for key, label in TURNED.items():  # how much the untouched surface looks different
         if _is_number(angle := report.get(key)):
-            worst = key == "untouched_normal_max" and reports.worst_place(report) is not None
+            worst = key == "untouched_normal_max" and bool(reports.worst_places(report))
             yield _Line(iface_(label), _degrees(angle, 2), has_place=worst)
     if _is_number(share := report.get("sign_errors")) and share > 0:
         yield _Line(iface_("Volume on the wrong side"), f"{share:.2%}")
     for key in PIECES:
         if isinstance(value := report.get(key), int) and value > 1:
             yield _Line(iface_("Separate pieces"), str(value))
+
+
+def _lacks(report: dict[str, Any]) -> Iterator[_Line]:
+    """What a fit lacks of its mesh, and what it closed."""
+    for key, (label, worth) in SHARES.items():
+        if _is_number(share := report.get(key)) and share > worth:
+            yield _Line(iface_(label), f"{share:.1%}")
+    for key, label in COUNTS.items():
+        if isinstance(count := report.get(key), int) and count > 0:
+            yield _Line(iface_(label), str(count), "ERROR" if key == "lost" else "NONE")
 
 
 def _degrees(angle: float, places: int) -> str:

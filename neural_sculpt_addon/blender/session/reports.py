@@ -8,7 +8,7 @@ by the revision that it belongs to, and on the object while that is at this revi
 
 import json
 from collections import OrderedDict
-from typing import Any
+from typing import Any, TypeGuard
 
 import bpy
 from bpy.types import Object
@@ -20,8 +20,11 @@ from .job import Job, Request
 from .worker_session import session
 
 DIGITS = 16  # from which on a number counts nothing
+MOST_PLACES = 16  # worst ones that are shown
 REMEMBERED = 1024
 """Reports, some 1 kB each."""
+
+Place = tuple[float, float, float]
 
 _known: OrderedDict[str, str] = OrderedDict()
 """By revision as JSON; empty of a stroke that was not measured yet."""
@@ -42,15 +45,22 @@ def _integer(text: str) -> float:
     return int(text) if len(text) < DIGITS else float(text)
 
 
-def worst_place(report: dict[str, Any]) -> tuple[float, float, float] | None:
-    """Where the normals of the untouched surface have turned most, model space; None when nowhere,
-    or when that was not measured."""
+def worst_places(report: dict[str, Any]) -> list[Place]:
+    """Where the normals of the untouched surface have turned most, or the mesh that the field was
+    fitted to is farthest off, the worst first; model space. Empty when nowhere, or not measured."""
     most, place = report.get("untouched_normal_max"), report.get("untouched_worst")
-    if not (isinstance(most, int | float) and most > 0 and isinstance(place, list)):
-        return None
-    if len(place) != 3 or not all(isinstance(x, int | float) for x in place):
-        return None
-    return float(place[0]), float(place[1]), float(place[2])
+    places = [place] if isinstance(most, int | float) and most > 0 else report.get("worst")
+    if not isinstance(places, list):
+        return []
+    return [(float(x[0]), float(x[1]), float(x[2])) for x in places[:MOST_PLACES] if _is_place(x)]
+
+
+def _is_place(value: object) -> TypeGuard[list[float]]:
+    return (
+        isinstance(value, list)
+        and len(value) == 3
+        and all(isinstance(x, int | float) for x in value)
+    )
 
 
 def is_measured_now(ob: Object) -> bool:

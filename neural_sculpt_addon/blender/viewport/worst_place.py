@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The place where the last stroke turned the normals of the untouched surface most: a ring on it.
+"""Places where a stroke turned the untouched surface most, or a fit is farthest off: rings on them.
 
-The ring is shown from when the artist asks for it until the field changes. Model space.
+They are shown from when the artist asks for them until the field changes. Model space.
 """
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
+
+from collections.abc import Sequence
 
 import bpy
 import gpu
@@ -26,22 +28,22 @@ NEAR = 0.01
 
 
 class _State:
-    shown: tuple[int, str, Point] | None = None
+    shown: tuple[int, str, Sequence[Point]] | None = None
     """Of which object and revision, and where."""
 
 
-def show(ob: Object, place: Point) -> None:
-    """Show the ring."""
-    _State.shown = ob.session_uid, field_of(ob).revision, place
+def show(ob: Object, places: Sequence[Point]) -> None:
+    """Show the rings."""
+    _State.shown = ob.session_uid, field_of(ob).revision, places
 
 
 def hide() -> None:
-    """Show it no longer."""
+    """Show them no longer."""
     _State.shown = None
 
 
 def is_shown(ob: Object) -> bool:
-    """Whether the ring is on the field as it is."""
+    """Whether rings are on the field as it is."""
     return _State.shown is not None and _State.shown[:2] == (ob.session_uid, field_of(ob).revision)
 
 
@@ -70,18 +72,22 @@ def _draw() -> None:
     if ob is None or not is_field(ob) or not is_shown(ob) or not ob.visible_get():
         return
     assert _State.shown is not None
-    world = ob.matrix_world @ Vector(_State.shown[2])
-    place = view3d_utils.location_3d_to_region_2d(region, camera, world)
-    if place is None:
-        return
+    gpu.state.blend_set("ALPHA")
+    for place in _State.shown[2]:
+        at = view3d_utils.location_3d_to_region_2d(region, camera, ob.matrix_world @ Vector(place))
+        if at is not None:
+            _draw_ring(at, context.preferences.system.pixel_size)
+    gpu.state.blend_set("NONE")
+
+
+def _draw_ring(at: Vector, scale: float) -> None:
+    """A ring around a pixel."""
     angle = np.linspace(0, 2 * np.pi, 49)
     circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)  # (N, 3)
-    scale = context.preferences.system.pixel_size
-    points = (np.array([*place, 0.0]) + RADIUS * scale * circle).astype(np.float32)
+    points = (np.array([*at, 0.0]) + RADIUS * scale * circle).astype(np.float32)
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})
-    gpu.state.blend_set("ALPHA")
     for width, color in (
         (4.5, (0.0, 0.0, 0.0, 0.6)),
         (2.0, preferences.overlay_colors().raising),
@@ -89,7 +95,6 @@ def _draw() -> None:
         shader.uniform_float("lineWidth", width * scale)
         shader.uniform_float("color", color)
         batch.draw(shader)
-    gpu.state.blend_set("NONE")
 
 
 _handler = DrawHandler(_draw, "POST_PIXEL")
