@@ -42,7 +42,7 @@ class Open(StrEnum):
 class Openings(NamedTuple):
     """The borders of a mesh, those that touch counted once, and what they enclose."""
 
-    count: int
+    number: int
     share: float  # of the area of the mesh
 
 
@@ -85,10 +85,10 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
         notes.append(f"Open sheets ({part:.1%} of the area) got a thickness of {in_units:.2g}.")
         mesh = thicken(mesh, proposed, sheets)
         hole = openings(mesh)
-    mesh.repairs["openings"] = hole.count
+    mesh.repairs["openings"] = hole.number
     if hole.share > WORTH:
         notes.append(
-            f"Openings closed by a film: {hole.count} ({hole.share:.0%} of the area)."
+            f"Openings closed by a film: {hole.number} ({hole.share:.0%} of the area)."
             " Choose Thickness for open parts to have a shell instead."
         )
     return Prepared(mesh, notes)

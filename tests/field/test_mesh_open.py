@@ -56,7 +56,7 @@ def cleaned(mesh):
 )
 def test_openings_are_counted_and_measured(mesh, count, share):
     found = openings(cleaned(mesh))
-    assert found.count == count
+    assert found.number == count
     assert found.share == pytest.approx(share, rel=0.05, abs=1e-12)
 
 
@@ -65,7 +65,7 @@ def test_openings_are_counted_and_measured(mesh, count, share):
 def test_open_solids_are_filled_with_a_word(mesh, inward):
     faces = mesh.faces[:, ::-1] if inward else mesh.faces
     solid, notes = prepare(clean(mesh.vertices, faces), Open.SOLID)
-    assert solid.repairs["openings"] == openings(cleaned(mesh)).count
+    assert solid.repairs["openings"] == openings(cleaned(mesh)).number
     (note,) = notes
     assert note.startswith(f"Openings closed by a film: {solid.repairs['openings']} (")
     assert "Choose Thickness" in note

@@ -91,7 +91,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for quality, size and open parts, with a thickness that would do."""
         if not self.properties.is_property_set("thickness") and context.active_object:
-            self.thickness = PROPOSED * max(context.active_object.dimensions)
+            self.thickness = PROPOSED * max(context.active_object.dimensions[:])
         return context.window_manager.invoke_props_dialog(self)
 
     def draw(self, context: Context) -> None:
