@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .stroke.errors import Cancelled, SculptError
+from .common.errors import Cancelled, SculptError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -102,7 +102,9 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _fit(options: argparse.Namespace) -> None:
-    from .field import checkpoint, fit, mesh_file
+    from .field import checkpoint
+    from .field.fit import fit
+    from .field.mesh import mesh_file
 
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.report)
@@ -127,7 +129,9 @@ def _fit(options: argparse.Namespace) -> None:
 
 
 def _apply(options: argparse.Namespace) -> None:
-    from .field import checkpoint, edit, mesh_file, proxy
+    from .field import checkpoint
+    from .field.edit import edit
+    from .field.mesh import mesh_file, proxy
     from .stroke.file import parse_strokes
 
     _check_output(options.output, checkpoint.SUFFIXES)
@@ -152,7 +156,8 @@ def _apply(options: argparse.Namespace) -> None:
 
 
 def _mesh(options: argparse.Namespace) -> None:
-    from .field import checkpoint, mesh_file, proxy, refine
+    from .field import checkpoint
+    from .field.mesh import mesh_file, proxy, refine
 
     _check_output(options.output, mesh_file.SUFFIXES)
     field = checkpoint.load(options.field)
@@ -175,7 +180,8 @@ def _sample(options: argparse.Namespace) -> None:
 
 
 def _consolidate(options: argparse.Namespace) -> None:
-    from .field import checkpoint, consolidate
+    from .field import checkpoint
+    from .field.fit import consolidate
 
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.report)
@@ -186,7 +192,8 @@ def _consolidate(options: argparse.Namespace) -> None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    from .field import checkpoint, detail, pieces, proxy
+    from .field import checkpoint, detail
+    from .field.mesh import pieces, proxy
 
     field = checkpoint.load(options.field)
     surface = proxy.extract(field)
@@ -241,7 +248,7 @@ def _show(fraction: float, message: str) -> None:
 def _finish(summary: dict[str, Any], report_path: Path | None, report: object) -> None:
     """Print the summary as one line of JSON, write the report where one is wanted."""
     if report_path:
-        from .field.whole_file import write_whole
+        from .common.whole_file import write_whole
 
         write_whole(report_path, json.dumps(report, indent=1, allow_nan=False).encode())
     if sys.stderr.isatty():

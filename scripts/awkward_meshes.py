@@ -154,8 +154,8 @@ def faceted() -> Mesh:
 
 def suzanne() -> Mesh:
     """The ready-made field's surface, with waves."""
+    from neural_sculpt_addon.field.mesh.proxy import extract
     from neural_sculpt_addon.field.primitives import primitive
-    from neural_sculpt_addon.field.proxy import extract
 
     proxy = extract(primitive("suzanne"), 200)
     waves = np.sin(50 * proxy.vertices).prod(axis=1)

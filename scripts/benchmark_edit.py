@@ -18,8 +18,8 @@ import benchmark_strokes
 import read_cases
 
 if TYPE_CHECKING:
-    from neural_sculpt_addon.field.edit import Edit
-    from neural_sculpt_addon.field.prepare import Preparation
+    from neural_sculpt_addon.field.edit.edit import Edit
+    from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     Case = tuple[str, Preparation, Stroke]
@@ -82,7 +82,7 @@ def _cases(options: argparse.Namespace) -> "Iterator[Case]":
 
 def _scored(path: Path) -> "Iterator[Case]":
     from neural_sculpt_addon.field.checkpoint import load
-    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.field.problem.prepare import prepare
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     networks = path.parent.parent / "networks"
@@ -92,7 +92,7 @@ def _scored(path: Path) -> "Iterator[Case]":
 
 
 def _hard() -> "Iterator[Case]":
-    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.field.problem.prepare import prepare
 
     for model, field in benchmark_strokes.fields():
         preparation = prepare(field)
@@ -104,8 +104,8 @@ def _hard() -> "Iterator[Case]":
 def _more_points() -> "Iterator[Case]":
     import numpy as np
 
-    from neural_sculpt_addon.field.prepare import prepare
     from neural_sculpt_addon.field.primitives import primitive
+    from neural_sculpt_addon.field.problem.prepare import prepare
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -118,7 +118,7 @@ def _more_points() -> "Iterator[Case]":
 
 def _rows(cases: "Iterable[Case]", methods: list[str]) -> Iterator[dict[str, Any]]:
     """Every case by every method."""
-    from neural_sculpt_addon.stroke.errors import SculptError
+    from neural_sculpt_addon.common.errors import SculptError
 
     for case, preparation, stroke in cases:
         for method in methods:
@@ -136,7 +136,7 @@ def _rows(cases: "Iterable[Case]", methods: list[str]) -> Iterator[dict[str, Any
 def _best(preparation: "Preparation", stroke: "Stroke", method: str) -> "tuple[Edit, float]":
     """The edit, and the fewest seconds of so many rounds. What is drawn of the unedited field when
     it is first asked for is there from the first one."""
-    from neural_sculpt_addon.field.edit import sculpt
+    from neural_sculpt_addon.field.edit.edit import sculpt
 
     edits = [sculpt(preparation, stroke, **METHODS[method]) for _ in range(ROUNDS)]
     return edits[-1], min(edit.seconds for edit in edits)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from awkward_meshes import Awkward
     from damaged_meshes import Mesh
 
-    from neural_sculpt_addon.field.fit import Fit
+    from neural_sculpt_addon.field.fit.fit import Fit
 
 MESHES = Path(__file__).resolve().parents[2] / "shared" / "data" / "meshes"
 MEASURES = ("error_mean", "error_p95", "error_max", "normal_deg", "sign_errors", "components")
@@ -90,8 +90,8 @@ def _run_awkward(chosen: list[str], preset: str, path: Path | None) -> None:
 
 def _awkward_row(name: str, mesh: "Awkward", preset: str) -> dict[str, Any]:
     """What came of one mesh: as expected, said, or wrong."""
-    from neural_sculpt_addon.field.fit import fit_mesh
-    from neural_sculpt_addon.stroke.errors import SculptError
+    from neural_sculpt_addon.common.errors import SculptError
+    from neural_sculpt_addon.field.fit.fit import fit_mesh
 
     row: dict[str, Any] = {"mesh": name, "preset": preset, "expected": mesh.expected}
     try:
@@ -132,7 +132,7 @@ def _existing(paths: list[Path]) -> list[Path]:
 
 def _rows(paths: list[Path], preset: str, paper: bool) -> Iterator[dict[str, Any]]:
     """Every mesh in the paper's way, if wanted, and in ours."""
-    from neural_sculpt_addon.field.mesh_file import read
+    from neural_sculpt_addon.field.mesh.mesh_file import read
 
     for path in paths:
         mesh = read(path)
@@ -150,11 +150,11 @@ def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
     import numpy as np
     from damaged_meshes import DAMAGES, HOPELESS, IN_PLACE, sheet
 
-    from neural_sculpt_addon.field.mesh_cleanup import clean
-    from neural_sculpt_addon.field.mesh_distance import MeshDistance
-    from neural_sculpt_addon.field.mesh_file import read
+    from neural_sculpt_addon.common.errors import SculptError
+    from neural_sculpt_addon.field.fit.mesh_cleanup import clean
+    from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+    from neural_sculpt_addon.field.mesh.mesh_file import read
     from neural_sculpt_addon.field.projection import project
-    from neural_sculpt_addon.stroke.errors import SculptError
 
     yield _fit("sheet, thick", OURS, sheet(), preset, thickness=0.1)[0]
     for name, mesh in HOPELESS.items():
@@ -182,7 +182,7 @@ def _damaged_rows(paths: list[Path], preset: str) -> Iterator[dict[str, Any]]:
 def _fit(
     name: str, method: str, mesh: "Mesh", preset: str, thickness: float | None = None
 ) -> "tuple[dict[str, Any], Fit]":
-    from neural_sculpt_addon.field.fit import fit_mesh
+    from neural_sculpt_addon.field.fit.fit import fit_mesh
 
     start, spent = time.perf_counter(), time.process_time()
     fit = fit_mesh(*mesh, method=method, preset=preset, thickness=thickness)

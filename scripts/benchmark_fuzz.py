@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.field.prepare import Preparation
-    from neural_sculpt_addon.field.surface import Samples
+    from neural_sculpt_addon.field.mesh.surface import Samples
+    from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 
 MODELS = ("sphere", "torus", "suzanne")
@@ -67,8 +67,8 @@ def _rows(options: argparse.Namespace) -> "Iterator[dict[str, Any]]":
 
     import numpy as np
 
-    from neural_sculpt_addon.field.prepare import prepare
     from neural_sculpt_addon.field.primitives import primitive
+    from neural_sculpt_addon.field.problem.prepare import prepare
 
     ready = {name: prepare(primitive(name)) for name in MODELS}
     for seed in range(options.first, options.first + options.strokes):
@@ -92,8 +92,8 @@ def _sculpt(ready: "Preparation", stroke: "Stroke", solver: str) -> dict[str, An
     import numpy as np
     import torch
 
-    from neural_sculpt_addon.field.edit import sculpt
-    from neural_sculpt_addon.stroke.errors import SculptError
+    from neural_sculpt_addon.common.errors import SculptError
+    from neural_sculpt_addon.field.edit.edit import sculpt
 
     try:
         edit = sculpt(ready, stroke, solver=solver)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from neural_sculpt_addon.field.field import Field
-    from neural_sculpt_addon.field.proxy import Proxy
+    from neural_sculpt_addon.field.mesh.proxy import Proxy
     from neural_sculpt_addon.stroke.stroke import Stroke
 
 COLUMNS = ("seconds", "vertex_error", "centroid_error", "slivers", "nonmanifold_edges", "ratio")
@@ -62,9 +62,9 @@ def run(options: argparse.Namespace) -> None:
 
 def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.detail import support
-    from neural_sculpt_addon.field.edit import sculpt
-    from neural_sculpt_addon.field.prepare import prepare
-    from neural_sculpt_addon.field.proxy import extract, update
+    from neural_sculpt_addon.field.edit.edit import sculpt
+    from neural_sculpt_addon.field.mesh.proxy import extract, update
+    from neural_sculpt_addon.field.problem.prepare import prepare
 
     def row(
         names: dict[str, str],
@@ -126,8 +126,8 @@ def _over_the_top(field: "Field", name: str) -> "Stroke":
     """A stroke along x over the highest point of the surface."""
     import numpy as np
 
+    from neural_sculpt_addon.field.mesh.proxy import extract
     from neural_sculpt_addon.field.projection import project
-    from neural_sculpt_addon.field.proxy import extract
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
     from neural_sculpt_addon.field.detail import Coefficients
     from neural_sculpt_addon.field.field import Field
-    from neural_sculpt_addon.field.prepare import Preparation
-    from neural_sculpt_addon.field.proxy import Proxy
-    from neural_sculpt_addon.field.refine import Refined
+    from neural_sculpt_addon.field.mesh.proxy import Proxy
+    from neural_sculpt_addon.field.mesh.refine import Refined
+    from neural_sculpt_addon.field.problem.prepare import Preparation
 
 UNIFORM = (128, 256, 384, 512)
 TOLERANCES = (1 / 32, 1 / 64, 1 / 128)  # cells
@@ -63,11 +63,11 @@ def _sculpted(
     """After each of so many strokes: what was before, what is now, and the stroke's layer."""
     import numpy as np
 
-    from neural_sculpt_addon.field.edit import sculpt
-    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.common.errors import SculptError
+    from neural_sculpt_addon.field.edit.edit import sculpt
     from neural_sculpt_addon.field.primitives import primitive
+    from neural_sculpt_addon.field.problem.prepare import prepare
     from neural_sculpt_addon.stroke.brush import Brush
-    from neural_sculpt_addon.stroke.errors import SculptError
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     random, now = np.random.default_rng(3), prepare(primitive("sphere"))
@@ -97,9 +97,9 @@ def _rows(
     before: "Preparation", now: "Preparation", layer: "Coefficients"
 ) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.detail import support
-    from neural_sculpt_addon.field.proxy import extract
-    from neural_sculpt_addon.field.refine import TOLERANCE, again, refine
-    from neural_sculpt_addon.field.surface import sample_surface
+    from neural_sculpt_addon.field.mesh.proxy import extract
+    from neural_sculpt_addon.field.mesh.refine import TOLERANCE, again, refine
+    from neural_sculpt_addon.field.mesh.surface import sample_surface
 
     many, field, reached = 10**7, now.field, support(layer)
     finest = extract(field, UNIFORM[-1])

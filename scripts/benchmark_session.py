@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.field.edit import Edit
+    from neural_sculpt_addon.field.edit.edit import Edit
     from neural_sculpt_addon.field.field import Field
-    from neural_sculpt_addon.field.prepare import Preparation
+    from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 
 MARKS = (5, 20, 50, 100)
@@ -105,7 +105,7 @@ class Session:
         """Draw the strokes; what is left at each mark."""
         import numpy as np
 
-        from neural_sculpt_addon.field.prepare import prepare
+        from neural_sculpt_addon.field.problem.prepare import prepare
 
         first = now = prepare(self.start)
         random = np.random.default_rng((self.seed, *self.shape.encode()))
@@ -130,10 +130,10 @@ class Session:
         self, before: "Preparation", stroke: "Stroke", number: int
     ) -> "tuple[dict[str, Any], Edit | None]":
         """A stroke's row, and what it made unless it is refused."""
+        from neural_sculpt_addon.common.errors import SculptError
         from neural_sculpt_addon.field.checkpoint import layer_to_bytes
-        from neural_sculpt_addon.field.edit import sculpt
-        from neural_sculpt_addon.field.pieces import components
-        from neural_sculpt_addon.stroke.errors import SculptError
+        from neural_sculpt_addon.field.edit.edit import sculpt
+        from neural_sculpt_addon.field.mesh.pieces import components
 
         brush = stroke.brush
         row: dict[str, Any] = {
@@ -174,9 +174,9 @@ class Session:
         import numpy as np
 
         from neural_sculpt_addon.field.checkpoint import to_bytes
-        from neural_sculpt_addon.field.pieces import components
+        from neural_sculpt_addon.field.mesh.pieces import components
+        from neural_sculpt_addon.field.mesh.proxy import extract
         from neural_sculpt_addon.field.projection import find_surface
-        from neural_sculpt_addon.field.proxy import extract
 
         samples = first.surface.where(far)
         found = find_surface(now.field, samples.points)

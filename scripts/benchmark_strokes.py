@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from neural_sculpt_addon.field.field import Field
-    from neural_sculpt_addon.field.surface import Samples
+    from neural_sculpt_addon.field.mesh.surface import Samples
     from neural_sculpt_addon.stroke.stroke import Stroke
 
 PRIMITIVES, PRETRAINED = ("sphere", "torus", "suzanne"), ("bunny", "frog")

@@ -20,7 +20,7 @@ from pathlib import Path
 import environment
 from environment import ROOT, Workshop
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 
 DIST = ROOT / "dist"
 PACKAGE = ROOT / "neural_sculpt_addon"

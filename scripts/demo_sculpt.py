@@ -14,7 +14,7 @@ import demo_strokes
 from virtualenv import say
 
 import neural_sculpt_addon
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 
 IMPORTERS = {".obj": "obj_import", ".ply": "ply_import", ".stl": "stl_import"}

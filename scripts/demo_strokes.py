@@ -12,8 +12,8 @@ from bpy.types import Object
 from mathutils import Vector
 from numpy.typing import NDArray
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.brush import Brush
-from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke

@@ -28,7 +28,7 @@ if str(ROOT) not in sys.path:
 import virtualenv
 from virtualenv import say
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.worker.install import environment as worker_environment
 from neural_sculpt_addon.worker.install.interpreter import candidate_pythons
 

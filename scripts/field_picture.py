@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter
 
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.proxy import extract
+from neural_sculpt_addon.field.mesh.proxy import extract
 
 Array = NDArray[np.float64]
 

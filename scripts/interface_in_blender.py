@@ -70,7 +70,7 @@ def module(name: str) -> Any:
 
 def instrument() -> None:
     """Time the calls that Blender makes. The overlay's are registered again."""
-    overlay, draw = module("blender.viewport.overlay"), module("blender.operators.draw")
+    overlay, draw = module("blender.viewport.overlay"), module("blender.operators.strokes.draw")
     overlay.unregister()
     timed(overlay, "_draw_stroke", lambda _: "overlay: stroke")
     timed(overlay, "_draw_brush", lambda _: "overlay: brush")
@@ -84,11 +84,11 @@ def instrument() -> None:
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
     session = module("blender.session.worker_session").session
     timed(session.watcher, "_timer", lambda _: "timer tick")
-    preview = module("blender.viewport.preview")
+    preview = module("blender.scene.mesh.preview")
     timed(preview, "show", lambda _: "preview")
     timed(preview, "draw", lambda _: "surface under the pen, a move")
     timed(preview, "_catch_up_later", lambda _: "surface under the pen, at rest")
-    displaced = module("blender.viewport.displaced").Displaced
+    displaced = module("interaction.displaced").Displaced
     advance = displaced.advance
 
     def counted(self: Any, most: int | None = None) -> int:

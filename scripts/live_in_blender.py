@@ -250,7 +250,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     undo_steps = len(history()[0]) - steps_before
     errors = [done["report"]["error_mean"] for done in brushed]
     worst = 1000 * max(errors, default=0.0)
-    edited = module("blender.scene.native_edits").edited(fields()[0])
+    edited = module("blender.scene.mesh.native_edits").edited(fields()[0])
     print(
         f"\n{count} strokes in {drawn:.1f} s: {added} entries and {undo_steps} undo steps after"
         f" {total:.1f} s, mean distance at most {worst:.3f}, edited: {edited}"

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from neural_sculpt_addon.common.progress import silent
 from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.fit import fit_mesh
-from neural_sculpt_addon.field.fit_distance import BOX, Learner, Samples
+from neural_sculpt_addon.field.fit.fit import fit_mesh
+from neural_sculpt_addon.field.fit.fit_distance import BOX, Learner, Samples
+from neural_sculpt_addon.field.fit.schedule import Schedule, follow
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
-from neural_sculpt_addon.field.schedule import Schedule, follow
-from neural_sculpt_addon.stroke.progress import silent
 
 Array = NDArray[np.float64]
 

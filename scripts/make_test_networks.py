@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from neural_sculpt_addon.field.checkpoint import save
-from neural_sculpt_addon.field.fit import fit_mesh
+from neural_sculpt_addon.field.fit.fit import fit_mesh
 
 Mesh = tuple[NDArray[np.float64], NDArray[Any]]
 """Vertices (V, 3), in any unit, and triangles (F, 3), counter-clockwise seen from outside."""

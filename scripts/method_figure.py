@@ -3,7 +3,7 @@
 
 A cut across a stroke on two levels: the surface before and after it, the cells that have a node,
 the support of one node, and the region in which the field changes. Cells are chosen as by
-`field/solvers/local.py`, in two dimensions instead of three. Lengths are in cells of the coarse
+`field/solve/local.py`, in two dimensions instead of three. Lengths are in cells of the coarse
 level. Standard library only; writes docs/supports.svg.
 """
 
@@ -13,7 +13,7 @@ from itertools import product
 from pathlib import Path
 
 TARGET = Path(__file__).resolve().parents[1] / "docs" / "supports.svg"
-MARGIN, STRIDE = 0.75, 0.7  # as in field/solvers/local.py, cells
+MARGIN, STRIDE = 0.75, 0.7  # as in field/solve/local.py, cells
 WIDTH, HEIGHT = 11, 7  # of what is shown, coarse cells
 RADIUS, INTENSITY = 2.6, 1.9  # of the stroke, likewise
 MIDDLE = WIDTH / 2

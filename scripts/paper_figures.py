@@ -45,7 +45,7 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
     import numpy as np
     from PIL import Image
 
-    from neural_sculpt_addon.field.edit import edit
+    from neural_sculpt_addon.field.edit.edit import edit
     from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 
     about = source["shapes"][shape]

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from neural_sculpt_addon.field.field import Field
-    from neural_sculpt_addon.field.proxy import Proxy
-    from neural_sculpt_addon.field.refine import Refined
+    from neural_sculpt_addon.field.mesh.proxy import Proxy
+    from neural_sculpt_addon.field.mesh.refine import Refined
 
     Array = NDArray[np.float64]
 
@@ -41,8 +41,8 @@ def main() -> None:
     import numpy as np
     from PIL import Image, ImageDraw
 
-    from neural_sculpt_addon.field.proxy import extract
-    from neural_sculpt_addon.field.refine import refine
+    from neural_sculpt_addon.field.mesh.proxy import extract
+    from neural_sculpt_addon.field.mesh.refine import refine
 
     field = _inscribed()
     coarse = extract(field, 128)
@@ -64,9 +64,9 @@ def _inscribed() -> "Field":
     """The sphere with the letters on its top."""
     import numpy as np
 
-    from neural_sculpt_addon.field.edit import sculpt
-    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.field.edit.edit import sculpt
     from neural_sculpt_addon.field.primitives import primitive
+    from neural_sculpt_addon.field.problem.prepare import prepare
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 

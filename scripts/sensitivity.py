@@ -23,21 +23,21 @@ import benchmark_strokes
 import environment
 
 if TYPE_CHECKING:
-    from neural_sculpt_addon.field.prepare import Preparation
+    from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     Case = tuple[Preparation, Stroke]
 
 SHAPES = ("blob", "gear", "star")
 LOCAL, ROWS = (
-    "neural_sculpt_addon.field.solvers.local",
-    "neural_sculpt_addon.field.solvers.edit_rows",
+    "neural_sculpt_addon.field.solve.local",
+    "neural_sculpt_addon.field.solve.edit_rows",
 )
 SYSTEM, PROBLEM = (
-    "neural_sculpt_addon.field.solvers.spline_system",
-    "neural_sculpt_addon.field.problem",
+    "neural_sculpt_addon.field.solve.spline_system",
+    "neural_sculpt_addon.field.problem.problem",
 )
-FOLD = "neural_sculpt_addon.field.fold"
+FOLD = "neural_sculpt_addon.field.problem.fold"
 CONSTANTS: dict[str, tuple[str, ...]] = {
     "CELLS_PER_FEATURE": (LOCAL,),
     "DENSITY": (LOCAL,),
@@ -156,7 +156,7 @@ def _cases(count: int, seed: int) -> "Iterator[Case]":
     import numpy as np
 
     from neural_sculpt_addon.field.checkpoint import load
-    from neural_sculpt_addon.field.prepare import prepare
+    from neural_sculpt_addon.field.problem.prepare import prepare
 
     folder = environment.ROOT / "tests" / "field" / "packed"
     ready = [prepare(load(folder / f"{shape}.pth")) for shape in SHAPES]
@@ -167,8 +167,8 @@ def _cases(count: int, seed: int) -> "Iterator[Case]":
 
 
 def _solve(cases: "list[Case]") -> Outcome:
-    from neural_sculpt_addon.field.edit import sculpt
-    from neural_sculpt_addon.stroke.errors import SculptError
+    from neural_sculpt_addon.common.errors import SculptError
+    from neural_sculpt_addon.field.edit.edit import sculpt
 
     rows, refused = [], 0
     for on, stroke in cases:

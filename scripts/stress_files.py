@@ -58,7 +58,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
 
 def _outcome(read: Read, data: bytes) -> tuple[str, str]:
     """Whether data loaded, was refused or broke something, and how."""
-    from neural_sculpt_addon.stroke.errors import SculptError
+    from neural_sculpt_addon.common.errors import SculptError
 
     try:
         read(data)
@@ -74,9 +74,10 @@ def _outcome(read: Read, data: bytes) -> tuple[str, str]:
 
 def _kinds(folder: Path) -> dict[str, tuple[bytes, Read]]:
     """A sound file of each kind, and its reader."""
-    from neural_sculpt_addon.blender.presets.preset_file import BUILT_IN, dump_preset, parse_preset
-    from neural_sculpt_addon.field import checkpoint, mesh_file, points_file
+    from neural_sculpt_addon.field import checkpoint, points_file
     from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
+    from neural_sculpt_addon.field.mesh import mesh_file
+    from neural_sculpt_addon.interaction.preset_file import BUILT_IN, dump_preset, parse_preset
     from neural_sculpt_addon.stroke.file import parse_strokes
 
     strokes, layer, fields, points, meshes = _sound(folder)

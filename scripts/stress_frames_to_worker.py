@@ -192,9 +192,9 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
     import numpy as np
 
     from neural_sculpt_addon.field import checkpoint
-    from neural_sculpt_addon.field.layers import digest
+    from neural_sculpt_addon.field.edit.layers import digest
+    from neural_sculpt_addon.field.mesh.proxy import extract
     from neural_sculpt_addon.field.primitives import primitive
-    from neural_sculpt_addon.field.proxy import extract
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 

@@ -37,7 +37,7 @@ from environment import Workshop
 from lanes import Outcome, Part
 from virtualenv import say
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 
 SET_UP_SECONDS = 1800  # of a Blender that is fetched first
 

@@ -19,9 +19,10 @@ from neural_sculpt_addon.worker.settings import settle
 
 settle()  # before NumPy and torch load
 
-from neural_sculpt_addon.field import edit, proxy  # noqa: E402
-from neural_sculpt_addon.worker import jobs, server, store  # noqa: E402
+from neural_sculpt_addon.field.edit import edit  # noqa: E402
+from neural_sculpt_addon.field.mesh import proxy  # noqa: E402
 from neural_sculpt_addon.worker.install.environment import Device  # noqa: E402
+from neural_sculpt_addon.worker.server import jobs, server, store  # noqa: E402
 
 NOTES = Path(sys.argv[2])
 

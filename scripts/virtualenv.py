@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import IO
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.worker.install.environment import environment_python as python_in
 from neural_sculpt_addon.worker.install.pip import UnsuitableError, run
 

@@ -84,7 +84,8 @@ class Nursery:
 
 def main() -> None:
     """Fork workers one after another, until nobody is there to ask for one."""
-    from neural_sculpt_addon.worker import mailbox, protocol, server, settings
+    from neural_sculpt_addon.worker import mailbox, protocol, settings
+    from neural_sculpt_addon.worker.server import server
 
     settings.settle()
     bare = sys.argv[1] == "bare"
@@ -115,7 +116,8 @@ def main() -> None:
 
 def _work(bell: int, log: int, bare: bool) -> NoReturn:
     """Be a worker."""
-    from neural_sculpt_addon.worker import mailbox, protocol, server
+    from neural_sculpt_addon.worker import mailbox, protocol
+    from neural_sculpt_addon.worker.server import server
 
     try:
         os.dup2(bell, 0)

@@ -11,7 +11,7 @@ import bpy
 from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context, UILayout
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 from ..worker.install import environment
 from ..worker.install.environment import Device
 from ..worker.install.installer import installer

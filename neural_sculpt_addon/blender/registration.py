@@ -5,24 +5,37 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Brush, Object, Scene
 
+from . import handlers as history
+from . import menus, tools
 from .locale import translations
-from .operators import install_worker
-from .operators.absorb import NEURAL_SCULPT_OT_absorb
-from .operators.add import NEURAL_SCULPT_OT_add
-from .operators.alpha_image import NEURAL_SCULPT_OT_alpha_image
-from .operators.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
-from .operators.boolean import NEURAL_SCULPT_OT_boolean
-from .operators.cancel import NEURAL_SCULPT_OT_cancel
-from .operators.choose_solver import NEURAL_SCULPT_OT_choose_solver
-from .operators.consolidate import NEURAL_SCULPT_OT_consolidate
-from .operators.draw import NEURAL_SCULPT_OT_draw
-from .operators.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
-from .operators.export import NEURAL_SCULPT_OT_export
-from .operators.from_file import NEURAL_SCULPT_OT_strokes_from_file
-from .operators.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
-from .operators.from_mesh import NEURAL_SCULPT_OT_from_mesh
-from .operators.good_enough import NEURAL_SCULPT_OT_good_enough
-from .operators.history import (
+from .notice import NEURAL_SCULPT_OT_notice
+from .operators.fields.absorb import NEURAL_SCULPT_OT_absorb
+from .operators.fields.add import NEURAL_SCULPT_OT_add
+from .operators.fields.apply_to_base import NEURAL_SCULPT_OT_apply_to_base
+from .operators.fields.boolean import NEURAL_SCULPT_OT_boolean
+from .operators.fields.choose_solver import NEURAL_SCULPT_OT_choose_solver
+from .operators.fields.consolidate import NEURAL_SCULPT_OT_consolidate
+from .operators.fields.export import NEURAL_SCULPT_OT_export
+from .operators.fields.from_mesh import NEURAL_SCULPT_OT_from_mesh
+from .operators.fields.remesh import NEURAL_SCULPT_OT_remesh
+from .operators.fields.show_worst import NEURAL_SCULPT_OT_show_worst
+from .operators.jobs import install_worker
+from .operators.jobs.cancel import NEURAL_SCULPT_OT_cancel
+from .operators.jobs.good_enough import NEURAL_SCULPT_OT_good_enough
+from .operators.jobs.install_worker import (
+    NEURAL_SCULPT_OT_cancel_installation,
+    NEURAL_SCULPT_OT_install_worker,
+)
+from .operators.jobs.restart_worker import NEURAL_SCULPT_OT_restart_worker
+from .operators.jobs.stop_worker import NEURAL_SCULPT_OT_stop_worker
+from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
+from .operators.open_files import NEURAL_SCULPT_OT_open_log, NEURAL_SCULPT_OT_open_presets
+from .operators.strokes.alpha_image import NEURAL_SCULPT_OT_alpha_image
+from .operators.strokes.draw import NEURAL_SCULPT_OT_draw
+from .operators.strokes.edit_stroke import NEURAL_SCULPT_OT_edit_stroke
+from .operators.strokes.from_file import NEURAL_SCULPT_OT_strokes_from_file
+from .operators.strokes.from_lines import NEURAL_SCULPT_OT_strokes_from_lines
+from .operators.strokes.history import (
     NEURAL_SCULPT_OT_delete_stroke,
     NEURAL_SCULPT_OT_duplicate_stroke,
     NEURAL_SCULPT_OT_move_stroke,
@@ -30,31 +43,17 @@ from .operators.history import (
     NEURAL_SCULPT_OT_set_strength,
     NEURAL_SCULPT_OT_solo_stroke,
 )
-from .operators.install_worker import (
-    NEURAL_SCULPT_OT_cancel_installation,
-    NEURAL_SCULPT_OT_install_worker,
-)
-from .operators.no_drag import NEURAL_SCULPT_OT_no_drag
-from .operators.notice import NEURAL_SCULPT_OT_notice
-from .operators.open_files import (
-    NEURAL_SCULPT_OT_open_log,
-    NEURAL_SCULPT_OT_open_presets,
-)
-from .operators.pick_stroke import NEURAL_SCULPT_OT_pick_stroke
-from .operators.presets import (
+from .operators.strokes.pick_stroke import NEURAL_SCULPT_OT_pick_stroke
+from .operators.strokes.presets import (
     NEURAL_SCULPT_OT_delete_preset,
     NEURAL_SCULPT_OT_import_preset,
     NEURAL_SCULPT_OT_rename_preset,
     NEURAL_SCULPT_OT_save_preset,
 )
-from .operators.remesh import NEURAL_SCULPT_OT_remesh
-from .operators.resize import NEURAL_SCULPT_OT_resize
-from .operators.restart_worker import NEURAL_SCULPT_OT_restart_worker
-from .operators.show_worst import NEURAL_SCULPT_OT_show_worst
-from .operators.stop_worker import NEURAL_SCULPT_OT_stop_worker
-from .operators.stroke import NEURAL_SCULPT_OT_stroke
-from .operators.watch_release import NEURAL_SCULPT_OT_watch_release
-from .panels import menus, session_display, status_bar, strength
+from .operators.strokes.resize import NEURAL_SCULPT_OT_resize
+from .operators.strokes.stroke import NEURAL_SCULPT_OT_stroke
+from .operators.strokes.watch_release import NEURAL_SCULPT_OT_watch_release
+from .panels import session_display, status_bar, strength
 from .panels.brush import NEURAL_SCULPT_PT_brush, NEURAL_SCULPT_PT_pressure
 from .panels.history import NEURAL_SCULPT_PT_history, NEURAL_SCULPT_UL_strokes
 from .panels.model import NEURAL_SCULPT_PT_model
@@ -68,7 +67,8 @@ from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .presets import alpha_choices, shape_choices
-from .scene import history, kept_brush, sound_strings
+from .scene import kept_brush, sound_strings
+from .scene.mesh import seen_surface
 from .scene.properties import (
     GROUP,
     NEURAL_SCULPT_PG_brush,
@@ -78,7 +78,7 @@ from .scene.properties import (
 )
 from .session import live
 from .session.worker_session import session
-from .viewport import changed_stroke, fit_overlay, overlay, seen_surface, tools, worst_place
+from .viewport import changed_stroke, fit_overlay, overlay, worst_place
 
 CLASSES = (
     NEURAL_SCULPT_AP_preferences,

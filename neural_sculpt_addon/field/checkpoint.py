@@ -25,12 +25,12 @@ import torch
 from safetensors import SafetensorError
 from torch import Tensor
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
+from ..common.whole_file import write_whole
 from .detail import Detail
 from .field import Field
 from .layer_bytes import layer_from_bytes, layer_to_bytes
 from .network import Siren
-from .whole_file import write_whole
 
 FORMAT = "neural-sculpt-field"
 VERSION, VERSION_WITH_DETAIL = "1", "2"

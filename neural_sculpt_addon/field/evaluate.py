@@ -16,7 +16,7 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from ..stroke.progress import look
+from ..common.progress import look
 from .network import Siren
 from .threads import parallel
 

@@ -13,7 +13,7 @@ import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 from .detail import Coefficients, Detail
 from .evaluate import values_and_gradients
 from .network import FoldedSiren, Siren

@@ -16,7 +16,7 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 from .detail import BRICK, COARSEST, FINEST, UNIT, Coefficients, Level, cells_per_axis, places
 
 MAGIC = b"NSL\x01"  # the last byte is the version

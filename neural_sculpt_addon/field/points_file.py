@@ -11,9 +11,9 @@ from tokenize import TokenError
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
+from ..common.whole_file import write_whole
 from .field import Sampled
-from .whole_file import write_whole
 
 MOST_POINTS = 1 << 26  # 1 GiB of samples
 

@@ -8,7 +8,7 @@ suzanne  Blender's monkey, looking along -y, subdivided
 
 from pathlib import Path
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 from .checkpoint import load
 from .field import Field
 

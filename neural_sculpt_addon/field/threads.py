@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import torch
 
-from ..stroke.progress import Check, go_on
+from ..common.progress import Check, go_on
 
 MOST = 8  # threads
 NAME = "neural-sculpt-field"  # of the pool's threads

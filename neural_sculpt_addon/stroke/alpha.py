@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import reading
+from ..common import reading
+from ..common.errors import SculptError
 from .alpha_images import IMAGES
-from .errors import SculptError
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,8 @@
 
 from dataclasses import dataclass, field, replace
 
+from ..common.errors import SculptError
 from .alpha import Alpha
-from .errors import SculptError
 from .modulation import Modulation
 from .profile import Profile
 

@@ -4,7 +4,7 @@
 import json
 from collections.abc import Iterable, Mapping
 
-from .errors import SculptError
+from ..common.errors import SculptError
 from .stroke import Stroke
 
 VERSION = 1

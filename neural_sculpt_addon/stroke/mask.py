@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import reading
-from .errors import SculptError
+from ..common import reading
+from ..common.errors import SculptError
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import reading
-from .errors import SculptError
+from ..common import reading
+from ..common.errors import SculptError
 
 Array = NDArray[np.float64]
 Formula = Callable[[Array], NDArray[Any]]

@@ -14,10 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from . import reading
+from ..common import reading
+from ..common.errors import SculptError
 from .alpha import Alpha
 from .brush import Brush
-from .errors import SculptError
 from .mask import Mask
 from .modulation import Modulation
 from .profile import Profile

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from ..stroke.errors import Cancelled, SculptError
-from ..stroke.progress import Progress, silent
+from ..common.errors import Cancelled, SculptError
+from ..common.progress import Progress, silent
 from . import answers, pulse
 from .process import Exit, WorkerProcess
 from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The file that another Python is started with: `python -I -u launch.py MODULE ARGUMENT`.
 
-MODULE is `server`, the worker, with its device, or `install.installation`, with the folder to
-install into.
+MODULE is `server.server`, the worker, with its device, or `install.installation`, with the folder
+to install into.
 
 It imports the package it lies in under its own name whatever the folder is called (an installed
 extension's is called after its id), and by its path, so that nothing that lies beside the package,

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 from .ending import exit_in_words
 from .install.interpreter import start_logged
 from .leftovers import make_folder, sweep

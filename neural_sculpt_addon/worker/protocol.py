@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ..stroke.errors import SculptError
+from ..common.errors import SculptError
 
 PROTOCOL = 3
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""

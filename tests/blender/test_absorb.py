@@ -44,7 +44,7 @@ def straight_line() -> Object:
 
 class Absorb(SculptCase):
     def test_a_native_edit_is_noticed_and_absorbed(self) -> None:
-        edited = module("blender.scene.native_edits").edited
+        edited = module("blender.scene.mesh.native_edits").edited
         ob = add("SPHERE")
         name = ob.name
         self.assertFalse(edited(ob))
@@ -95,7 +95,7 @@ class Absorb(SculptCase):
         self.assertEqual(len(ob.neural_sculpt.strokes), 0)
         np.testing.assert_array_equal(vertices(ob), sculpted)
         ops.remesh(resolution=ob.neural_sculpt.resolution)
-        self.assertFalse(module("blender.scene.native_edits").edited(ob))
+        self.assertFalse(module("blender.scene.mesh.native_edits").edited(ob))
         np.testing.assert_allclose(vertices(ob), proxy, atol=1e-5)
 
     @long
@@ -106,7 +106,7 @@ class Absorb(SculptCase):
         bpy.ops.object.mode_set(mode="SCULPT")
         self.assertEqual(bpy.ops.neural_sculpt.absorb(), {"FINISHED"})
         self.assertEqual(ob.mode, "SCULPT")
-        self.assertFalse(module("blender.scene.native_edits").edited(ob))
+        self.assertFalse(module("blender.scene.mesh.native_edits").edited(ob))
 
     def test_dyntopo(self) -> None:
         """It owns the mesh: nothing else writes to it, and Absorb turns it off."""

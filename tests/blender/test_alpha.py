@@ -140,7 +140,7 @@ class Alphas(SculptCase):
         self.brush.alpha, self.brush.radius = "RIVET", 0.25
         drawn = module("blender.scene.brush").brush_stroke(bpy.context, ob, arc(ob)[4:5])
         corners = np.array([list(face.vertices) for face in ob.data.polygons], np.int32)
-        displaced = module("blender.viewport.displaced")
+        displaced = module("interaction.displaced")
         heights = []
         for alpha in (drawn.brush.alpha, None):
             shape = displaced.Displaced(vertices(ob), corners)

@@ -9,8 +9,8 @@ import numpy as np
 from harness import field, module, push_undo, state, to_path, undo, vertices
 from test_preview import LINE, SquareCase
 
-preview = module("blender.viewport.preview")
-seen_surface = module("blender.viewport.seen_surface")
+preview = module("blender.scene.mesh.preview")
+seen_surface = module("blender.scene.mesh.seen_surface")
 Brush = module("stroke.brush").Brush
 Kind = module("stroke.stroke").Kind
 Profile = module("stroke.profile").Profile
@@ -76,7 +76,7 @@ class UnderThePen(SquareCase):
         mesh.attributes[".sculpt_mask"].data.foreach_set("value", masked)
         self.pen()
         self.assertGreater(self.heights().max(), 0.05)
-        frozen = module("blender.scene.protect").protected(field("Sphere"), self.stroke)
+        frozen = module("blender.scene.mesh.protect").protected(field("Sphere"), self.stroke)
         under = to_path(self.flat, LINE) < 0.15
         free = under & (self.flat[:, 1] > 0.15)  # two edges from what is masked
         mask = frozen.mask
@@ -98,7 +98,7 @@ class UnderThePen(SquareCase):
         self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
         preview.give_up()
         self.assertNotIn(preview.TRUE["position"], field("Sphere").data.attributes)
-        self.assertFalse(module("blender.scene.native_edits").edited(field("Sphere")))
+        self.assertFalse(module("blender.scene.mesh.native_edits").edited(field("Sphere")))
 
     def test_a_waiting_one_is_cancelled_meanwhile(self) -> None:
         self.draw()

@@ -9,7 +9,7 @@ from bpy.types import Object
 from harness import SculptCase, brush_settings, module
 
 BRUSH = module("blender.scene.brush")
-Line = module("blender.viewport.recorder").StrokeRecorder
+Line = module("interaction.recorder").StrokeRecorder
 Stroke = module("stroke.stroke").Stroke
 
 POINTS = [(0.0, 0.0, 0.5), (0.1, 0.0, 0.5), (0.2, 0.0, 0.5)]

@@ -62,7 +62,7 @@ class Add(SculptCase):
             self.assertIn(found, ((), (first, second)))
 
     def test_every_primitive(self) -> None:
-        for kind in module("blender.operators.add").PRIMITIVES:
+        for kind in module("blender.operators.fields.add").PRIMITIVES:
             ob = add(kind)
             self.assertLess(np.abs(vertices(ob)).max(), 0.9, kind)
             self.assertGreater(np.ptp(vertices(ob), axis=0).max(), 0.8, kind)

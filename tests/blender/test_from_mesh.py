@@ -66,7 +66,7 @@ class FromMesh(SculptCase):
         source = bpy.context.active_object
         modifier = source.modifiers.new("Array", "ARRAY")
         modifier.relative_offset_displace = (2.0, 0.0, 0.0)
-        read = module("blender.operators.from_mesh").read_source
+        read = module("blender.operators.fields.from_mesh").read_source
         points, triangles, _ = read(source, bpy.context)
         self.assertEqual((len(points), len(triangles)), (16, 24))
         self.assertEqual(points[:, 0].max(), 5.0)

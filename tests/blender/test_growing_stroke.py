@@ -9,7 +9,7 @@ import numpy as np
 from harness import module
 from test_preview import square
 
-Displaced = module("blender.viewport.displaced").Displaced
+Displaced = module("interaction.displaced").Displaced
 Brush = module("stroke.brush").Brush
 Modulation = module("stroke.modulation").Modulation
 Profile = module("stroke.profile").Profile
@@ -18,7 +18,7 @@ Ends = module("stroke.stroke").Ends
 Kind = module("stroke.stroke").Kind
 Stroke = module("stroke.stroke").Stroke
 
-PIECE = module("blender.viewport.base_surface").PIECE
+PIECE = module("interaction.base_surface").PIECE
 
 
 def hills(count: int = 101) -> tuple[np.ndarray, np.ndarray]:

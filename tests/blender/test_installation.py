@@ -42,7 +42,7 @@ class Installation(SculptCase):
         end = time.monotonic() + SECONDS
         while not condition():
             self.assertLess(time.monotonic(), end, self.installer.message or "waited in vain")
-            module("blender.operators.install_worker").show_progress()
+            module("blender.operators.jobs.install_worker").show_progress()
             time.sleep(0.01)
 
     def end(self) -> None:

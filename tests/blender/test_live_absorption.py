@@ -101,7 +101,7 @@ class Live(SculptCase):
         self.assertLess(off[off > 0].mean(), 3e-4)
 
     def edited(self) -> bool:
-        return module("blender.scene.native_edits").edited(self.ob())
+        return module("blender.scene.mesh.native_edits").edited(self.ob())
 
     def test_a_stroke_is_an_entry_and_an_undo_step(self) -> None:
         states = [state(self.ob())]

@@ -24,8 +24,8 @@ from harness import (
     vertices,
 )
 
-attributes = module("blender.scene.brush_attributes")
-nearest = module("blender.scene.nearest").nearest
+attributes = module("blender.scene.mesh.brush_attributes")
+nearest = module("interaction.nearest_points").nearest
 Stroke = module("stroke.stroke").Stroke
 Mask = module("stroke.mask").Mask
 
@@ -347,12 +347,12 @@ class Preview(unittest.TestCase):
         x, y, _ = points.T
         masked = np.clip(0.5 - y / 0.1, 0, 1)
         mask = Mask.of(points, masked, 0.02)
-        result = module("blender.viewport.displaced").Displaced(points, triangles)
+        result = module("interaction.displaced").Displaced(points, triangles)
         result.add(Stroke(line, brush, mask=mask))
         z = np.zeros(len(points))
         z[result.vertices] = result.positions[:, 2]
         height = 0.05 * np.maximum(1 - to_path(points, line) / 0.2, 0)
-        under_the_pen = module("blender.viewport.displaced").Displaced(points, triangles)
+        under_the_pen = module("interaction.displaced").Displaced(points, triangles)
         under_the_pen.begin(Stroke(line, brush), masked.astype(np.float32))
         under_the_pen.advance()
         drawn = np.zeros(len(points))

@@ -11,7 +11,7 @@ import numpy as np
 from harness import field, module, push_undo, redo, state, stroke, undo, vertices
 from test_preview import SquareCase
 
-preview = module("blender.viewport.preview")
+preview = module("blender.scene.mesh.preview")
 
 
 class Meanwhile(SquareCase):
@@ -21,7 +21,7 @@ class Meanwhile(SquareCase):
         return [(item.name, item.muted) for item in field("Sphere").neural_sculpt.strokes]
 
     def edited(self) -> bool:
-        return module("blender.scene.native_edits").edited(field("Sphere"))
+        return module("blender.scene.mesh.native_edits").edited(field("Sphere"))
 
     def pull_in_edit_mode(self) -> None:
         """Move the first vertex, where the stroke is not, and the one in its middle."""

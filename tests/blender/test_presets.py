@@ -22,7 +22,7 @@ class Presets(SculptCase):
             module("blender.presets.presets"),
             module("blender.presets.curve_store"),
         )
-        self.files = module("blender.presets.preset_file")
+        self.files = module("interaction.preset_file")
         self.brush = brush_settings()
         self.addCleanup(self.presets.refresh)
         self.addCleanup(shutil.rmtree, module("blender.folders").preset_folder(), True)

@@ -17,7 +17,7 @@ from harness import (
     vertices,
 )
 
-proxy_mesh = module("blender.scene.proxy_mesh")
+proxy_mesh = module("blender.scene.mesh.proxy_mesh")
 
 LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
 
@@ -91,7 +91,7 @@ class Preview(SquareCase):
         """It is displaced on the first one's result before that is shown, in a poll of its own."""
         self.draw()
         self.draw("Two")
-        preview, heard = module("blender.viewport.preview"), []
+        preview, heard = module("blender.scene.mesh.preview"), []
 
         def foresee(*given) -> bool:
             heard.append(original(*given))

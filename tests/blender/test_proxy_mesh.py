@@ -16,7 +16,7 @@ def octahedron(size: float = 1.0, dtype: type = np.float32) -> tuple[np.ndarray,
 class ProxyMesh(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.proxy = module("blender.scene.proxy_mesh")
+        self.proxy = module("blender.scene.mesh.proxy_mesh")
         self.mesh = bpy.data.meshes.new("Proxy")
         self.ob = bpy.data.objects.new("Proxy", self.mesh)
         bpy.context.collection.objects.link(self.ob)

@@ -97,9 +97,7 @@ class Tool(unittest.TestCase):
 
     def test_icon_is_there(self) -> None:
         icons = Path(bpy.utils.system_resource("DATAFILES")) / "icons"
-        self.assertTrue(
-            (icons / f"{module('blender.viewport.tools').ObjectTool.bl_icon}.dat").is_file()
-        )
+        self.assertTrue((icons / f"{module('blender.tools').ObjectTool.bl_icon}.dat").is_file())
 
     def test_keys(self) -> None:
         expected = [

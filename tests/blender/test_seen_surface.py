@@ -15,7 +15,7 @@ class SeenSurface(SculptCase):
 
     def top(self) -> float | None:
         """Where a ray from above meets it."""
-        grid = module("blender.viewport.seen_surface").grid_of(bpy.context.active_object)
+        grid = module("blender.scene.mesh.seen_surface").grid_of(bpy.context.active_object)
         found = None if grid is None else grid.cast((0, 0, 9), (0, 0, -1))
         return None if found is None else round(float(found[0][2]), 4)
 

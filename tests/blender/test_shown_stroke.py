@@ -20,7 +20,7 @@ class ShownStroke(SculptCase):
         self.ob = bpy.context.active_object
         for _ in range(2):  # some Blenders evaluate a new object twice
             bpy.context.view_layer.update()
-            module("blender.viewport.seen_surface").grid_of(self.ob)
+            module("blender.scene.mesh.seen_surface").grid_of(self.ob)
         angle = np.linspace(-0.4, 0.4, 5)
         points = 0.6 * np.stack([np.sin(angle), -np.cos(angle), 0 * angle], 1)
         self.stroke = Stroke(points, Brush(0.1, 0.03))

@@ -26,10 +26,10 @@ import numpy as np
 
 sys.path.insert(0, sys.argv[1])
 
-from neural_sculpt_addon.field.edges import find_edges
-from neural_sculpt_addon.worker.payload import MissingError, Payload
+from neural_sculpt_addon.field.mesh.edges import find_edges
 from neural_sculpt_addon.worker.protocol import JobKind
-from neural_sculpt_addon.worker.server import take_over
+from neural_sculpt_addon.worker.server.payload import MissingError, Payload
+from neural_sculpt_addon.worker.server.server import take_over
 
 FOLDER = Path(sys.argv[2])
 SIZE = 24

@@ -14,7 +14,7 @@ import bpy
 import harness
 import numpy as np
 
-native_edits = harness.module("blender.scene.native_edits")
+native_edits = harness.module("blender.scene.mesh.native_edits")
 
 LENGTH = 14
 BORDERS = [

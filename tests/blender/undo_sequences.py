@@ -29,11 +29,11 @@ import numpy as np
 from bpy.types import Object
 
 live = harness.module("blender.session.live")
-preview = harness.module("blender.viewport.preview")
-native_edits = harness.module("blender.scene.native_edits")
+preview = harness.module("blender.scene.mesh.preview")
+native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
 commit = harness.module("blender.scene.commit")
-job_module = harness.module("blender.session.job")
+objects = harness.module("blender.scene.objects")
 ops = bpy.ops.neural_sculpt
 
 OPERATIONS = 20
@@ -553,7 +553,7 @@ def check_native(before: Scene, names: list[str]) -> None:
 def check_strokes(ended: list) -> None:
     """Strokes whose jobs have ended are listed, but those that became part of a base."""
     for job in ended:
-        ob = job_module.find(job.target)
+        ob = objects.find(job.target)
         if job.strokes and job.status != "cancelled" and ob is not None:
             listed = [item.name for item in ob.neural_sculpt.strokes]
             flattened = any(other.kind == "flatten" for other in ended)

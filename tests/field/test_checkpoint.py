@@ -19,12 +19,12 @@ from hypothesis import strategies as st
 from torch.nn.utils import weight_norm
 
 import neural_sculpt_addon.field
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import from_bytes, load, save, to_bytes
 from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
-from neural_sculpt_addon.stroke.errors import SculptError
 from tests.field.networks import MODELS, PACKED, network_of
 from tests.field.random_layers import layers, random_layer, same
 

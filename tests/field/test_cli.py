@@ -16,13 +16,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.cli import main
-from neural_sculpt_addon.field import consolidate, points_file
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field import points_file
 from neural_sculpt_addon.field.checkpoint import layer_to_bytes, load, save
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.metrics import find_surface
+from neural_sculpt_addon.field.fit import consolidate
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.field.problem.metrics import find_surface
 from tests.field.analytic import ball
 from tests.field.random_layers import random_layer
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import torch
 
+from neural_sculpt_addon.common.errors import Cancelled
+from neural_sculpt_addon.common.progress import interruptible
 from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised
 from neural_sculpt_addon.field.evaluate import (
     CHUNK,
@@ -18,8 +20,6 @@ from neural_sculpt_addon.field.evaluate import (
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.threads import PIECE, in_pieces, pool
-from neural_sculpt_addon.stroke.errors import Cancelled
-from neural_sculpt_addon.stroke.progress import interruptible
 from tests.field.analytic import ball
 from tests.field.splines import basis
 

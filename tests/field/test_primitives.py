@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.pieces import components
+from neural_sculpt_addon.field.mesh.pieces import components
+from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES, primitive
-from neural_sculpt_addon.field.proxy import extract
-from neural_sculpt_addon.stroke.errors import SculptError
 
 
 def solid(name):

@@ -7,15 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from neural_sculpt_addon.field.threads import (
-    PIECE,
-    in_pieces,
-    one_thread,
-    parallel,
-    pool,
-    threads,
-)
-from neural_sculpt_addon.stroke.errors import Cancelled
+from neural_sculpt_addon.common.errors import Cancelled
+from neural_sculpt_addon.field.threads import PIECE, in_pieces, one_thread, parallel, pool, threads
 
 
 def test_its_threads_leave_torch_one_thread_each():

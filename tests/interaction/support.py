@@ -9,7 +9,7 @@ import numpy as np
 
 
 def module(name: str) -> ModuleType:
-    """A module of the package, "blender.viewport.drawing" for example, that imports no bpy."""
+    """A module of the package, "interaction.drawing" for example, that imports no bpy."""
     found = importlib.import_module(f"neural_sculpt_addon.{name}")
     assert "bpy" not in sys.modules, f"{name} imports bpy"
     return found

@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.interaction.support import module
 
-CHANGED = module("blender.viewport.changed_ribbon")
-LIFT = module("blender.viewport.ribbon").LIFT
+CHANGED = module("interaction.changed_ribbon")
+LIFT = module("interaction.ribbon").LIFT
 Brush = module("stroke.brush").Brush
 Profile = module("stroke.profile").Profile
 STROKE = module("stroke.stroke")

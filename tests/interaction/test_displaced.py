@@ -24,7 +24,7 @@ def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
 
 
 def displaced(points: np.ndarray, triangles: np.ndarray, strokes: list):
-    result = module("blender.viewport.displaced").Displaced(points, triangles)
+    result = module("interaction.displaced").Displaced(points, triangles)
     for each in strokes:
         result.add(each)
     return result

@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.interaction.support import module
 
-DRAWING = module("blender.viewport.drawing")
+DRAWING = module("interaction.drawing")
 Phase = DRAWING.Phase
 
 

@@ -5,13 +5,8 @@ import json
 
 import pytest
 
-from neural_sculpt_addon.blender.presets.preset_file import (
-    BUILT_IN,
-    Preset,
-    dump_preset,
-    parse_preset,
-)
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.interaction.preset_file import BUILT_IN, Preset, dump_preset, parse_preset
 
 GEM = Preset(
     "profile", "Für Élise", ((-1.0, 0.0), (-0.25, 1.0), (0.5, -0.5), (1.0, 0.0)), ("VECTOR",) * 4

@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.interaction.support import module, to_path
 
-RECORDER = module("blender.viewport.recorder")
+RECORDER = module("interaction.recorder")
 
 
 class Recorder(unittest.TestCase):

@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.interaction.support import module
 
-RIBBON = module("blender.viewport.ribbon")
+RIBBON = module("interaction.ribbon")
 Brush = module("stroke.brush").Brush
 Modulation = module("stroke.modulation").Modulation
 Profile = module("stroke.profile").Profile

@@ -7,8 +7,8 @@ import numpy as np
 
 from tests.interaction.support import module
 
-TRACE = module("blender.viewport.trace")
-LIFT = module("blender.viewport.ribbon").LIFT
+TRACE = module("interaction.trace")
+LIFT = module("interaction.ribbon").LIFT
 Brush = module("stroke.brush").Brush
 Stroke = module("stroke.stroke").Stroke
 

@@ -6,10 +6,10 @@ import pytest
 import trimesh
 from damaged_meshes import DAMAGES, HOPELESS, IN_PLACE, MILLION
 
-from neural_sculpt_addon.field.fit import fit_mesh
-from neural_sculpt_addon.field.mesh_cleanup import clean
-from neural_sculpt_addon.field.mesh_distance import MeshDistance
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.fit.fit import fit_mesh
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
+from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 
 TORUS = trimesh.creation.torus(0.5, 0.25, major_sections=96, minor_sections=48)
 

@@ -10,7 +10,7 @@ import environment
 import pytest
 import virtualenv
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 
 ROOT = Path(__file__).resolve().parents[2]
 

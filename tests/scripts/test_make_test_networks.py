@@ -7,9 +7,9 @@ import trimesh
 from make_test_networks import FOLDER, SHAPES
 
 from neural_sculpt_addon.field.checkpoint import load
-from neural_sculpt_addon.field.pieces import components
+from neural_sculpt_addon.field.mesh.pieces import components
+from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.projection import project
-from neural_sculpt_addon.field.proxy import extract
 
 LENGTH = 1.7  # of the longest side of a shape, model space
 

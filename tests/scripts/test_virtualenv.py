@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import virtualenv
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 
 BASE = Path(sys.executable)
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.alpha import LARGEST_SIZE, Alpha, pixels_of
 from neural_sculpt_addon.stroke.alpha_images import IMAGES
-from neural_sculpt_addon.stroke.errors import SculptError
 
 RANDOM = np.random.default_rng(7)
 NOISE = RANDOM.integers(0, 256, (16, 16)).astype(np.uint8)

@@ -9,9 +9,9 @@ import zlib
 import numpy as np
 import pytest
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.displacement import MASKED, displace
-from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 from neural_sculpt_addon.stroke.mask import LEAST_SPACING, MOST_NODES, Mask
 from neural_sculpt_addon.stroke.path import make_path

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
-from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile

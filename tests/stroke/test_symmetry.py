@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.brush import Brush
-from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import MOST_COPIES, Stroke

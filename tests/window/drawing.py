@@ -128,7 +128,7 @@ def field() -> Object:
 
 def edited() -> bool:
     """Whether other brushes have sculpted its proxy."""
-    return module("blender.scene.native_edits").edited(field())
+    return module("blender.scene.mesh.native_edits").edited(field())
 
 
 def moved_since(before: Array) -> bool:

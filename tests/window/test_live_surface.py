@@ -47,7 +47,7 @@ class LiveSurface(WindowCase):
         for place in others:
             yield 0.02
             hand.move(place)
-        yield from hand.until(module("blender.viewport.preview").catch_up, SECONDS, "the surface")
+        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
         yield 2 * hand.DRAWN
 
     def assert_under_pen(self, path: np.ndarray) -> None:

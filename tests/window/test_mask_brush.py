@@ -42,7 +42,7 @@ def choose_mask_brush() -> None:
 
 def masks() -> np.ndarray:
     """(V,)"""
-    painted = module("blender.scene.brush_attributes").read(field().data)
+    painted = module("blender.scene.mesh.brush_attributes").read(field().data)
     return painted.get(".sculpt_mask", np.zeros(len(vertices(field()))))
 
 

@@ -145,7 +145,7 @@ class NextStroke(WindowCase):
         for place in others:
             yield 0.02
             hand.move(place)
-        yield from hand.until(module("blender.viewport.preview").catch_up, SECONDS, "the surface")
+        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
         shown = yield from still_picture()
         hand.save_png(PICTURES / "alpha_under_the_pen.png", shown)
         along = to_path(vertices(field()), path[2:-2]) < 0.25 * RADIUS

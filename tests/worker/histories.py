@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from neural_sculpt_addon.common.progress import Progress, silent
 from neural_sculpt_addon.field.checkpoint import to_bytes
+from neural_sculpt_addon.field.edit.layers import digest
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.layers import digest
-from neural_sculpt_addon.stroke.progress import Progress, silent
-from neural_sculpt_addon.worker.jobs import Jobs
-from neural_sculpt_addon.worker.payload import Payload, Task
 from neural_sculpt_addon.worker.protocol import JobKind
+from neural_sculpt_addon.worker.server.jobs import Jobs
+from neural_sculpt_addon.worker.server.payload import Payload, Task
 
 RESOLUTION = 48
 """Not the one at which fields are sculpted."""

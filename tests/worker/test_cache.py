@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a bounded cache keeps and forgets."""
 
-from neural_sculpt_addon.worker.cache import Cache
+from neural_sculpt_addon.worker.server.cache import Cache
 
 
 def test_what_was_not_asked_for_longest_is_forgotten_first():

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker import protocol, pulse
 from neural_sculpt_addon.worker.client import (
     Client,
@@ -429,7 +429,7 @@ def test_a_worker_of_another_protocol_is_ended(tmp_path):
     script = textwrap.dedent("""
         import sys
         sys.path.insert(0, sys.argv[1])
-        from neural_sculpt_addon.worker import server
+        from neural_sculpt_addon.worker.server import server
         server.PROTOCOL = 10**6
         server.take_over().serve({}, {})
     """)

@@ -6,11 +6,11 @@ import sys
 import pytest
 import torch
 
-from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker import device
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.worker.client import Client, JobKind, MessageKind
-from neural_sculpt_addon.worker.device import choose
 from neural_sculpt_addon.worker.install.environment import Device, worker_command
+from neural_sculpt_addon.worker.server import device
+from neural_sculpt_addon.worker.server.device import choose
 
 needs_no_cuda = pytest.mark.skipif(torch.cuda.is_available(), reason="there is a CUDA card")
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from neural_sculpt_addon.stroke.errors import Cancelled, SculptError
+from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.worker.install import environment
 from neural_sculpt_addon.worker.install import pip as installer
 from neural_sculpt_addon.worker.install.environment import (

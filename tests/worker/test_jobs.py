@@ -6,20 +6,20 @@ import pytest
 import torch
 import trimesh
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import from_bytes
+from neural_sculpt_addon.field.edit.layers import digest
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
-from neural_sculpt_addon.field.layers import digest
-from neural_sculpt_addon.field.prepare import CELLS
+from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.field.projection import project
-from neural_sculpt_addon.field.proxy import extract
-from neural_sculpt_addon.stroke.errors import SculptError
 from neural_sculpt_addon.worker import answers
-from neural_sculpt_addon.worker.jobs import Jobs
-from neural_sculpt_addon.worker.payload import MissingError
 from neural_sculpt_addon.worker.protocol import JobKind, Message, MessageKind
+from neural_sculpt_addon.worker.server.jobs import Jobs
+from neural_sculpt_addon.worker.server.payload import MissingError
 from tests.worker.histories import RESOLUTION, Object, run, stroke
 
 CPU = torch.device("cpu")

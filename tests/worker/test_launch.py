@@ -219,7 +219,14 @@ def test_a_folder_of_any_name_works_and_its_neighbours_stay_unseen(tmp_path):
     for neighbour in (tmp_path, package.parent, package / "worker"):
         for module in ("torch", "queue", "stroke", "json"):
             (Path(neighbour) / f"{module}.py").write_text("raise SystemExit('a neighbour came in')")
-    command = [sys.executable, "-I", "-u", str(package / "worker" / "launch.py"), "server", "cpu"]
+    command = [
+        sys.executable,
+        "-I",
+        "-u",
+        str(package / "worker" / "launch.py"),
+        "server.server",
+        "cpu",
+    ]
     client = Client(command, tmp_path / "worker.log")
     client.start()
     try:

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 import torch
 
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.primitives import primitive
-from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker.jobs import Jobs
-from neural_sculpt_addon.worker.payload import MissingError, Payload
 from neural_sculpt_addon.worker.protocol import JobKind
+from neural_sculpt_addon.worker.server.jobs import Jobs
+from neural_sculpt_addon.worker.server.payload import MissingError, Payload
 from tests.worker.histories import Object, run, stroke
 
 CPU = torch.device("cpu")

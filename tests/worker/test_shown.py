@@ -6,12 +6,12 @@ import pytest
 import torch
 import trimesh
 
-from neural_sculpt_addon.field.prepare import CELLS
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
-from neural_sculpt_addon.field.proxy import extract
-from neural_sculpt_addon.stroke.errors import SculptError
-from neural_sculpt_addon.worker.jobs import Jobs
+from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.worker.protocol import JobKind
+from neural_sculpt_addon.worker.server.jobs import Jobs
 from tests.worker.histories import RESOLUTION, Object, run, stroke
 from tests.worker.test_jobs import distance_from, field_of
 

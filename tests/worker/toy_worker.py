@@ -11,11 +11,11 @@ import time
 
 sys.path.insert(0, sys.argv[1])
 
-from neural_sculpt_addon.stroke.errors import SculptError
+from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.worker import pulse
-from neural_sculpt_addon.worker.payload import MissingError, Payload
 from neural_sculpt_addon.worker.protocol import JobKind
-from neural_sculpt_addon.worker.server import take_over
+from neural_sculpt_addon.worker.server.payload import MissingError, Payload
+from neural_sculpt_addon.worker.server.server import take_over
 
 FAILURES = {
     "sculpt": SculptError("The stroke is off the surface."),

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 from bpy.types import Context, Object, Operator
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from ..locale.translations import translated
-from ..scene import proxy_mesh
+from ..scene.mesh import proxy_mesh
+from ..scene.mesh.protect import protected, protected_each
 from ..scene.properties import is_field
-from ..scene.protect import protected, protected_each
 from ..session.job import Job
 from ..session.stroke_jobs import edit_job
 from ..session.worker_session import session

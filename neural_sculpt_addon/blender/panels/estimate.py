@@ -7,7 +7,7 @@ import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Mesh, Object, UILayout
 
-from ..scene import proxy_mesh
+from ..scene.mesh import proxy_mesh
 from ..scene.properties import field_of
 
 TRIANGLE = 52  # bytes in a Blender mesh: corners, half a vertex with its normal, 3 / 2 edges

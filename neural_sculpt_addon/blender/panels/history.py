@@ -12,7 +12,8 @@ from bpy.types import Context, UILayout, UIList
 from ...stroke.stroke import Kind
 from ...worker.client import JobKind
 from ..presets import thumbnails
-from ..scene import proxy_mesh, stroke_list
+from ..scene import stroke_list
+from ..scene.mesh import proxy_mesh
 from ..scene.properties import (
     LOCAL,
     NEURAL_SCULPT_PG_field,

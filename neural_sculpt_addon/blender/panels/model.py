@@ -12,8 +12,8 @@ from bpy.types import Context, Mesh, Object, UILayout
 from ...worker.client import JobKind
 from .. import preferences
 from ..locale.translations import OURS, translated
-from ..scene import native_edits
 from ..scene.field_header import header_of
+from ..scene.mesh import native_edits
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session

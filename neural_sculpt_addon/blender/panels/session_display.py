@@ -10,11 +10,11 @@ import bpy
 
 from ...stroke.stroke import Stroke
 from ...worker.client import Message, WorkerState
-from ..operators import notice
+from .. import notice, redraw
+from ..scene.mesh import preview
 from ..session.job import Job
 from ..session.session_watcher import Watcher
 from ..session.worker_session import session
-from ..viewport import preview, redraw
 from . import status_bar
 
 TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster

@@ -15,12 +15,12 @@ import bpy
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object, WindowManager
 
-from ...stroke.errors import SculptError
-from ..operators import notice
+from ...common.errors import SculptError
+from .. import notice
 from ..scene import stroke_list
 from ..scene.commit import in_window
+from ..scene.objects import find
 from ..scene.properties import field_of, is_field, strength_property
-from ..session.job import find
 from ..session.replay import change_history
 from ..session.worker_session import session
 

@@ -13,9 +13,9 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_tip as tip_
 from bpy.props import EnumProperty, FloatProperty
 
+from ...common.errors import SculptError
 from ...stroke.alpha import LARGEST_SPACING, LEAST_SPACING, NATURAL_SPACING, Alpha
 from ...stroke.alpha_images import IMAGES
-from ...stroke.errors import SculptError
 from . import thumbnails
 from .shape_choices import Item
 

@@ -14,9 +14,9 @@ import bpy
 import numpy as np
 from bpy.types import Brush, CurveMapping
 
+from ...interaction import preset_file
+from ...interaction.preset_file import SMOOTH, Preset
 from ...stroke.profile import Profile
-from . import preset_file
-from .preset_file import SMOOTH, Preset
 
 PROPERTY = "curve" if bpy.app.version < (5, 0, 0) else "curve_distance_falloff"
 """Of a brush: its curve."""

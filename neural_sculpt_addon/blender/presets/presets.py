@@ -13,9 +13,9 @@ from pathlib import Path
 
 import bpy
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
+from ...interaction.preset_file import LARGEST_FILE, Preset, dump_preset, parse_preset
 from ..folders import preset_folder
-from .preset_file import LARGEST_FILE, Preset, dump_preset, parse_preset
 
 log = logging.getLogger(__name__)
 

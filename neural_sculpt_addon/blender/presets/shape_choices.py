@@ -14,11 +14,11 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_tip as tip_
 from bpy.props import EnumProperty
 
+from ...interaction.preset_file import BUILT_IN, Preset
 from ...stroke.modulation import Modulation
 from ...stroke.profile import Profile
 from ..locale.translations import OURS
 from . import presets, thumbnails
-from .preset_file import BUILT_IN, Preset
 
 CURVE = "CURVE"
 """The choice of the curve widget instead of a named profile or modulation."""

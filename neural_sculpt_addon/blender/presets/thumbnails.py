@@ -9,8 +9,8 @@ import bpy.utils.previews
 import numpy as np
 from numpy.typing import NDArray
 
+from ...interaction.preset_file import BOUNDS, CORNER, Preset
 from ...stroke.alpha import Alpha
-from .preset_file import BOUNDS, CORNER, Preset
 
 SIZE = 64  # pixels
 LINE = 2.2  # pixels

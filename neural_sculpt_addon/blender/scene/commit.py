@@ -19,13 +19,13 @@ from bpy.types import Mesh, Object, SpaceView3D
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
-from ..viewport import preview
-from . import carried, proxy_mesh, sculpt_steps, stroke_list
+from . import sculpt_steps, stroke_list
+from .mesh import carried, preview, proxy_mesh
+from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, field_of
-from .proxy_mesh import Geometry
 from .stroke_list import Entry
 
 PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")

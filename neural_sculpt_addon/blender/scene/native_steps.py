@@ -14,7 +14,8 @@ from itertools import takewhile
 import bpy
 from bpy.types import Mesh
 
-from . import brush_attributes, sculpt_steps
+from . import sculpt_steps
+from .mesh import brush_attributes
 
 _OURS = "ours"
 _state: set[str] = set()

@@ -17,7 +17,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from . import chosen
 from .properties import NEURAL_SCULPT_PG_listed_stroke, field_of

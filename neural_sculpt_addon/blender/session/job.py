@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-import bpy
 import numpy as np
-from bpy.types import Object
 
 from ...stroke.stroke import Stroke
 from ...worker.client import JobKind, Message
@@ -89,15 +87,3 @@ class Job:
     def pending(self) -> bool:
         """Whether the job has no result yet."""
         return self.status in (JobStatus.QUEUED, JobStatus.RUNNING)
-
-
-def find(target: int) -> Object | None:
-    """The object with this session_uid, which survives undo; None when it is gone."""
-    return next((ob for ob in bpy.data.objects if ob.session_uid == target), None)
-
-
-def found(target: int) -> Object:
-    """The object of a job whose turn it is; the session has made sure that it is there."""
-    ob = find(target)
-    assert ob is not None
-    return ob

@@ -21,12 +21,14 @@ from contextlib import contextmanager
 import bpy
 from bpy.app.translations import pgettext_n as n_
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
-from ..scene import carried, proxy_mesh, sculpt_steps
+from ..scene import sculpt_steps
 from ..scene.commit import in_edit_mode
+from ..scene.mesh import carried, proxy_mesh
+from ..scene.objects import find
 from ..scene.properties import field_of
-from .job import Job, JobStatus, find
+from .job import Job, JobStatus
 from .session_watcher import Watcher
 
 log = logging.getLogger(__name__)

@@ -23,19 +23,20 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import JobKind, Message
-from ..operators import notice
-from ..scene import native_edits, native_steps, proxy_mesh
-from ..scene.brushed import Part, cut
+from .. import notice
+from ..scene import native_steps
 from ..scene.commit import add_brushed, add_entry, new_revision
+from ..scene.mesh import native_edits, preview, proxy_mesh
+from ..scene.mesh.brushed import Part, cut
+from ..scene.objects import find, found
 from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED, Entry
-from ..viewport import preview
 from . import states
 from .absorb_job import absorb_job
-from .job import Job, JobStatus, Request, find, found
+from .job import Job, JobStatus, Request
 from .worker_session import session
 
 log = logging.getLogger(__name__)

@@ -13,11 +13,13 @@ from collections.abc import Callable, Sequence
 from bpy.types import Object
 
 from ...worker.client import JobKind, Message
-from ..scene import native_edits, stroke_list
+from ..scene import stroke_list
 from ..scene.commit import new_revision, set_history
+from ..scene.mesh import native_edits
+from ..scene.objects import found
 from ..scene.stroke_list import Entry
 from . import live, states
-from .job import Job, Request, found
+from .job import Job, Request
 from .worker_session import session
 
 Change = Callable[[Sequence[Entry]], Sequence[Entry]]

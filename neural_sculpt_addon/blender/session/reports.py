@@ -14,8 +14,8 @@ import bpy
 from bpy.types import Object
 
 from ...worker.client import JobKind, Message
+from .. import redraw
 from ..scene.properties import field_of, is_field
-from ..viewport import redraw
 from .job import Job, Request
 from .worker_session import session
 

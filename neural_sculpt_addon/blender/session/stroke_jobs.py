@@ -3,14 +3,16 @@
 
 from bpy.types import Object
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from ...worker.client import JobKind, Message
-from ..scene import native_edits, stroke_list
+from ..scene import stroke_list
 from ..scene.commit import add_entry, keep_entries, new_revision, set_history
+from ..scene.mesh import native_edits
+from ..scene.objects import find, found
 from ..scene.properties import field_of, shown_as
 from . import reports, states
-from .job import Job, Request, find, found
+from .job import Job, Request
 
 
 def prepare_job(ob: Object) -> Job:

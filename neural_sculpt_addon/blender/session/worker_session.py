@@ -18,7 +18,7 @@ from typing import Any
 
 from bpy.app.translations import pgettext_n as n_
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from ...worker import answers
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
@@ -26,8 +26,9 @@ from ...worker.protocol import ProtocolError
 from .. import preferences
 from ..scene import sculpt_steps
 from ..scene.commit import foresee
+from ..scene.objects import find
 from ..scene.properties import field_of
-from .job import Job, JobStatus, find
+from .job import Job, JobStatus
 from .job_queue import JobQueue
 from .worker_process import Worker
 

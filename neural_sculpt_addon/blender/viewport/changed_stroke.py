@@ -14,15 +14,15 @@ from functools import partial
 import gpu
 from bpy.types import Object
 
+from ...interaction.changed_ribbon import changed_ribbons
+from ...interaction.ribbon import Ribbon
 from ...stroke.stroke import Stroke
+from .. import redraw
+from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.stroke_list import Entry
-from ..session.job import find
-from . import redraw
-from .changed_ribbon import changed_ribbons
 from .draw_handler import DrawHandler
 from .overlay import draw_ribbons, over_surface
-from .ribbon import Ribbon
 from .view import lay
 
 BELOW = 0.6

@@ -15,10 +15,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ...worker.client import Message
-from .. import preferences
+from .. import preferences, redraw
 from ..session.job import Job
 from ..session.worker_session import session
-from . import redraw
 from .draw_handler import DrawHandler
 
 LIGHT = np.array([0.3, -0.5, 0.81])

@@ -23,6 +23,9 @@ from bpy.types import Context, Object, WindowManager
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
+from ...interaction.recorder import Mouse, Point
+from ...interaction.ribbon import ROWS, Ribbon, cursor, ribbon_triangles, ribbons
+from ...interaction.trace import trace
 from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
 from ...stroke.stroke import MOST_COPIES, Stroke
@@ -30,16 +33,13 @@ from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
 from ..scene.brush import current_brush, current_kind, mirror_of, radial_of, seen
+from ..scene.mesh.seen_surface import grid_of
+from ..scene.objects import find
 from ..scene.properties import field_of, is_field
-from ..session.job import find
+from ..scene.tool import TOOL
 from .draw_handler import DrawHandler
-from .recorder import Mouse, Point
-from .ribbon import ROWS, Ribbon, cursor, ribbon_triangles, ribbons
-from .seen_surface import grid_of
-from .trace import trace
 from .view import View, lay, view_under
 
-TOOL = "neural_sculpt.tool"
 POINTS = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
 KNOT = 9.0  # pixels
 WEAKEST = 0.45

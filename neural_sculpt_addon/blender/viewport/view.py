@@ -14,8 +14,8 @@ from bpy_extras import view3d_utils
 from mathutils import Vector
 from numpy.typing import ArrayLike, NDArray
 
-from .recorder import Mouse, Point
-from .seen_surface import grid_of
+from ...interaction.recorder import Mouse, Point
+from ..scene.mesh.seen_surface import grid_of
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from bpy_extras import view3d_utils
 from gpu_extras.batch import batch_for_shader
 from mathutils import Vector
 
+from ...interaction.recorder import Point
 from .. import preferences
 from ..scene.properties import field_of, is_field
 from .draw_handler import DrawHandler
-from .recorder import Point
 
 RADIUS = 18.0  # pixels
 NEAR = 0.01

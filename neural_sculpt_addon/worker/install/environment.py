@@ -17,8 +17,8 @@ from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 
-from ...stroke.errors import SculptError
-from ...stroke.progress import Progress, silent
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent
 from .interpreter import OLDEST, Environment, candidate_pythons, check_python, identify, lack
 from .pip import UnsuitableError, run
 
@@ -50,7 +50,7 @@ class Device(StrEnum):
 
 def worker_command(python: Path | str, device: Device = Device.AUTO) -> list[str]:
     """The command that runs the worker of this very package on `python`, isolated, unbuffered."""
-    return _launch(python, "server", device)
+    return _launch(python, "server.server", device)
 
 
 def installation_command(python: Path | str, folder: Path | str) -> list[str]:

@@ -15,7 +15,7 @@ import sys
 import threading
 from pathlib import Path
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from . import environment
 from .interpreter import no_window
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 
 OLDEST = (3, 11)
 NEWEST = (3, 14)

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ...stroke.errors import SculptError
+from ...common.errors import SculptError
 from .interpreter import clean_environ, no_window
 
 _KEPT = 400  # lines of output that are looked at when a command fails

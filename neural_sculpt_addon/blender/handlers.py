@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
+
+The object's properties are the truth and Blender restores them together with the proxy mesh. What
+remains is to pass over borders (see `sculpt_steps`), to take back and bring back what has no result
+yet, to show the reports that came after the undo step of their stroke, to cancel the jobs whose
+base is no longer there, and to keep previews out of undo steps and files.
+"""
+
+from collections.abc import Callable
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..common.errors import SculptError
+from . import notice
+from .scene import native_steps, sculpt_steps
+from .scene.commit import in_edit_mode, in_window, push_undo
+from .scene.mesh import preview
+from .scene.sculpt_steps import BORDER, Step
+from .session import live, reports, saved_strokes
+from .session.job import Job
+from .session.worker_session import session
+
+
+class _State:
+    passing: bool = False  # over a border: the step that Blender takes is ours
+    undone: tuple[Step | None, Job] | None = None
+    """The job that undo cancelled last, and the border at which redo brings it back."""
+
+
+@persistent
+def prepare_undo(*_: object) -> None:
+    """Before undo: leave a border.
+
+    A change without a result is what the artist did last, when Blender's history has nothing newer.
+    It is cancelled; the undo itself is given a border to take back.
+    """
+    if native_steps.is_ours():
+        return
+    preview.hide()
+    if _State.passing:
+        return
+    if not in_edit_mode() and (job := session.newest_change()) is not None:
+        session.cancel_job(job, f"{job.label:.100} was undone.")
+        push_undo(BORDER)
+        _State.undone = sculpt_steps.active(), job
+    elif sculpt_steps.undo_passes():
+        _pass(bpy.ops.ed.undo)
+
+
+@persistent
+def prepare_redo(*_: object) -> None:
+    """Before redo: go to a border first."""
+    if native_steps.is_ours():
+        return
+    preview.hide()
+    if not _State.passing and sculpt_steps.redo_passes():
+        _pass(bpy.ops.ed.redo)
+
+
+def _pass(step: Callable[[], object]) -> None:
+    _State.passing = True
+    try:
+        with in_window():
+            step()
+    finally:
+        _State.passing = False
+
+
+@persistent
+def hide(*_: object) -> None:
+    """After loading what Blender saved by itself."""
+    preview.hide()
+
+
+@persistent
+def prepare_file(*_: object) -> None:
+    """Before saving."""
+    preview.hide()
+    saved_strokes.add()
+
+
+@persistent
+def show(*_: object) -> None:
+    """After saving, or when that failed."""
+    saved_strokes.remove()
+    preview.show()
+
+
+@persistent
+def follow(*_: object) -> None:
+    """After undo and redo."""
+    if _State.passing or native_steps.is_ours():
+        return
+    live.leave()
+    session.follow_history()
+    reports.follow()
+    preview.show()
+    if (ob := bpy.context.active_object) is not None and not session.jobs:
+        reports.measure_again(ob)
+
+
+@persistent
+def bring_back(*_: object) -> None:
+    """After redo: what undo cancelled is done after all."""
+    if _State.undone is None or _State.undone[0] != sculpt_steps.active():
+        return
+    job = _State.undone[1]
+    _State.undone = None
+    try:
+        session.submit_again(job)
+    except SculptError as error:
+        notice.tell(str(error))
+
+
+@persistent
+def leave(*_: object) -> None:
+    """Before another file is loaded."""
+    _State.undone = None
+    preview.let_go()
+    live.forget()
+    session.leave_file()
+
+
+_HANDLERS = (
+    ("undo_pre", prepare_undo),
+    ("redo_pre", prepare_redo),
+    ("undo_post", follow),
+    ("redo_post", follow),
+    ("redo_post", bring_back),
+    ("save_pre", prepare_file),
+    ("save_post", show),
+    ("save_post_fail", show),
+    ("load_pre", leave),
+    ("load_post", hide),
+)
+
+
+def register() -> None:
+    """Listen to Blender's history."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    """Stop listening."""
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make the field as it is the one that later replays start from."""
+
+# pyright: reportOptionalMemberAccess=false
+
+from bpy.types import Context, Operator
+
+from ....worker.client import JobKind, Message
+from ...scene.commit import set_base
+from ...scene.objects import found
+from ...scene.properties import field_of
+from ...session import states
+from ...session.job import Job, Request
+from ...session.worker_session import session
+from ..launch import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
+from ..strokes.history import listed_poll
+
+
+class NEURAL_SCULPT_OT_apply_to_base(Operator):
+    """Take all strokes that are not muted into the base of the field and off the list"""
+
+    bl_idname = "neural_sculpt.apply_to_base"
+    bl_label = "Apply to Base"
+    bl_options = REGISTER
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field with strokes that nothing is about to change."""
+        if not listed_poll(cls, context):
+            return False
+        if any(job.target == active_field(context).session_uid for job in session.jobs):
+            return refuse(cls, "The worker still changes this field")
+        return True
+
+    @reports_errors
+    def execute(self, context: Context) -> Outcome:
+        """Replace the base; the worker adds up base and layers."""
+        ob = active_field(context)
+        target, label, group = ob.session_uid, self.bl_label, field_of(ob)
+        if states.is_whole(group):
+            set_base(ob, label, group.weights, group.weights_id)
+            return FINISHED
+
+        def request() -> Request:
+            return states.request(found(target))
+
+        def apply(result: Message) -> None:
+            base = result.arrays["field"].tobytes()
+            set_base(found(target), label, base, result.fields["id"])
+
+        return launch(self, Job(JobKind.FLATTEN, label, request, apply, target=target))

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Booleans: the active field united with, cut by or cut down to the other selected object.
+
+The other object, a field or a mesh, stays and is hidden. The result is one entry of the history,
+beside the strokes.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
+from bpy.props import EnumProperty, FloatProperty
+from bpy.types import Context, Event, Object, Operator
+
+from ....common.errors import SculptError
+from ....worker.client import JobKind, Message
+from ...locale.translations import OURS
+from ...scene.commit import add_entry, new_revision
+from ...scene.mesh import native_edits
+from ...scene.objects import find, found
+from ...scene.properties import NETWORK, field_of, is_field, shown_as, world_scale
+from ...scene.stroke_list import Entry
+from ...session import states
+from ...session.job import Job, Request
+from ...session.worker_session import session
+from ...viewport import fit_overlay
+from ..launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from .from_mesh import read_in
+
+OPERATIONS = (
+    ("UNION", n_("Union"), n_("Both together")),
+    ("DIFFERENCE", n_("Difference"), n_("The field without the other object")),
+    ("INTERSECTION", n_("Intersection"), n_("What lies in both")),
+)
+ENTRIES = {
+    "UNION": n_("Union with {}"),
+    "DIFFERENCE": n_("Difference from {}"),
+    "INTERSECTION": n_("Intersection with {}"),
+}
+
+
+class NEURAL_SCULPT_OT_boolean(Operator):
+    """Unite the active field with the other selected field or mesh, or cut it by that"""
+
+    bl_idname = "neural_sculpt.boolean"
+    bl_label = "Neural Boolean"
+    bl_options = REGISTER
+
+    operation: EnumProperty(
+        name="Operation", description="What is made of both", items=OPERATIONS, default="UNION"
+    )
+    blend: FloatProperty(
+        name="Blend",
+        translation_context=OURS,
+        description="Radius in which both flow into each other; 0 leaves a crease",
+        min=0.0,
+        subtype="DISTANCE",
+    )
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """An active field in Object Mode, and one more solid."""
+        if not editable_poll(cls, context):
+            return False
+        if context.mode != "OBJECT":
+            return refuse(cls, "Leave this mode for Object Mode first")
+        if field_of(active_field(context)).solver == NETWORK:
+            return refuse(cls, "Booleans add detail. Choose Detail in the panel Model first")
+        if _other(context) is None:
+            return refuse(cls, "Select another field or mesh, and the field last")
+        return True
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for the operation and the blend radius."""
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context: Context) -> Outcome:
+        """Combine in the worker."""
+        ob, other = active_field(context), _other(context)
+        assert other is not None
+        target, source = ob.session_uid, other.session_uid
+        name = iface_(ENTRIES[self.operation]).format(other.name)
+        fields = {
+            "operation": self.operation.lower(),
+            "blend": self.blend / world_scale(ob),
+            "preview": not session.waits,
+        }
+        label = self.bl_label
+
+        def request() -> Request:
+            ob, other = found(target), find(source)
+            if other is None:
+                raise SculptError("The other object of the Boolean is gone. Select one again.")
+            native_edits.refuse(ob)
+            asked = states.request(
+                ob, **shown_as(field_of(ob)), result_revision=new_revision(), **fields
+            )
+            return _with_other(asked, ob, other)
+
+        def apply(result: Message) -> None:
+            ob, other = found(target), find(source)
+            native_edits.refuse(ob)
+            add_entry(ob, Entry("", name), result, label, replaced=other)
+
+        job = Job(JobKind.BOOLEAN, label, request, apply, target=target)
+        job.preview = lambda preview: fit_overlay.show(job, preview, found(target).matrix_world)
+        return launch(self, job)
+
+
+def _other(context: Context) -> Object | None:
+    """The one other selected object that has a surface."""
+    others = [ob for ob in context.selected_objects or () if ob != context.active_object]
+    return others[0] if len(others) == 1 and others[0].type == "MESH" else None
+
+
+def _with_other(asked: Request, ob: Object, other: Object) -> Request:
+    """The request with the other solid as it is now."""
+    if is_field(other) and not native_edits.edited(other):
+        there = states.request(other)
+        to_model = ob.matrix_world.inverted_safe() @ other.matrix_world
+        matrix = np.array(to_model).ravel().tolist()
+        fields = {**asked.fields, "other": there.fields, "matrix": matrix}
+        return replace(asked, fields=fields, held=asked.held | there.held)
+    vertices, triangles = read_in(other, bpy.context, ob.matrix_world)
+    return replace(asked, arrays={"vertices": vertices, "triangles": triangles})

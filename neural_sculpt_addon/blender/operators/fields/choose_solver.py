@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Choose what the strokes of the active field change: its detail, or the weights of its network."""
+
+# pyright: reportInvalidTypeForm=false
+
+from bpy.types import Context, Operator
+
+from ...scene.commit import set_solver
+from ...scene.field_header import header_of
+from ...scene.properties import NETWORK, field_of, solver_property
+from ..launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
+
+
+class NEURAL_SCULPT_OT_choose_solver(Operator):
+    """Choose what strokes change: detail, which keeps them where they are, or the network"""
+
+    bl_idname = "neural_sculpt.choose_solver"
+    bl_label = "Sculpt Detail or Network"
+    bl_options = REGISTER
+
+    solver: solver_property()
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field without a history, which the other solver would have made otherwise."""
+        if not field_poll(cls, context):
+            return False
+        if len(field_of(active_field(context)).strokes):
+            return refuse(cls, "Apply the strokes to the base first, and delete muted ones")
+        return True
+
+    def execute(self, context: Context) -> Outcome:
+        """Choose it for the strokes to come."""
+        ob = active_field(context)
+        if self.solver == NETWORK and header_of(ob).detail:
+            return fail(
+                self, "This field has detail, which a network cannot hold. Consolidate it first."
+            )
+        if self.solver != field_of(ob).solver:
+            set_solver(ob, self.solver, self.bl_label)
+        return FINISHED

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Export the active field: its network, a mesh of any resolution, or a level set.
+
+Worker and field make the arrays; Blender's own exporters write meshes, its OpenVDB level sets.
+"""
+
+# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.types import Context, Event, Mesh, Object, Operator
+
+from ....common.errors import SculptError
+from ....worker.client import JobKind, Message
+from ...panels import estimate
+from ...scene import level_set
+from ...scene.commit import PROXY, in_window
+from ...scene.mesh import proxy_mesh
+from ...scene.objects import find
+from ...scene.properties import (
+    field_of,
+    most_triangles_property,
+    refine_property,
+    resolution_property,
+    world_scale,
+)
+from ...session import states
+from ...session.job import Job, Request
+from ..launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
+
+FORMATS = (
+    ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),
+    ("PTH", "Network (.pth)", "The format of the paper's authors, for fields without detail"),
+    ("OBJ", "Wavefront (.obj)", "A mesh as text, with materials"),
+    ("PLY", "Stanford (.ply)", "A mesh"),
+    ("STL", "STL (.stl)", "A mesh for 3D printing"),
+    ("GLB", "glTF Binary (.glb)", "A mesh with materials in one file"),
+    ("GLTF", "glTF Separate (.gltf)", "A mesh with materials in several files"),
+    ("VDB", "OpenVDB Level Set (.vdb)", "Signed distances on a grid"),
+)
+KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
+KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
+"""What the worker makes for a file of each suffix."""
+WITH_TEXT = {".ply", ".stl"}  # whose default is binary
+DEFAULT_RESOLUTION = 256
+
+
+class NEURAL_SCULPT_OT_export(Operator):
+    """Export the active neural field as a field, a network, a mesh or a level set"""
+
+    bl_idname = "neural_sculpt.export"
+    bl_label = "Export Neural Field"
+    bl_options = REGISTER
+
+    filepath: StringProperty(
+        name="File",
+        description="Network: .safetensors or .pth. Mesh: .obj, .ply, .stl, .glb or .gltf."
+        " OpenVDB level set: .vdb",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
+    )
+    format: EnumProperty(
+        name="Format",
+        description="What is written; in scripts the suffix of the file tells",
+        items=FORMATS,
+        options={"SKIP_SAVE"},
+    )
+    resolution: resolution_property(
+        "Cells along an edge of the field's box, for a mesh or a level set", DEFAULT_RESOLUTION
+    )
+    refine: refine_property()
+    most_triangles: most_triangles_property()
+    modifiers: BoolProperty(
+        name="Apply Modifiers",
+        description="Write the mesh with the modifiers of the object",
+        default=True,
+    )
+    text: BoolProperty(name="ASCII", description="Write text, which is larger and slower")
+    filter_glob: StringProperty(
+        default=";".join(f"*{suffix}" for suffix in KINDS), options={"HIDDEN"}
+    )
+    check_existing: BoolProperty(default=True, options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        """A field."""
+        return field_poll(cls, context)
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask for the file."""
+        group = field_of(active_field(context))
+        self.refine, self.most_triangles = group.refine, group.most_triangles
+        if not self.filepath:
+            self.filepath = bpy.path.clean_name(active_field(context).name)
+            self.check(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def check(self, context: Context) -> bool:
+        """Give the file the suffix of the format; whether it had another one."""
+        path, suffix = Path(self.filepath), f".{self.format.lower()}"
+        if path.suffix.lower() == suffix:
+            return False
+        stem = path.stem if path.suffix.lower() in KINDS else path.name
+        self.filepath = str(path.with_name(stem + suffix))
+        return True
+
+    def draw(self, context: Context) -> None:
+        """Draw the format and what can be chosen for it, beside the files."""
+        layout = self.layout
+        layout.prop(self, "format", text="")
+        suffix = f".{self.format.lower()}"
+        if KINDS[suffix] is JobKind.SAVE:
+            return
+        layout.prop(self, "resolution")
+        if KINDS[suffix] is JobKind.MESH:
+            estimate.draw_refinement(layout, self)
+            most = self.most_triangles if self.refine else 0
+            estimate.draw(layout, active_field(context), self.resolution, most)
+            layout.prop(self, "modifiers")
+        if suffix in WITH_TEXT:
+            layout.prop(self, "text")
+
+    @reports_errors
+    def execute(self, context: Context) -> Outcome:
+        """Have the worker make what the suffix says, and write it."""
+        path = Path(bpy.path.abspath(self.filepath))
+        kind = KINDS.get(path.suffix.lower())
+        if kind is None:
+            known = ", ".join(KINDS)
+            raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
+        if not path.parent.is_dir():
+            raise SculptError(f"There is no folder {path.parent}. Choose another place.")
+        if kind is JobKind.SAMPLE:
+            level_set.check()
+        target = active_field(context).session_uid
+        most = self.most_triangles if self.refine else 0
+        fields = {"path": str(path), "resolution": self.resolution, "triangles": most}
+        modifiers, text = self.modifiers, self.text  # the operator is gone when the worker is done
+
+        def exported() -> Object:
+            if (ob := find(target)) is None:
+                raise SculptError(f"{path.name} was not written: the object is gone.")
+            return ob
+
+        def request() -> Request:  # when the strokes drawn so far are done
+            return states.request(exported(), **fields)
+
+        def write(result: Message) -> None:
+            if kind is JobKind.SAVE:  # the worker has done it
+                return
+            ob = exported()
+            if kind is JobKind.SAMPLE:
+                level_set.write(path, result.arrays["band"], ob.matrix_world, world_scale(ob))
+            else:
+                _write_mesh(path, ob, result, modifiers, text)
+
+        return launch(self, Job(kind, f"Export {path.name}", request, write))
+
+
+def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:
+    """Write the result's mesh as if it were the object's: its place, materials, modifiers."""
+    suffix = path.suffix.lower()
+    with in_window(), _stand_in(ob, result):
+        try:
+            if suffix in (".glb", ".gltf"):
+                bpy.ops.export_scene.gltf(
+                    filepath=str(path),
+                    export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
+                    use_selection=True,
+                    export_apply=modifiers,
+                )
+            else:
+                given = {"ascii_format": text} if suffix in WITH_TEXT else {}
+                getattr(bpy.ops.wm, f"{suffix[1:]}_export")(
+                    filepath=str(path),
+                    export_selected_objects=True,
+                    apply_modifiers=modifiers,
+                    **given,
+                )
+        except RuntimeError as error:  # an operator's error report
+            cause = str(error).strip().removeprefix("Error: ")
+            raise SculptError(
+                f"{path.name} was not written ({cause}). Choose another folder or file name."
+            ) from error
+
+
+@contextmanager
+def _stand_in(ob: Object, result: Message) -> Iterator[None]:
+    """A copy of the object with another mesh, alone selected: exporters take what is selected."""
+    selected = [*(bpy.context.selected_objects or ())]
+    for other in selected:
+        other.select_set(False)
+    arrays = (result.arrays[name] for name in PROXY)
+    geometry = proxy_mesh.geometry(*arrays, smooth=field_of(ob).smooth)
+    mesh = bpy.data.meshes.new(ob.name)
+    proxy_mesh.fill(mesh, geometry)
+    assert isinstance(ob.data, Mesh)
+    for material in ob.data.materials:
+        mesh.materials.append(material)
+    copy = ob.copy()
+    copy.data = mesh
+    copy.hide_viewport = False
+    bpy.context.scene.collection.objects.link(copy)
+    copy.select_set(True)
+    try:
+        yield
+    finally:
+        bpy.data.objects.remove(copy)
+        bpy.data.meshes.remove(mesh)
+        for other in selected:
+            other.select_set(True)

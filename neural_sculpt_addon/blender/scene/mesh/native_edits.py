@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a proxy was changed by Blender's own brushes and tools, which its field knows nothing of.
+
+The next proxy that the worker makes takes its place, and such edits would be gone: strokes and
+changes of the history are refused until Absorb has fitted the field to them, or Remesh Proxy has
+dropped them. That is looked at when a job starts, and again when its result is there.
+"""
+
+from bpy.types import Mesh, Object
+
+from ....common.errors import SculptError
+from . import preview, proxy_mesh
+
+
+def edited(ob: Object) -> bool:
+    """Whether the proxy of a field differs from what the field gave; some 1 ms."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    filled = mesh.get(proxy_mesh.FILLED)
+    if filled is None or mesh.is_editmode:
+        return False
+    return filled != f"{proxy_mesh.fingerprint(preview.true_positions(mesh)):08x}"
+
+
+def mark(ob: Object) -> int:
+    """A number that changes with every native edit."""
+    assert isinstance(ob.data, Mesh)
+    return proxy_mesh.fingerprint(preview.true_positions(ob.data))
+
+
+def refuse_since(ob: Object, before: int | None) -> None:
+    """SculptError when the proxy was edited since it had that mark, or at all without one."""
+    if mark(ob) != before:
+        raise SculptError(
+            "The proxy was sculpted by other brushes meanwhile, so it was left as it is. Try again."
+        )
+
+
+def refuse(ob: Object) -> None:
+    """SculptError when a new proxy would lose what other brushes did."""
+    if edited(ob):
+        raise SculptError(
+            "The proxy was sculpted by other brushes, which the field does not know of."
+            " Absorb takes that into the field, Remesh Proxy drops it."
+        )

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What masks and hidden faces protect, frozen with a stroke: so that the history comes to the same
+field whatever is masked later.
+
+The mask is that of the proxy under the stroke and its mirror images, on the side of thin parts that
+they displace. Where a copy of the stroke comes near to what is masked it takes some 15 ms, on
+100,000 triangles, and 6 ms for each copy. Model space.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from bpy.types import Object
+from numpy.typing import NDArray
+
+from ....common.errors import SculptError
+from ....interaction.base_surface import BaseSurface, Fans
+from ....interaction.growth import Growth, reach_of
+from ....stroke.curve import fit_curve
+from ....stroke.mask import Mask
+from ....stroke.stroke import Stroke
+from . import brush_attributes, preview, proxy_mesh
+
+FINE = 1 / 8  # radii: spacing of a mask; where the proxy is coarser, the length of its edges
+SEEN = 64  # points of a stroke, of which its box is found
+
+
+def protected(ob: Object, stroke: Stroke) -> Stroke:
+    """The stroke with what is masked and hidden on the object's proxy now; one that has a mask
+    keeps it. SculptError when it would change nothing."""
+    (found,) = protected_each(ob, (stroke,))
+    if found is None:
+        raise SculptError(
+            "All that the stroke would change is masked or hidden. Clear the mask, or draw"
+            " elsewhere."
+        )
+    return found
+
+
+def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | None, ...]:
+    """Each of the strokes likewise; None for one that would change nothing."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if len(mesh.loops) != 3 * len(mesh.polygons):
+        return strokes
+    triangles = proxy_mesh.corners_of(mesh)
+    protection = brush_attributes.protection(mesh, triangles)
+    if protection is None:
+        return strokes
+    positions = preview.positions_below(ob)
+    some = positions[protection > 0]
+
+    @cache
+    def fans() -> Fans:
+        return Fans(triangles, len(positions))
+
+    def one(stroke: Stroke) -> Stroke | None:
+        if stroke.mask is not None or not any(_is_near(copy, some) for copy in stroke.copies()):
+            return stroke
+        surface = BaseSurface(positions, fans(), reach_of(stroke))
+        return _frozen(stroke, surface, protection)
+
+    return tuple(map(one, strokes))
+
+
+def _is_near(stroke: Stroke, positions: NDArray[np.float32]) -> bool:
+    """Whether any of the positions (K, 3) lies in the box around what a stroke may reach."""
+    curve, reach = fit_curve(stroke.points, stroke.closed), 2 * reach_of(stroke)
+    line = curve.resample(SEEN)[0] if len(curve.points) > 1 else curve.points  # (N, 3)
+    low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
+    return bool(((positions > low) & (positions < high)).all(axis=1).any())
+
+
+def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32]) -> Stroke | None:
+    """The stroke with the mask under its copies; as it is when nothing that they reach has one, and
+    None when all that they would change is masked.
+
+    protection: (V,) of the vertices of the surface
+    """
+    nearness = np.full(len(protection), np.inf)
+    for copy in stroke.copies():
+        growth = Growth(surface)
+        for _ in growth.follow(copy):
+            pass
+        nearness = np.minimum(nearness, growth.nearness)
+    reached, under = np.flatnonzero(np.isfinite(nearness)), nearness < 1
+    if not protection[reached].any():
+        return stroke
+    if under.any() and (protection[under] == 1).all():
+        return None
+    a, b, _ = surface.fans.around(reached).T
+    edge = float(np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1).mean())
+    radius = stroke.brush.radius * stroke.largest_factor
+    points = surface.positions[reached]
+    mask = Mask.of(points, protection[reached], max(edge, FINE * radius))
+    return replace(stroke, mask=mask)

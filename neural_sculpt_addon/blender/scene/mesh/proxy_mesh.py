@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The proxy: triangles of the field's surface written into a Blender mesh, in model space."""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+from bpy.types import Mesh, Object
+from numpy.typing import NDArray
+
+from ....common.errors import SculptError
+from . import brush_attributes
+
+CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
+"""Earlier Blenders ignore the attribute; their own smooth normals serve."""
+
+FILLED = "neural_sculpt_filled"
+"""Custom property of a proxy's mesh: the fingerprint of the vertices that it was filled with."""
+
+
+def why_locked(ob: Object) -> str:
+    """Why the object's mesh cannot be replaced now, as a sentence; empty when it can."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    if ob.library or mesh.library or ob.override_library:
+        return f"{ob.name} is linked from another file. Make it local to sculpt it."
+    if mesh.is_editmode:
+        return f"{ob.name} is in Edit Mode. Leave Edit Mode to sculpt the field."
+    if mesh.shape_keys:
+        return f"{ob.name} has shape keys, which a new proxy would break. Remove them to sculpt."
+    if in_dyntopo(ob):
+        return (
+            f"Dyntopo owns the mesh of {ob.name} while it is on. Turn it off to sculpt the field."
+        )
+    return ""
+
+
+def refuse_locked(ob: Object) -> None:
+    """SculptError when the object's mesh cannot be replaced now."""
+    if reason := why_locked(ob):
+        raise SculptError(reason)
+
+
+def in_dyntopo(ob: Object) -> bool:
+    """Whether Sculpt Mode works on a mesh of its own and will write it over the object's."""
+    return ob.mode == "SCULPT" and ob.use_dynamic_topology_sculpting
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
+
+    normals are None, or flat is, as they are shaded; painted is what Blender's brushes painted
+    """
+
+    vertices: NDArray[np.float32]  # (3 V,)
+    normals: NDArray[np.float32] | None  # (3 V,)
+    edges: NDArray[np.int32]  # (2 E,)
+    corners: NDArray[np.int32]  # (3 F,)
+    corner_edges: NDArray[np.int32]  # (3 F,)
+    starts: NDArray[np.int32]  # (F,)
+    flat: NDArray[np.bool_] | None  # (F,)
+    filled: str
+    painted: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
+
+
+def geometry(
+    vertices: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    edges: NDArray[np.int32],
+    corner_edges: NDArray[np.int32],
+    smooth: bool = True,
+) -> Geometry:
+    """What a mesh will be filled with: all that may fail for want of memory, ahead of a change.
+
+    vertices, normals: (V, 3); normals are unit and point outward
+    triangles:         (F, 3), counter-clockwise seen from outside
+    edges:             (E, 2), each once
+    corner_edges:      (F, 3), of each corner the edge to the next
+    smooth:            whether it is shaded by the normals; otherwise triangles are flat
+    """
+    return Geometry(
+        _flat(vertices, np.float32),
+        _flat(normals, np.float32) if smooth and CUSTOM_NORMALS else None,
+        _flat(edges, np.int32),
+        _flat(triangles, np.int32),
+        _flat(corner_edges, np.int32),
+        np.arange(0, triangles.size, 3, np.int32),
+        None if smooth else np.ones(len(triangles), bool),
+        f"{fingerprint(vertices):08x}",
+    )
+
+
+def fill(mesh: Mesh, new: Geometry) -> None:
+    """Replace the mesh's geometry; materials stay. The mesh must not be locked.
+
+    With 100,000 triangles this takes some 4 ms; that Blender need not find the edges itself saves
+    9 ms.
+    """
+    mesh.clear_geometry()
+    mesh.vertices.add(len(new.vertices) // 3)
+    mesh.edges.add(len(new.edges) // 2)
+    mesh.loops.add(len(new.corners))
+    mesh.polygons.add(len(new.starts))
+    _write(mesh, "position", "vector", new.vertices)
+    _write(mesh, ".edge_verts", "value", new.edges)
+    _write(mesh, ".corner_vert", "value", new.corners)
+    _write(mesh, ".corner_edge", "value", new.corner_edges)
+    # Blender takes these one at a time, which of a view of the numbers it does twice as fast
+    mesh.polygons.foreach_set("loop_start", new.starts.data)
+    if new.flat is not None:
+        mesh.attributes.new("sharp_face", "BOOLEAN", "FACE")
+        _write(mesh, "sharp_face", "value", new.flat)
+    if new.normals is not None:
+        mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "POINT")
+        _write(mesh, "custom_normal", "vector", new.normals)
+    brush_attributes.write(mesh, new.painted)
+    mesh[FILLED] = new.filled
+    mesh.update()
+
+
+def move(
+    mesh: Mesh,
+    vertices: NDArray[np.float32],
+    some: NDArray[np.intp],
+    normals: NDArray[np.float32],
+) -> None:
+    """Give a proxy other vertices (V, 3), and `some` (P,) of them other normals (P, 3); it keeps
+    its triangles, and all that hangs on them. Below 1 ms.
+
+    Until `Mesh.update` Blender draws what it was, and pushes an undo step 30 ms sooner: it need not
+    sort the vertices again for its brushes.
+    """
+    put(mesh, vertices)
+    if "custom_normal" in mesh.attributes:
+        every = np.empty(3 * len(vertices), np.float32)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", every)  # pyright: ignore
+        every.reshape(-1, 3)[some] = normals
+        _write(mesh, "custom_normal", "vector", every)
+    mesh[FILLED] = f"{fingerprint(vertices):08x}"
+
+
+def put(mesh: Mesh, vertices: NDArray[np.float32]) -> None:
+    """Put the vertices (V, 3) of a mesh where they are to be, model space."""
+    _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
+
+
+def mesh_of(ob: Object) -> Mesh:
+    """The mesh of a field."""
+    assert isinstance(ob.data, Mesh)
+    return ob.data
+
+
+def corners_of(mesh: Mesh) -> NDArray[np.int32]:
+    """The triangles (F, 3) of a mesh that has no other faces."""
+    flat = np.empty(len(mesh.loops), np.int32)
+    mesh.attributes[".corner_vert"].data.foreach_get("value", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
+
+
+def positions(ob: Object) -> NDArray[np.float32]:
+    """The vertices (V, 3) of the object's mesh, in model space."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
+
+
+def fingerprint(vertices: NDArray[np.float32]) -> int:
+    """A number that tells vertices (V, 3) from others."""
+    return zlib.crc32(np.ascontiguousarray(vertices, np.float32).data)
+
+
+def read(mesh: Mesh) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Vertices (V, 3) and triangles (F, 3) of any mesh, in its own coordinates."""
+    mesh.calc_loop_triangles()
+    vertices = np.empty(3 * len(mesh.vertices), np.float32)
+    triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    mesh.vertices.foreach_get("co", vertices)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def _flat(values: NDArray[np.generic], dtype: type) -> NDArray[Any]:
+    """Only flat contiguous float32 and int32 arrays are copied as blocks, 50 times faster."""
+    return np.ascontiguousarray(values, dtype).ravel()
+
+
+def _write(mesh: Mesh, attribute: str, member: str, flat: NDArray[np.generic]) -> None:
+    mesh.attributes[attribute].data.foreach_set(member, flat)  # pyright: ignore

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A brush stroke of Blender's on a part of the proxy becomes a layer (docs/method.md, section 6).
+
+    triangles before and after -> rows where they moved -> coefficients -> vertices on the new field
+
+What `absorb` does with a whole mesh, of which it knows nothing, is done here with the triangles
+that a brush moved and those around them, of which is known where they were. All else of the surface
+is where the field has it, so the cost is that of the region and not of the mesh. The new inside is
+
+    [f < 0] + w(triangles after) - w(triangles before) > 1/2
+
+with w the winding number: both patches have the same border, so together they bound what was added
+and taken away. The vertices then move onto the new zero level and the mesh keeps its triangles,
+unless the brush has stretched or folded them. Model space.
+"""
+
+import time
+from typing import Any, NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent, sub_progress
+from ..detail import Coefficients, spacing, support
+from ..fit.fit_detail import COARSEST
+from ..fit.fit_report import deviation
+from ..fit.mesh_cleanup import areas, normals, unit
+from ..mesh.pieces import Asked, find_islands
+from ..mesh.proxy import Proxy, update
+from ..mesh.surface import spatial_order
+from ..problem.prepare import Preparation
+from ..projection import ARRIVED, Projection, project
+from .absorb import Absorption, Patch, Tolerance, bent, finest_level, refuse_outside
+
+Array = NDArray[np.float32]
+
+CLOSE = Tolerance(1e-4, 0.05)
+"""A third of what an artist could see, and 3 degrees: where more is missed, a finer level comes."""
+
+REPAIRS = 4
+"""How often at most pieces that nobody asked for are taken away."""
+
+STRETCHED = 2.5
+"""Times the usual edge, and what it was, from which on a triangle shows the field too coarsely."""
+
+REACH = 3.0
+"""Of the coarsest cell, how far from what was moved the layer reaches."""
+
+WITHIN = 0.5
+"""Of an edge, the distance from the brushed triangles up to which they tell all of the surface."""
+
+
+class Brushed(NamedTuple):
+    """The triangles that a brush moved, and two rings around them that it did not."""
+
+    before: Array  # (P, 3), on the zero level
+    after: Array  # (P, 3)
+    triangles: NDArray[np.int32]  # (T, 3)
+
+
+class Snapped(NamedTuple):
+    """Where vertices are on the new field."""
+
+    vertices: Array  # (P, 3)
+    normals: Array  # (P, 3), unit
+
+
+class AbsorbedStroke(NamedTuple):
+    """The field that has taken in what a brush did, and the layer that does it.
+
+    report:  as of `absorb.Absorbed`
+    snapped: None when the triangles do not show the new surface well
+    """
+
+    preparation: Preparation
+    layer: Coefficients
+    report: dict[str, Any]
+    snapped: Snapped | None
+
+
+def absorb_brushed(
+    preparation: Preparation, brushed: Brushed, *, seed: int = 0, progress: Progress = silent
+) -> AbsorbedStroke:
+    """The field of `preparation` after a part of its proxy was `brushed`.
+
+    SculptError when nothing was moved, or something out of the box.
+    """
+    start = time.monotonic()
+    _check(brushed)
+    before, after, triangles = brushed
+    changed = (before != after).any(axis=1)
+    if not changed.any():
+        raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
+    refuse_outside(after)
+    moved = changed.copy()
+    moved[triangles[changed[triangles].any(axis=1)]] = True
+    new = bent(after, triangles, moved)
+    origins = bent(before, triangles, moved).points[new.moved]
+    corners = after[triangles[moved[triangles].all(axis=1)]]
+    solution = Absorption(
+        preparation.field,
+        _with_rest(new, brushed, origins, preparation.proxy),
+        _SignedDistance(brushed, changed),
+        finest_level(corners),
+        np.random.default_rng(seed),
+        sub_progress(progress, 0.0, 0.6),
+        origins,
+        CLOSE,
+    )
+    done = _without_islands(preparation, solution, new, sub_progress(progress, 0.6, 0.9))
+    found = project(done.field, after)
+    wanted = unit(new.gradients[: len(after)])
+    report = {
+        **deviation(found.where(moved), after[moved], wanted[moved]),
+        "components_before": preparation.proxy.components.total,
+        "components_after": done.proxy.components.total,
+        "seconds": time.monotonic() - start,
+    }
+    return AbsorbedStroke(done, solution.layer, report, _snap(found, brushed, changed))
+
+
+def _check(brushed: Brushed) -> None:
+    """SculptError when these are no triangles before and after."""
+    before, after, triangles = brushed
+    points = before.dtype == after.dtype == np.float32 and before.ndim == 2
+    corners = triangles.dtype == np.int32 and triangles.ndim == 2 and triangles.shape[1] == 3
+    if not (points and corners and before.shape == after.shape == (len(before), 3)):
+        raise SculptError("A brushed part of the proxy is made of vertices and triangles.")
+    if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(before):
+        raise SculptError("Triangles of the brushed proxy name vertices that it does not have.")
+    if not (np.isfinite(before).all() and np.isfinite(after).all()):
+        raise SculptError(
+            "Vertices of the brushed proxy have no finite position (NaN or infinite)."
+        )
+
+
+def _without_islands(
+    before: Preparation, solution: Absorption, new: Patch, progress: Progress
+) -> Preparation:
+    """The field with the layer, in which pieces that the brush did not make are taken away."""
+    repairs = 0
+    while True:
+        field = before.field.plus(solution.layer)
+        proxy = update(before.proxy, field, support(solution.layer), progress)
+        done = Preparation(field, proxy)
+        if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
+            return done
+        _, old, now = np.intersect1d(before.proxy.edges, proxy.edges, return_indices=True)
+        held = before.proxy.vertices[old]
+        held = held[(held == proxy.vertices[now]).all(axis=1)]
+        islands = find_islands(proxy, Asked(new.points[new.moved], held, before.proxy))
+        if not len(islands.points):
+            return done
+        solution.forbid(islands)
+        repairs += 1
+
+
+class _SignedDistance:
+    """The signed distance to a surface of which a part was brushed."""
+
+    def __init__(self, brushed: Brushed, changed: NDArray[np.bool_]) -> None:
+        """changed: the vertices (P,) that were"""
+        self._after = brushed.after.astype(float)
+        self._triangles = brushed.triangles.astype(np.int64)
+        self._tree = igl.AABB()
+        self._tree.init(self._after, self._triangles)
+        some = self._triangles[changed[self._triangles].any(axis=1)]
+        both = np.concatenate([self._after, brushed.before.astype(float)])
+        self._added = igl.FastWindingNumberBVH()
+        some = np.concatenate([some, some[:, ::-1] + len(self._after)])
+        self._added.init(both, some, 2)
+        self._low, self._high = both[some].min(axis=(0, 1)), both[some].max(axis=(0, 1))
+
+    def __call__(self, points: Array, value: Array, near: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """At `points` (N, 3), where the field was `value` (N,). It is no more than a sign where the
+        brushed surface is not `near` (N,) and the side is what it was."""
+        within = np.flatnonzero(((points > self._low) & (points < self._high)).all(axis=1))
+        within = within[spatial_order(points[within])]  # neighbours walk the same branches
+        added = np.zeros(len(points))
+        added[within] = self._added.winding_number(points[within].astype(float), 2.0)
+        inside = (value < 0) + added > 0.5
+        asked = np.flatnonzero(near | (inside != (value < 0)))
+        asked = asked[spatial_order(points[asked])]
+        queries = points[asked].astype(float)
+        square = self._tree.squared_distance(self._after, self._triangles, queries)[0]
+        signed = np.where(inside, -1.0, 1.0)
+        signed[asked] *= np.sqrt(np.asarray(square))
+        return signed
+
+
+def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Patch:
+    """The brushed patch and, unmoved, what coarse levels reach of the surface beyond it."""
+    moved = np.concatenate([new.points[new.moved], origins])
+    deepest = float(np.linalg.norm(new.points[new.moved] - origins, axis=1).max())
+    margin = REACH * max(spacing(COARSEST), deepest)
+    low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
+    inside = ((proxy.vertices > low) & (proxy.vertices < high)).all(axis=1)
+    tree = igl.AABB()
+    before, triangles = brushed.before.astype(float), brushed.triangles.astype(np.int64)
+    tree.init(before, triangles)
+    edge = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
+    points = proxy.vertices[inside].astype(float)
+    inside[inside] = tree.squared_distance(before, triangles, points)[0] > (WITHIN * edge) ** 2
+    chosen = proxy.triangles[inside[proxy.triangles].all(axis=1)]
+    used, corners = np.unique(chosen, return_inverse=True)
+    rest = bent(proxy.vertices[used], corners.reshape(-1, 3), np.zeros(len(used), bool))
+    return Patch(
+        np.concatenate([new.points, rest.points]),
+        np.concatenate([new.gradients, rest.gradients]),
+        np.concatenate([new.moved, rest.moved]),
+    )
+
+
+def _snap(found: Projection, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
+    """The vertices on the zero level, as `found`; None when triangles are stretched, or fold
+    there."""
+    before, after, triangles = brushed
+    vertices = np.where(changed[:, None], found.points, after)
+    corners = vertices[triangles]  # (T, 3, 3)
+    edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
+    usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
+    facing = np.einsum("ti,tci->tc", normals(corners), found.normals[triangles])
+    folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
+    arrived = (found.distance < ARRIVED).all()
+    if not arrived or (edges > STRETCHED * np.maximum(usual, was)).any() or folded > usual**2:
+        return None
+    return Snapped(vertices, found.normals)
+
+
+def _edges(corners: Array) -> Array:
+    """The lengths (T, 3) of the edges of triangles (T, 3, 3)."""
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)

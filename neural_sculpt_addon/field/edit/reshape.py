@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes that reshape what is there become layers (docs/method.md, section 6).
+
+    patch of triangles under the stroke -> goals -> a share of the way -> as a brush of Blender's
+
+The patch is the proxy's, divided until it shows the detail that is there. From then on a stroke is
+what brushes of Sculpt Mode do: triangles before and after (see `brushed`). Model space.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from ...common.errors import SculptError
+from ...common.progress import Progress
+from ...stroke.displacement import displace
+from ..detail import centres, places, spacing
+from ..evaluate import normals
+from ..mesh.split import edges_of, split
+from ..mesh.surface import Samples
+from ..problem.problem import Laid, Problem
+from ..projection import ARRIVED, project
+from ..threads import in_pieces, join
+from .brushed import AbsorbedStroke, Brushed, absorb_brushed
+from .fairing import goals
+
+REACH = 1.5
+"""Radii from the path up to which the patch tells what the surface is like around the stroke."""
+
+FINE_EDGE, PER_CELL = 1 / 10, 0.4
+"""Of the radius, and of a cell of the finest detail: edges of the patch. The less counts."""
+
+DIVISIONS, MOST = 8, 25_000  # of the edges, and vertices about
+STILL = 1e-6  # model units; what moves less is as it shall be
+RINGS = 2  # of triangles around those that move
+
+
+class Reshaped(NamedTuple):
+    """The field after the stroke, and the surface that was asked for, where it was to move."""
+
+    stroke: AbsorbedStroke
+    goal: Samples
+    height: float  # the longest way
+
+
+def reshape(problem: Problem, progress: Progress) -> Reshaped:
+    """The edit that the stroke of `problem` asks for.
+
+    SculptError when nothing would move.
+    """
+    surface, triangles = _patch(problem)
+    points = surface.points.astype(float)
+    upright = normals(problem.coarse, surface.points)  # or the sides of bumps would stay
+    way, largest = np.zeros_like(points), np.zeros(len(points))
+    for one in problem.laid:
+        problem.check()
+        share = displace(*one, surface.points, upright).amount
+        radius = one.stroke.brush.radius * one.stroke.largest_factor
+        there = goals(one.stroke.kind, one.path, radius, surface, triangles) - points
+        wins = np.abs(share) > largest
+        way[wins], largest[wins] = share[wins, None] * there[wins], np.abs(share[wins])
+    moves = np.linalg.norm(way, axis=1) > STILL
+    if not moves.any():
+        raise SculptError(
+            "The stroke changes nothing: the surface is as it would make it, a mask keeps it, or"
+            " its strength is 0."
+        )
+    after = np.where(moves[:, None], points + way, points).astype(np.float32)
+    chosen = moves[triangles].any(axis=1)
+    for _ in range(RINGS):
+        near = np.zeros(len(points), bool)
+        near[triangles[chosen]] = True
+        chosen = near[triangles].any(axis=1)
+    used, corners = np.unique(triangles[chosen], return_inverse=True)
+    brushed = Brushed(surface.points[used], after[used], corners.reshape(-1, 3).astype(np.int32))
+    done = absorb_brushed(problem.preparation, brushed, seed=problem.seed, progress=progress)
+    turned = _normals(after, triangles)
+    return Reshaped(
+        done,
+        Samples(after[moves], turned[moves]),
+        float(np.linalg.norm(after - surface.points, axis=1).max()),
+    )
+
+
+def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
+    """The surface around the stroke: vertices, and triangles (T, 3) as fine as its detail."""
+    proxy, field = problem.preparation.proxy, problem.field
+    near = np.logical_or.reduce([_near(problem, one) for one in problem.laid])
+    used, corners = np.unique(
+        proxy.triangles[near[proxy.triangles].any(axis=1)], return_inverse=True
+    )
+    if not len(used):
+        raise SculptError("There is no surface under the stroke. Draw it on the field.")
+    triangles, points = corners.reshape(-1, 3).astype(np.int64), proxy.vertices[used]
+    finest = _edge(problem, points)
+    for _ in range(DIVISIONS):
+        edges = edges_of(triangles)
+        long = np.linalg.norm(np.subtract(*points[edges.ends.T]), axis=1) > finest
+        if not long.any() or len(points) + np.count_nonzero(long) > MOST:
+            break
+        middles = points[edges.ends[long]].mean(axis=1)
+
+        def bring(part: slice, start: NDArray[np.float32] = middles) -> NDArray[np.float32]:
+            return project(field, start[part], tolerance=ARRIVED).points
+
+        triangles = split(triangles, edges, long, len(points))
+        points = join([points, in_pieces(bring, len(middles), problem.check)])
+    return Samples(points, normals(field, points)), triangles
+
+
+def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:
+    """Which vertices (V,) of the proxy are around a path, on its side of thin parts."""
+    proxy, cell = problem.preparation.proxy, problem.preparation.spacing
+    radius = one.stroke.brush.radius * one.stroke.largest_factor
+    reach = max(REACH * radius, radius + RINGS * cell)
+    distance, nearest = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)
+    near = np.isfinite(distance)
+    upright = one.path.normals[np.where(near, nearest, 0)]
+    return near & ((proxy.normals * upright).sum(axis=1) > 0)
+
+
+def _edge(problem: Problem, points: NDArray[np.float32]) -> float:
+    """Length of the edges that show the surface around points (N, 3)."""
+    finest = min(
+        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.laid
+    )
+    low, high = points.min(axis=0), points.max(axis=0)
+    for level, part in sorted(problem.field.detail.coefficients.items(), reverse=True):
+        nodes = centres(places(part.index, level), level)
+        if ((nodes > low) & (nodes < high)).all(axis=1).any():
+            return min(finest, PER_CELL * spacing(level))
+    return finest
+
+
+def _normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Unit normals (N, 3) of the vertices of a mesh."""
+    corners = points[triangles].astype(float)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.zeros(points.shape)
+    for corner in triangles.T:
+        np.add.at(total, corner, across)
+    return (total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)).astype(
+        np.float32
+    )

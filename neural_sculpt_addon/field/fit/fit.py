@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a triangle mesh to a field (docs/method.md, section 5).
+
+    clean the mesh -> signed distance -> samples -> learn a network -> detail -> strays -> measure
+
+A network that learns the mesh's signed distance for a moment holds the smooth whole, and detail is
+added level by level where the preset's tolerance asks for it (`fit_detail`). Without detail, for
+fields of 70 kB, the network learns as long as the preset says. The eikonal fit of the authors,
+method "paper", is there for comparison and knows no detail. Meshes come in their own space; the
+field lives in model space, where the longest side is 1.7, and mesh space = scale * model space +
+center.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike, NDArray
+
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent, sub_progress
+from ..field import Field
+from ..network import Siren
+from ..threads import one_thread
+from . import fit_distance, fit_paper
+from .fit_detail import Tolerance, refine
+from .fit_repair import Repaired, repaired
+from .fit_report import Presets, report
+from .mesh_cleanup import clean
+from .mesh_distance import MeshDistance
+from .mesh_open import Open, prepare
+from .schedule import Learner, Schedule, follow
+
+LARGEST_LATTICE = 256
+"""Cells along each axis of the proxy that a field is judged by. Of the finest preset they are as
+large as its cells, of others half as large."""
+
+
+class Method(StrEnum):
+    """How the network learns the mesh."""
+
+    DISTANCE = "distance"
+    PAPER = "paper"
+
+
+class Preset(StrEnum):
+    """How long it learns, and how close the detail comes."""
+
+    DRAFT = "draft"
+    NORMAL = "normal"
+    FINE = "fine"
+
+
+SCHEDULES = {
+    (Method.DISTANCE, Preset.DRAFT): Schedule(400, 384, 30_000, 1.5e-3),
+    (Method.DISTANCE, Preset.NORMAL): Schedule(1200, 384, 50_000, 1.2e-3, omega=48.0),
+    (Method.DISTANCE, Preset.FINE): Schedule(5000, 512, 150_000, 1e-3, omega=48.0),
+    (Method.PAPER, Preset.DRAFT): Schedule(300, 512, 100_000, 1e-3),
+    (Method.PAPER, Preset.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
+    (Method.PAPER, Preset.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
+}
+"""Without detail. With detail the network is always a draft: a longer one saves no level."""
+
+TOLERANCES: dict[str, Tolerance] = {
+    Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
+    Preset.NORMAL: Tolerance(2e-4, 3.0, finest=6),
+    Preset.FINE: Tolerance(1.5e-4, 3.0, finest=7),
+}
+
+WIDTHS = (64, 128, 256)  # units of each of the two hidden layers
+OMEGA = 30.0  # of the second layer
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A field fitted to a mesh: mesh space = scale * model space + center.
+
+    report: quality (see `fit_report`), "seconds", what was repaired, and in "notes" sentences about
+            what the artist should know; ready for JSON
+    """
+
+    field: Field
+    scale: float
+    center: tuple[float, float, float]
+    report: dict[str, Any]
+
+
+def fit_mesh(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    *,
+    method: str = Method.DISTANCE,
+    preset: str = Preset.NORMAL,
+    detail: bool = True,
+    width: int = 128,
+    open_parts: str | None = None,
+    thickness: float | None = None,
+    seed: int = 0,
+    progress: Progress = silent,
+    preview: Callable[[Fit], None] = lambda _: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Fit:
+    """Fit a field to the mesh of `vertices` (V, 3) and `triangles` (F, 3).
+
+    detail:    whether the field may hold more than a network; the paper's method never does
+    width:     of the network, one of `WIDTHS`
+    open_parts: what becomes of them, see `Open`; without it solids, or what has the `thickness`
+    thickness: of open parts, mesh units; a sensible one is chosen where it is asked for without
+    preview:   given the field now and then; while the network learns, its report has its "error"
+    enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
+    The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
+    """
+    start = time.monotonic()
+    if preset not in list(Preset):
+        raise SculptError(f"There is no quality {preset!r:.60}; choose one of {', '.join(Preset)}.")
+    if not 0 <= seed < 2**63:
+        raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
+    if open_parts not in (None, *Open):
+        raise SculptError(
+            f"Open parts cannot be {open_parts!r:.60}; choose one of {', '.join(Open)}."
+        )
+    method, preset = Method(method), Preset(preset)
+    kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
+    if width not in WIDTHS:
+        raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
+    detail = detail and method is Method.DISTANCE
+    schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
+    rng = np.random.default_rng(seed)
+    progress(0.0, "Cleaning the mesh")
+    mesh, notes = prepare(clean(vertices, triangles), kind, thickness)
+    x, y, z = (float(coordinate) for coordinate in mesh.center)
+    distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
+
+    def show(field: Field, **told: float) -> None:
+        preview(Fit(field, mesh.scale, (x, y, z), told))
+
+    with one_thread():
+        teach = _teacher(method, schedule, distance, rng, seed, sub_progress(progress, 0.08, 0.15))
+        random = torch.Generator().manual_seed(seed)
+        learner = teach(Siren.random((width,) * 2, (schedule.omega, OMEGA), random))
+        learned = 0.4 if detail else 0.92
+        follow(
+            learner,
+            schedule,
+            sub_progress(progress, 0.15, learned),
+            lambda network, error: show(Field(network), error=error),
+            enough,
+        )
+        field = Field(learner.network)
+        if detail:
+            part = sub_progress(progress, learned, 0.88)
+            field = refine(field, distance, TOLERANCES[preset], rng, part, show, enough)
+        cells = min(LARGEST_LATTICE, 4 * 2 ** TOLERANCES[preset].finest)
+        part = sub_progress(progress, 0.88, 0.95)
+        found = _without_strays(field, distance, cells, rng, part, detail and not enough())
+        presets = Presets(TOLERANCES, preset)
+        part = sub_progress(progress, 0.95, 1.0)
+        quality = report(found.field, found.proxy, mesh, distance, presets, rng, part)
+    told = [*notes, *_about(found), *quality.notes]
+    measures = {**quality.measures, **mesh.repairs, "seconds": time.monotonic() - start}
+    measures |= {"notes": told} if told else {}
+    field = found.field
+    return Fit(field, mesh.scale, (x, y, z), measures)
+
+
+def _without_strays(
+    field: Field,
+    distance: MeshDistance,
+    cells: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    may_add: bool,
+) -> Repaired:
+    """See `repaired`. SculptError when nothing of the mesh is left in the field."""
+    try:
+        return repaired(field, distance, cells, rng, progress, may_add)
+    except SculptError as error:
+        raise SculptError(
+            "The field has no surface: all parts of the mesh are thinner than it can hold. Choose"
+            " a finer quality, or make them thicker."
+        ) from error
+
+
+def _about(found: Repaired) -> list[str]:
+    """A sentence about surface of the field where the mesh has none."""
+    if not found.left:
+        return []
+    return ["The field has surface where the mesh has none. Choose a finer quality, or Detail."]
+
+
+def _teacher(
+    method: Method,
+    schedule: Schedule,
+    distance: MeshDistance,
+    rng: np.random.Generator,
+    seed: int,
+    progress: Progress,
+) -> Callable[[Siren], Learner]:
+    """What gives a network the samples to learn from."""
+    if method is Method.DISTANCE:
+        samples = fit_distance.sample(distance, schedule.samples, rng, progress)
+        return lambda network: fit_distance.Learner(samples, network, schedule.batch, seed)
+    surface = distance.surface(schedule.samples, rng)
+    points, normals = _float(surface.points), _float(surface.normals)
+    return lambda network: fit_paper.Learner(points, normals, network, schedule.batch, seed)
+
+
+def _float(array: NDArray[np.float64]) -> torch.Tensor:
+    return torch.from_numpy(array.astype(np.float32))

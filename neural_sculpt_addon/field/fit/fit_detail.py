@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Detail where a mesh asks for it, level by level (docs/method.md, section 5).
+
+    samples that miss the tolerance -> cells -> nodes around them -> rows -> coefficients
+
+A level is added only in cells where more than `MISSED` of the samples of the mesh miss the
+tolerance in distance or normals. Its rows, all in cells that its nodes reach:
+
+    on the mesh     f = 0, and slopes of 0 along a random tangent
+    beside it       f = signed distance, at 0.3 to 1.5 h
+    in empty cells  f = signed distance on the first level, which puts right what the network got
+                    wrong, islands included; on finer ones f as it is, so that nothing drifts
+    where f is doubted, signed distance: near zero in empty cells, and in cells where it is not as
+                    far from zero beside the mesh as it should be
+
+Model space.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Check, Progress, silent
+from ..detail import Level, cells_of, centres, dilated, linear, places, spacing
+from ..evaluate import values, values_and_gradients
+from ..field import Field
+from ..solve.spline_system import Rows, solve_level
+from ..threads import in_pieces, join
+from .mesh_cleanup import areas
+from .mesh_distance import MeshDistance
+
+Array = NDArray[np.float32]
+Cells = NDArray[np.int32]
+
+COARSEST = 5
+"""A draft network is within 0.1 h of the mesh there, but for thin parts."""
+
+MISSED = 0.15  # share of a cell's samples
+DENSITY = 6.0
+"""Samples of the mesh for each h^2 of its area; 4 have a tenth more error, 8 a twentieth less."""
+
+PROBES = 6.0  # samples for each h^2 of the level before that tell where another one is needed
+MOST = 800_000
+"""Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
+
+BATCH = 1 << 16  # samples between two looks at a cancel
+AT_ONCE = 1 << 13  # points that one thread takes at a time
+
+SIDES = 2.0  # samples for each h^2
+NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
+SIDE, EMPTY = 0.3, 0.2  # weights, where a sample on the mesh has 1
+SLOPE = 0.5  # weight, times h
+AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
+MORE = 4  # samples in cells where it may
+NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
+FAR = 0.005  # |f| at a sample that may bound nothing
+DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
+CLEAR, WRONG = 0.5, 0.1
+"""Cells from the surface that a row may ask for, and of these, how far f must be on its side."""
+HEAVIER = 4.0  # what is not
+ITERATIONS = 10
+"""Of conjugate gradients: a level only adds what coarser ones miss. 30 are 1 % closer."""
+DAMPED = 1.0
+"""Of the mean diagonal, for nodes that few rows touch. With 0.1 there are crumbs near creases."""
+
+LEFT_OUT = 0.05
+"""Of the mean diagonal: 0 takes half as many coefficients more for a twentieth less of error."""
+
+
+class Tolerance(NamedTuple):
+    """What is close enough, and the finest level that may be used for it."""
+
+    distance: float  # model units
+    degrees: float  # of normals
+    finest: int
+
+
+class _Samples(NamedTuple):
+    """Samples of the mesh, and the field there."""
+
+    points: Array  # (N, 3)
+    normals: Array  # (N, 3)
+    value: Array  # (N,)
+    gradient: Array  # (N, 3)
+
+    def where(self, chosen: NDArray[np.bool_]) -> "_Samples":
+        return _Samples(*(array[chosen] for array in self))
+
+
+def refine(
+    field: Field,
+    distance: MeshDistance,
+    tolerance: Tolerance,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+    preview: Callable[[Field], None] = lambda _: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Field:
+    """The field with detail wherever it missed the mesh by more than the tolerance.
+
+    preview: given the field after each level but the last
+    enough:  once it is true, no other level is begun
+    """
+    levels = range(COARSEST, tolerance.finest + 1)
+    for done, level in enumerate(levels):
+        if enough():
+            break
+        if done:
+            preview(field)
+        check = partial(progress, done / len(levels), f"Fitting detail, level {level}")
+        check()
+        candidates = None
+        if done:
+            probes = _sample(field, distance, PROBES / spacing(level - 1) ** 2, rng, check)
+            missed = _missed(probes, level - 1, tolerance)
+            if not len(missed):
+                break
+            candidates = dilated(missed, level - 1)
+        samples = _sample(
+            field, distance, DENSITY / spacing(level) ** 2, rng, check, candidates, level - 1
+        )
+        flagged = _missed(samples, level, tolerance)
+        if not len(flagged):
+            break
+        nodes = dilated(flagged, level)
+        rows = _rows(field, distance, samples, nodes, level, rng, check)
+        field = field.plus({level: _solved(level, nodes, rows, check)})
+    return field
+
+
+def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
+    """The coefficients of a level; rows that came out on the wrong side weigh more and are solved
+    once more."""
+    parts = []
+    for last in (False, True):
+        parts.append(solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT))
+        value = (rows.targets - rows.residuals) * np.sign(rows.targets)
+        wrong = (np.abs(rows.targets) > CLEAR * spacing(level)) & (value < WRONG * spacing(level))
+        if last or not wrong.any():
+            break
+        rows.weights[wrong] *= HEAVIER
+    return Level.sum(parts)
+
+
+def _sample(
+    field: Field,
+    distance: MeshDistance,
+    density: float,
+    rng: np.random.Generator,
+    check: Check,
+    cells: Cells | None = None,
+    level: int = 0,
+) -> _Samples:
+    """Samples of the mesh, `density` for each unit of area, in `cells` of `level` if given."""
+    area = float(areas(distance.vertices[distance.faces]).sum())
+    parts = int(density * area / BATCH) + 1
+    found = []
+    for _ in range(parts):
+        check()
+        surface = distance.surface(int(density * area / parts) + 1, rng)
+        points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
+        if cells is not None:
+            inside = among(linear(cells_of(points, level), level), cells)
+            points, normals = points[inside], normals[inside]
+        if (most := MOST // parts + 1) < len(points):
+            chosen = np.linspace(0, len(points) - 1, most).astype(int)
+            points, normals = points[chosen], normals[chosen]
+        samples = _Samples(points, normals, *values_and_gradients(field, points))
+        found.append(_facing_outward(samples, distance))
+    return join(found)
+
+
+def _facing_outward(samples: _Samples, distance: MeshDistance) -> _Samples:
+    """The samples with flipped normals turned, without those that bound nothing.
+
+    The field knows the outside but where it is far off the mesh: there winding numbers are asked.
+    """
+    doubtful = (_cosine(samples) < DOUBTED) | (np.abs(samples.value) > FAR)
+    doubtful = np.flatnonzero(doubtful)
+    if not len(doubtful):
+        return samples
+    facing = distance.facing(samples.points[doubtful], samples.normals[doubtful])
+    samples.normals[doubtful] *= facing[:, None]
+    kept = np.ones(len(samples.points), bool)
+    kept[doubtful[facing == 0]] = False
+    return samples.where(kept)
+
+
+def _cosine(samples: _Samples) -> Array:
+    slope = np.linalg.norm(samples.gradient, axis=1)
+    return (samples.gradient * samples.normals).sum(axis=1) / np.maximum(slope, 1e-9)
+
+
+def _missed(samples: _Samples, level: int, tolerance: Tolerance) -> Cells:
+    """The cells of a level in which too many of the samples miss the tolerance, rising."""
+    missed = np.abs(samples.value) > tolerance.distance
+    missed |= _cosine(samples) < np.cos(np.radians(tolerance.degrees))
+    cells = linear(cells_of(samples.points, level), level)
+    found, home, count = np.unique(cells, return_inverse=True, return_counts=True)
+    return found[np.bincount(home, missed, len(found)) > MISSED * count]
+
+
+def _rows(
+    field: Field,
+    distance: MeshDistance,
+    samples: _Samples,
+    nodes: Cells,
+    level: int,
+    rng: np.random.Generator,
+    check: Check,
+) -> Rows:
+    """The equations for the `nodes` of a level."""
+
+    def evaluated(points: Array) -> Array:
+        return in_pieces(lambda part: values(field, points[part]), len(points), check, size=AT_ONCE)
+
+    h = spacing(level)
+    reached = dilated(nodes, level)
+    cells = linear(cells_of(samples.points, level), level)
+    inside = among(cells, reached)
+    on, cells = samples.where(inside), cells[inside]
+    tangent = rng.standard_normal(on.points.shape, np.float32)
+    tangent -= (tangent * on.normals).sum(axis=1, keepdims=True) * on.normals
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+
+    chosen = rng.random(len(on.points)) < SIDES / DENSITY
+    side = rng.uniform(NEAREST, FARTHEST, chosen.sum()) * rng.choice([-h, h], chosen.sum())
+    beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
+    value = evaluated(beside)
+    doubted = np.abs(value - side) > AGREES * np.abs(side)
+    puzzling = np.unique(linear(cells_of(beside[doubted], level), level))
+    empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, MORE)])
+    apart = centres(places(empty, level), level)
+    apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
+
+    off = np.concatenate([beside, apart])
+    value = np.concatenate([value, evaluated(apart)])
+    target = np.concatenate([side, value[len(side) :]])
+    asked = np.concatenate([doubted, np.abs(value[len(side) :]) < NEAR * h])
+    asked[len(asked) - MORE * len(puzzling) :] = True
+    asked |= level == COARSEST
+    target[asked] = distance(off[asked].astype(float), lambda *_: check()).value
+    points = np.concatenate([on.points, off])
+    residuals = np.concatenate([-on.value, target - value]).astype(np.float32)
+    weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])
+    return Rows(
+        points=points,
+        targets=np.concatenate([np.zeros(len(on.points)), target]).astype(np.float32),
+        residuals=residuals,
+        weights=weights.astype(np.float32),
+        at=on.points,
+        along=tangent,
+        slopes=-(on.gradient * tangent).sum(axis=1),
+        steep=np.full(len(on.points), SLOPE * h, np.float32),
+    )
+
+
+def among(cells: Cells, some: Cells) -> NDArray[np.bool_]:
+    """Which of the cells (N,) are among `some`, which rise."""
+    place = np.searchsorted(some, cells)
+    return some[np.minimum(place, len(some) - 1)] == cells

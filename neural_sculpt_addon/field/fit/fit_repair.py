@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""No surface where the mesh has none: what a fit left beside it is taken away.
+
+A network learns from samples, and can dip through zero where there were none; splines can swing
+between rows. So vertices of the proxy are asked how far the mesh is, and places around the surface
+where f is nearly zero, for what lies there is thinner than the proxy's cells. Where the mesh is too
+far, and in all of what has the wrong side there, the exact distance is asked for anew on a level of
+its own, as coarse as the mesh is far. Model space.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Check, Progress, silent, sub_progress
+from ..detail import (
+    Coefficients,
+    Level,
+    cells_of,
+    centres,
+    dilated,
+    distinct,
+    linear,
+    places,
+    spacing,
+    support,
+)
+from ..evaluate import values
+from ..field import Field
+from ..mesh.proxy import Proxy, extract, update
+from ..solve.spline_system import Rows, solve_level
+from ..threads import join
+from .fit_detail import among
+from .mesh_distance import MeshDistance
+
+NEAR = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
+ASKED = 30_000  # vertices in all,
+OF_PIECE = 64  # and of each piece at least
+AROUND = 6  # level of the cells around the surface in which a place each is looked at,
+RINGS = 3  # the outermost ones
+LOW = 0.4  # of its cells: |f| that is nearly zero
+LEAST = 0.3  # share of the distance that f must have on its side
+COARSEST, FINEST = 4, 7  # levels that take strays away
+SHARE = 2.0  # cells of such a level between the mesh and the stray
+MOST = 1 << 14  # cells that are looked through for the wrong side
+BUDGET = 1 << 16
+"""Cells of a level that are dealt with in a round, at the strays farthest from the mesh: some 3 s.
+More are there where the mesh is thinner than the field can hold all over, and no round helps."""
+SAMPLES = 3  # in each cell
+ROUNDS = 4  # at most,
+FEW, HELPED = 500, 0.7  # strays, or share of them, that may be left for another round
+LOOKED = 2  # of which the first look for what is hidden
+
+Points = NDArray[np.float32]
+Cells = NDArray[np.int32]
+
+
+class Repaired(NamedTuple):
+    """A field without strays, its proxy, and how many vertices of it are `left` beside the mesh."""
+
+    field: Field
+    proxy: Proxy
+    left: int
+
+
+class Strays(NamedTuple):
+    """Places of a surface where the mesh has none, and how far that is."""
+
+    points: Points  # (N, 3)
+    away: NDArray[np.float64]  # (N,)
+
+
+def repaired(
+    field: Field,
+    distance: MeshDistance,
+    cells: int,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+    may_add: bool = True,
+) -> Repaired:
+    """The field without surface that the mesh has nothing near to.
+
+    cells:   of the proxy, along each axis, that shows it
+    may_add: whether the field may have detail; without, strays are only counted
+
+    SculptError when the field has no surface at all.
+    """
+    proxy = extract(field, cells, sub_progress(progress, 0, 0.5))
+    strays = find_strays(proxy, distance)
+    for number in range(ROUNDS if may_add else 0):
+        every = strays
+        if number < LOOKED:
+            hidden = _find_hidden(field, proxy, distance, rng)
+            every = join([strays, hidden])
+        if not len(every.points):
+            break
+        check = partial(progress, 0.5 + 0.5 * number / ROUNDS, "Removing strays")
+        added = _around(field, distance, every, rng, check)
+        field = field.plus(added)
+        proxy = update(proxy, field, support(added), lambda *_, check=check: check())
+        strays = find_strays(proxy, distance)
+        if len(strays.points) > max(FEW, HELPED * len(every.points)):
+            break
+    return Repaired(field, proxy, len(strays.points))
+
+
+def find_strays(proxy: Proxy, distance: MeshDistance) -> Strays:
+    """Some vertices of all surface of the proxy that the mesh is not near to."""
+    count, labels = proxy.components
+    sizes = np.bincount(labels, minlength=count)
+    starts = np.cumsum(sizes) - sizes
+    spread = (np.arange(OF_PIECE) + 0.5) / OF_PIECE
+    of_pieces = (starts[:, None] + spread * sizes[:, None]).astype(int)
+    every = np.linspace(0, len(labels) - 1, min(len(labels), ASKED)).astype(int)
+    asked = np.concatenate([every, np.argsort(labels, kind="stable")[of_pieces.ravel()]])
+    points = proxy.vertices[np.unique(asked)]
+    away = np.abs(distance(points.astype(float)).value)
+    far = away > NEAR * proxy.active.spacing
+    return _known(Strays(points[far], away[far]), distance)
+
+
+def _find_hidden(
+    field: Field, proxy: Proxy, distance: MeshDistance, rng: np.random.Generator
+) -> Strays:
+    """Places around the surface where f is nearly zero or on the wrong side, far from the mesh."""
+    h = spacing(AROUND)
+    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
+    for _ in range(RINGS):
+        rings = dilated(rings, AROUND)
+    points = centres(places(rings[~among(rings, near)], AROUND), AROUND)
+    points += np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
+    value = values(field, points)
+    low = np.abs(value) < LOW * h
+    points, value = points[low], value[low]
+    true = distance(points.astype(float)).value
+    away = np.abs(true)
+    wrong = (value * np.sign(true) < LEAST * away) & (away > h / 2)
+    return _known(Strays(points[wrong], away[wrong]), distance)
+
+
+def _known(strays: Strays, distance: MeshDistance) -> Strays:
+    """Those that are not near the film across a hole."""
+    known = distance.known(strays.points.astype(float))
+    return Strays(strays.points[known], strays.away[known])
+
+
+def _around(
+    field: Field,
+    distance: MeshDistance,
+    strays: Strays,
+    rng: np.random.Generator,
+    check: Check,
+) -> Coefficients:
+    """Detail that gives the field the mesh's distance around strays."""
+    found: dict[int, Level] = {}
+    order = np.argsort(-strays.away, kind="stable")
+    strays = Strays(strays.points[order], strays.away[order])
+    wanted = np.ceil(np.log2(SHARE / strays.away)).clip(COARSEST, FINEST).astype(int)
+    for level in np.unique(wanted).tolist():
+        points = strays.points[wanted == level]
+        wrong = _wrong_cells(field, distance, points, level, check)
+        while True:
+            cells = np.union1d(distinct(cells_of(points, level), level), wrong).astype(np.int32)
+            nodes = dilated(dilated(cells, level), level)
+            reached = dilated(nodes, level)
+            if len(reached) <= BUDGET:
+                break
+            points, wrong = points[: len(points) // 2], wrong[: len(wrong) // 2]
+        rows = _rows(field, distance, reached, level, rng, check)
+        found[level] = solve_level(level, nodes, rows, check)
+        field = field.plus({level: found[level]})
+    return found
+
+
+def _wrong_cells(
+    field: Field, distance: MeshDistance, points: Points, level: int, check: Check
+) -> Cells:
+    """Cells of a level among the points (P, 3) whose middle is on the wrong side, rising."""
+    first, last = cells_of(np.stack([points.min(axis=0), points.max(axis=0)]), level)
+    size = last - first + 1
+    if size.prod() > MOST:  # so much is wrong that it takes several rounds
+        return np.empty(0, np.int32)
+    cells = np.indices(size).reshape(3, -1).T.astype(np.int32) + first
+    index = distinct(cells, level)
+    middle = centres(places(index, level), level)
+    true = distance(middle.astype(float), lambda *_: check()).value
+    return index[(true < 0) != (values(field, middle) < 0)]
+
+
+def _rows(
+    field: Field,
+    distance: MeshDistance,
+    reached: Cells,
+    level: int,
+    rng: np.random.Generator,
+    check: Check,
+) -> Rows:
+    """The mesh's distance in `reached` cells, rising."""
+    points = np.repeat(centres(places(reached, level), level), SAMPLES, axis=0)
+    points += np.float32(spacing(level)) * (rng.random(points.shape, np.float32) - np.float32(0.5))
+    points = points[among(linear(cells_of(points, level), level), reached)]
+    target = distance(points.astype(float), lambda *_: check()).value.astype(np.float32)
+    none = np.empty((0, 3), np.float32)
+    return Rows(
+        points=points,
+        targets=target,
+        residuals=target - values(field, points),
+        weights=np.ones(len(points), np.float32),
+        at=none,
+        along=none,
+        slopes=none[:, 0],
+        steep=none[:, 0],
+    )

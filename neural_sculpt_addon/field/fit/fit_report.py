@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well a field reproduces the mesh it was fitted to, and what of the mesh it lacks.
+
+Every number is measured on fresh samples, in model space (the shape's longest side is 1.7):
+
+error_mean, error_p95, error_max  distance of points of the mesh to the zero level, by projection
+normal_deg                        mean angle between grad f and the mesh's normals there, degrees
+sign_errors                       share of the box, farther than CLEAR from the mesh, of wrong sign
+components, cavities              connected pieces of the zero level, and those that face inward
+mesh_components, mesh_cavities    the same of the surface that the mesh bounds
+lost                              pieces of the mesh that the field has no surface for
+allowed, beyond                   the preset's tolerance, and the share of the mesh off by more
+thin, thin_off                    share of the mesh with the other side, or another part, nearer
+                                  than a cell of the preset's finest level, and of this what is off
+worst                             places of the mesh that are off by most, at least APART, the worst
+                                  first
+
+What an artist should know of it becomes a sentence, with the preset that would do.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Progress, silent
+from ..detail import spacing
+from ..evaluate import values
+from ..field import Field
+from ..mesh.components import signed_volumes
+from ..mesh.proxy import Proxy
+from ..nearest import search_tree
+from ..projection import ARRIVED, Projection, project
+from .fit_detail import Tolerance
+from .mesh_cleanup import CleanMesh
+from .mesh_distance import MeshDistance, Surface
+from .mesh_pieces import Pieces, boxes, find_pieces
+
+SURFACE_SAMPLES = 8192
+VOLUME_SAMPLES = 16384
+CLEAR = 0.015  # model units
+OF_PIECE = 16  # samples of each piece of the mesh at least,
+PIECES = 2000  # of so many pieces at most
+DEPTHS = (0.5, 1.0)  # cells below and above the surface where it is asked whether a part is thin
+LOST = 0.5  # cells, or sizes of a piece, that its samples are off when it is lost
+PLACES, APART = 3, 0.1  # worst places, and model units between them
+WOULD_DO = {"normal": "Quality Normal would do.", "fine": "Quality Fine would do."}
+SOME = 0.005  # share of the surface that thin parts may be without a word,
+MUCH = 0.25  # and that may be off by more than the tolerance
+
+
+class Presets(NamedTuple):
+    """The tolerances of all presets, the coarsest first, and the one that was fitted with."""
+
+    tolerances: Mapping[str, Tolerance]
+    used: str
+
+    @property
+    def tolerance(self) -> Tolerance:
+        """The one that counts."""
+        return self.tolerances[self.used]
+
+
+class Report(NamedTuple):
+    """The measures of the module's docstring, ready for JSON, and sentences."""
+
+    measures: dict[str, Any]
+    notes: list[str]
+
+
+class _Known(NamedTuple):
+    """What is known of a mesh. Films across openings make one of several pieces, and cavities; so
+    do parts that stick into each other."""
+
+    pieces: bool
+    cavities: bool
+
+
+class _Samples(NamedTuple):
+    """Points of the mesh, and how far off the zero level is."""
+
+    surface: Surface
+    found: Projection
+    error: NDArray[np.floating]  # (N,)
+
+
+def report(
+    field: Field,
+    proxy: Proxy,
+    mesh: CleanMesh,
+    distance: MeshDistance,
+    presets: Presets,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+) -> Report:
+    """Quality of `field`, which `proxy` shows, against the `mesh`; see the module's docstring."""
+    progress(0.2, "Measuring the field")
+    samples = _measured(field, proxy, distance.surface(SURFACE_SAMPLES, rng))
+    volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
+    truth = distance(volume, lambda part, text: progress(0.2 + 0.5 * part, text))
+    clear = truth.certain & (np.abs(truth.value) > CLEAR)
+    wrong = (values(field, volume) < 0) != (truth.value < 0)
+    progress(0.7, "Comparing pieces")
+    pieces = find_pieces(mesh, distance.crossing)
+    of_pieces = _measured(field, proxy, _of_pieces(mesh, pieces, distance))
+    lost = _lost(mesh, pieces, of_pieces, presets.tolerance)
+    solid, cavity = _field_pieces(proxy)
+    places = np.concatenate([samples.surface.points, of_pieces.surface.points])
+    error = np.concatenate([samples.error, of_pieces.error])
+    allowed = presets.tolerance.distance
+    thin = {name: _thin(distance, samples, each) for name, each in presets.tolerances.items()}
+    measures = {
+        **deviation(samples.found, samples.surface.points, samples.surface.normals),
+        "error_mean": float(samples.error.mean()),
+        "error_p95": float(np.percentile(samples.error, 95)),
+        "error_max": float(error.max()),
+        "sign_errors": float(wrong[clear].mean()),
+        "components": solid + cavity,
+        "cavities": cavity,
+        "mesh_components": int(pieces.counted.sum()),
+        "mesh_cavities": int(pieces.cavity.sum()),
+        "lost": len(lost),
+        "allowed": allowed,
+        "beyond": float((samples.error > allowed).mean()),
+        "thin": float(thin[presets.used].mean()),
+        "worst": _worst(places, error, allowed),
+    }
+    shares = {name: float(each.mean()) for name, each in thin.items()}
+    spoiled = thin[presets.used] & (samples.error > allowed)
+    measures["thin_off"] = float(spoiled.mean())
+    is_open = bool(mesh.repairs.get("openings"))
+    is_joined = len(np.unique(mesh.pieces)) > len(pieces.solid)
+    known = _Known(not is_open, not is_open and not is_joined)
+    return Report(measures, _notes(measures, presets, shares, lost, mesh.scale, known))
+
+
+def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str, float]:
+    """How far the zero level, where it was `found` from them, is from points (N, 3) with normals
+    (N, 3): errors and normal_deg."""
+    error = np.linalg.norm(found.points - points, axis=1)  # (N,)
+    cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
+    return {
+        "error_mean": float(error.mean()),
+        "error_p95": float(np.percentile(error, 95)),
+        "error_max": float(error.max()),
+        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+    }
+
+
+def _measured(field: Field, proxy: Proxy, surface: Surface) -> _Samples:
+    """How far off the zero level is: where a projection goes astray, by the proxy's vertices."""
+    found = project(field, surface.points)
+    error = np.linalg.norm(found.points - surface.points, axis=1)  # (N,)
+    lost = found.distance > ARRIVED
+    astray = np.flatnonzero(lost | (error > 2 * proxy.active.spacing))
+    if len(astray):
+        way = search_tree(proxy.vertices).query(surface.points[astray])[0]
+        error[astray] = np.where(lost[astray], way, np.minimum(way, error[astray]))
+    return _Samples(surface, found, error)
+
+
+def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surface:
+    """Samples of each piece that counts, however small it is."""
+    order = np.argsort(pieces.of_faces, kind="stable")
+    counts = np.bincount(pieces.of_faces, minlength=len(pieces.solid))
+    starts = np.cumsum(counts) - counts
+    asked = np.flatnonzero(pieces.counted)
+    asked = asked[np.linspace(0, len(asked) - 1, min(len(asked), PIECES)).astype(int)]
+    spread = (np.arange(OF_PIECE) + 0.5) / OF_PIECE
+    faces = order[(starts[asked, None] + (spread * counts[asked, None]).astype(int)).ravel()]
+    corners = mesh.corners[faces]
+    points, normal = (
+        corners.mean(axis=1),
+        np.cross(*(corners[:, 1:] - corners[:, :1]).swapaxes(0, 1)),
+    )
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    bounds = distance.facing(points, normal) != 0
+    return Surface(points[bounds], normal[bounds], faces[bounds])
+
+
+def _lost(
+    mesh: CleanMesh, pieces: Pieces, samples: _Samples, tolerance: Tolerance
+) -> NDArray[np.floating]:
+    """The sizes (L,) of the pieces of the mesh that the field has no surface for."""
+    owner = pieces.of_faces[samples.surface.faces]
+    low, high = boxes(mesh.corners, pieces.of_faces, len(pieces.solid))
+    size = (high - low).max(axis=1)  # (P,)
+    cell = spacing(tolerance.finest)
+    limit = np.maximum(LOST * np.minimum(cell, size), tolerance.distance)
+    asked = np.unique(owner)
+    lost = [piece for piece in asked if np.median(samples.error[owner == piece]) > limit[piece]]
+    return size[lost]
+
+
+def _field_pieces(proxy: Proxy) -> tuple[int, int]:
+    """How many pieces face outward and inward."""
+    count, labels = proxy.components
+    volumes = signed_volumes(proxy.vertices, proxy.triangles, labels, count)
+    return int((volumes > 0).sum()), int((volumes <= 0).sum())
+
+
+def _thin(distance: MeshDistance, samples: _Samples, tolerance: Tolerance) -> NDArray[np.bool_]:
+    """Which samples (N,) have the other side, or another part, within a cell."""
+    points, normals = samples.surface.points, samples.surface.normals
+    turned = np.sum(samples.found.normals * normals, axis=1) < 0  # the mesh's face is flipped
+    turned &= samples.error < spacing(tolerance.finest)
+    normals = np.where(turned[:, None], -normals, normals)
+    thin = np.zeros(len(points), bool)
+    for depth in DEPTHS:
+        step = depth * spacing(tolerance.finest) * normals
+        thin |= ~distance.inside(points - step) | distance.inside(points + step)
+    return thin
+
+
+def _worst(
+    points: NDArray[np.floating], error: NDArray[np.floating], allowed: float
+) -> list[list[float]]:
+    """Places of the largest errors beyond what is allowed."""
+    found: list[NDArray[np.floating]] = []
+    for index in np.argsort(-error)[: np.count_nonzero(error > allowed)]:
+        if all(np.linalg.norm(points[index] - place) > APART for place in found):
+            found.append(points[index])
+        if len(found) == PLACES:
+            break
+    return [[round(float(x), 5) for x in place] for place in found]
+
+
+def _notes(
+    measures: dict[str, Any],
+    presets: Presets,
+    thin: dict[str, float],
+    lost: NDArray[np.floating],
+    unit: float,
+    known: _Known,
+) -> list[str]:
+    """Sentences about what the field lacks; lengths in the mesh's `unit`.
+
+    thin:  share of thin parts, for each preset
+    lost:  sizes of pieces that the field lacks
+    """
+    names = list(presets.tolerances)
+    finer = names[names.index(presets.used) + 1 :]
+    cells = {name: spacing(presets.tolerances[name].finest) for name in names}
+    smallest = lost.min() if len(lost) else np.inf
+    limit = max(SOME, thin[presets.used] / 4)
+    holds = [name for name in finer if thin[name] <= limit and cells[name] < smallest]
+    inner, mesh_inner = measures["cavities"], measures["mesh_cavities"]
+    solid, mesh_solid = measures["components"] - inner, measures["mesh_components"] - mesh_inner
+    notes = []
+    if solid > mesh_solid or (solid < mesh_solid and known.pieces):
+        notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(holds)}")
+    if inner != mesh_inner and known.cavities:
+        notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(holds)}")
+    if len(lost):
+        notes.append(f"Pieces of the mesh that the field lacks: {len(lost)}. {_advice(holds)}")
+    if measures["thin_off"] > SOME:
+        notes.append(
+            f"Parts or gaps thinner than {cells[presets.used] * unit:.2g} are off:"
+            f" {measures['thin_off']:.1%} of the surface. {_advice(holds)}"
+        )
+    elif measures["beyond"] > MUCH:
+        notes.append(
+            f"Off by more than {measures['allowed'] * unit:.2g}: {measures['beyond']:.0%} of the"
+            f" surface. {_advice(finer[:1])}"
+        )
+    return notes
+
+
+def _advice(would: list[str]) -> str:
+    """The coarsest preset that would do."""
+    if not would:
+        return "No quality holds that; make such parts larger, or a field of their own."
+    return WOULD_DO[would[0]]

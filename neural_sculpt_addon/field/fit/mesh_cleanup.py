@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Any triangle mesh made fit for a signed distance: checked, scaled, welded, oriented outward.
+
+Meshes come as artists have them: vertices doubled along seams, faces doubled, collapsed or flipped,
+several pieces, nested or not, at any scale and place. What can be repaired is repaired and counted;
+what cannot raises SculptError. The result is in model space, its longest side 1.7, centred on the
+origin.
+"""
+
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_matrix
+
+from ...common.errors import SculptError
+from .mesh_winding import facing
+
+LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
+WELD_CELLS = 1 << 20  # along the longest side: vertices that share one become one
+MOST_FACES = 2_000_000  # more than the finest level of a field can hold
+CLUSTERS = 1000  # cells along the longest side where there are more; fewer until there are not,
+COARSER = 0.8  # by this ratio
+SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
+PRECISION = 2000  # coordinates must tell apart this many places along the longest side
+CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a volume
+BULKY = 0.02  # volume / area^1.5, above which an open piece has an outer side; a sphere has 0.09
+
+
+@dataclass(frozen=True)
+class CleanMesh:
+    """A welded triangle mesh in model space; pieces face outward, but for walls of cavities.
+
+    mesh space = scale * model space + center. A piece is what hangs together by edges of two faces.
+    `repairs` counts what was done, by name.
+    """
+
+    vertices: NDArray[np.float64]  # (V, 3)
+    triangles: NDArray[np.int64]  # (F, 3)
+    pieces: NDArray[np.int64]  # (F,), the piece of each face
+    scale: float
+    center: NDArray[np.float64]  # (3,)
+    repairs: dict[str, int]
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """The three corners of each triangle (F, 3, 3)."""
+        return self.vertices[self.triangles]
+
+
+def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
+    """The mesh of `vertices` (V, 3) and `triangles` (F, 3), any real and integer types, repaired.
+
+    SculptError when it has no faces, no extent, or coordinates that are not numbers.
+    """
+    points, faces = _checked(vertices, triangles)
+    points, scale, center = _normalised(points, _resolution(vertices))
+    count = len(faces)
+    points, faces = _decimate(points, faces)
+    decimated = count - len(faces)
+    points, faces, welded = _weld(points, faces, WELD_CELLS)
+    count = len(faces)
+    faces = _drop_collapsed(points, faces)
+    collapsed, count = count - len(faces), len(faces)
+    if not count:
+        raise SculptError("All faces of the mesh have zero area. Choose a mesh with a surface.")
+    faces = _drop_doubled(faces)
+    doubled = count - len(faces)
+    faces, pieces, flipped = _orient(points, faces)
+    repairs = {"decimated": decimated} if decimated else {}
+    repairs |= {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
+    return CleanMesh(points, faces, pieces, scale, center, repairs)
+
+
+def areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Areas (F,) of the triangles with `corners` (F, 3, 3)."""
+    return 0.5 * np.linalg.norm(normals(corners), axis=1)
+
+
+def normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Normals (F, 3) as long as twice the area."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def unit(vectors: NDArray) -> NDArray:
+    """The vectors (N, 3) of length 1; those of length 0 stay."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
+
+
+def _checked(
+    vertices: ArrayLike, triangles: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The arrays, without vertices that no face uses."""
+    points, faces = np.asarray(vertices, np.float64), np.asarray(triangles)
+    if faces.size == 0 or points.size == 0:
+        raise SculptError("The mesh has no faces. Choose an object with a surface.")
+    if points.ndim != 2 or points.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise SculptError("The mesh is not made of triangles in space. Triangulate it first.")
+    faces = faces.astype(np.int64)
+    if faces.min() < 0 or faces.max() >= len(points):
+        raise SculptError("The mesh is damaged: its faces name vertices that it does not have.")
+    used, faces = np.unique(faces, return_inverse=True)
+    points, faces = points[used], faces.reshape(-1, 3)
+    if not np.isfinite(points).all():
+        raise SculptError(
+            "Some vertices of the mesh have no finite position (NaN or infinite)."
+            " Delete them and try again."
+        )
+    return points, faces
+
+
+def _resolution(vertices: ArrayLike) -> float:
+    """Relative rounding error of the coordinates as they were given."""
+    dtype = np.asarray(vertices).dtype
+    return float(np.finfo(dtype if dtype.kind == "f" else np.float64).eps)
+
+
+def _normalised(
+    points: NDArray[np.float64], resolution: float
+) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
+    low, high = points.min(axis=0), points.max(axis=0)
+    with np.errstate(over="ignore"):
+        longest, farthest = float((high - low).max()), float(np.abs(points).max())
+    if longest == 0:
+        raise SculptError("The mesh has no extent: all its vertices lie in one place.")
+    if not 1e-30 < longest < 1e30:
+        raise SculptError(
+            f"The mesh is {longest:.0e} units large. Give it a sensible size and apply the scale."
+        )
+    if longest < PRECISION * resolution * farthest:
+        raise SculptError(
+            "The mesh is so far from its origin that its shape is lost in rounding."
+            " Move the mesh back to the object's origin."
+        )
+    scale, center = longest / LONGEST_SIDE, (low + high) / 2
+    return (points - center) / scale, scale, center
+
+
+def _decimate(
+    points: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The mesh with at most `MOST_FACES`: vertices of a cell become their mean."""
+    cells, given, many = float(CLUSTERS), points, faces
+    while len(faces) > MOST_FACES:
+        points, faces, _ = _weld(given, many, int(cells))
+        a, b, c = faces.T
+        faces = faces[(a != b) & (b != c) & (c != a)]
+        cells *= COARSER
+    return points, faces
+
+
+def _weld(
+    points: NDArray[np.float64], faces: NDArray[np.int64], cells: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
+    """One vertex, their mean, for all that share a cell of a grid; how many there are less."""
+    place = np.rint((points / LONGEST_SIDE + 0.5) * cells).astype(np.int64)  # (V, 3)
+    x, y, z = place.T
+    key = (x << 42) | (y << 21) | z  # (V,), 21 bits each
+    _, name, size = np.unique(key, return_inverse=True, return_counts=True)
+    name = name.reshape(-1)
+    mean = np.stack([np.bincount(name, axis) / size for axis in points.T], axis=1)
+    return mean, name[faces], len(points) - len(mean)
+
+
+def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    return faces[areas(points[faces]) > SMALLEST_AREA]
+
+
+def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Keep one of the faces that have the same three vertices, whatever their winding."""
+    return faces[np.sort(trimesh.grouping.unique_rows(np.sort(faces, axis=1))[0])]
+
+
+def _orient(
+    points: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+    """Each piece wound consistently, closed ones as `facing` says; the pieces; faces turned.
+
+    The area vectors of a closed piece cancel, and the sign of its volume about its own centroid
+    tells the outer side; half a sphere has 0.5, a sheet 1. An open piece that is bulky faces
+    outward, too; one that encloses nothing keeps the side that most of its area had.
+    """
+    wound, piece = (np.asarray(array) for array in igl.bfs_orient(faces))
+    of_piece = csr_matrix((np.ones(len(faces)), (piece, np.arange(len(faces)))))  # (P, F)
+    same = (wound == faces).all(axis=1)  # (F,)
+    corners = points[wound]  # (F, 3, 3)
+    vector = 0.5 * normals(corners)  # (F, 3)
+    area = np.linalg.norm(vector, axis=1)  # (F,)
+    whole = of_piece @ area  # (P,)
+    center = (of_piece @ (area[:, None] * corners.mean(axis=1))) / whole[:, None]  # (P, 3)
+    volume = of_piece @ np.sum((corners[:, 0] - center[piece]) * vector, axis=1) / 3  # (P,)
+    given = np.where(of_piece @ np.where(same, area, -area) < 0, -1, 1)  # (P,), by most of its area
+    closed = np.linalg.norm(of_piece @ vector, axis=1) < CLOSED * whole  # (P,)
+    wanted = np.sign(volume) * facing(points, wound, piece, np.where(closed, given * volume, 0))
+    bulky = np.abs(volume) > BULKY * whole**1.5
+    wanted = np.where(closed, wanted, np.where(bulky, np.sign(volume), given))
+    turn = (wanted < 0)[piece]  # (F,)
+    wound = np.where(turn[:, None], wound[:, ::-1], wound)
+    return np.ascontiguousarray(wound), piece, int(np.sum(turn == same))

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The signed distance to a mesh that need not be closed, and samples of its surface.
+
+The magnitude is the exact distance to the triangles (libigl's AABB tree). The sign comes from the
+winding number (Barill et al., "Fast winding numbers for soups and clouds", 2018): near 1 inside,
+near 0 outside, and smoothly in between across a hole, which it closes like a soap film. What has
+the inside on both sides (inner walls, parts stuck into each other) is no part of the surface and
+is dropped first (`mesh_union`). A sheet has no inside at all; it needs a thickness first
+(`mesh_thicken`). Model space throughout.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent
+from ..mesh.surface import spatial_order
+from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_open import SHEET, doubtful
+from .mesh_union import BESIDE, HIDDEN, crossings, cut
+from .mesh_winding import winding
+
+Array = NDArray[np.float64]
+
+BATCH = 8192  # queries between two looks at `progress`
+PROBES = 4000  # places at which the whole mesh is judged
+WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
+SCRAP = 0.01  # share of the surface that may be sheets without a word about it
+FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
+NEAR_FILM = 0.6  # half width of what is near a film, as that
+TURNED = 0.5  # minus the winding number of what is inside of faces that look inward
+
+
+class Surface(NamedTuple):
+    """Points uniform by area, with the outward unit normals there."""
+
+    points: Array  # (N, 3)
+    normals: Array  # (N, 3)
+    faces: NDArray[np.intp]  # (N,), on which they lie
+
+
+class Distance(NamedTuple):
+    """The signed distance at some points."""
+
+    value: Array  # (N,), negative inside
+    gradient: Array  # (N, 3), unit
+    certain: NDArray[np.bool_]  # (N,), false near the film across a hole
+
+
+class MeshDistance:
+    """The signed distance to a clean mesh. SculptError when much of it is an open sheet.
+
+    vertices, faces: of what bounds the inside, (V, 3) and (F, 3)
+    crossing:        pairs of faces of the mesh that cross (N, 2)
+    """
+
+    def __init__(
+        self, mesh: CleanMesh, rng: np.random.Generator, progress: Progress = silent
+    ) -> None:
+        """Judge the mesh by `PROBES` random places, and drop what is no outer surface."""
+        self.vertices, self.faces = mesh.vertices, mesh.triangles
+        self._winding = winding(self.vertices, self.faces)
+        probes = self.surface(PROBES, rng)
+        sides = self._sides(probes, progress)
+        _refuse_sheets(sides, mesh.pieces[probes.faces])
+        self.crossing = pairs = crossings(self.vertices, self.faces)
+        if len(pairs) or (np.abs(sides).min(axis=0) > HIDDEN).mean() > WALLS:
+            parts = cut(self.vertices, self.faces, pairs, self._winding, progress)
+            self._winding = winding(*_soup(parts.solid))
+            self.vertices, self.faces = _soup(parts.surface)
+            sides = self._sides(self.surface(PROBES, rng), progress)
+        # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
+        self._threshold = float(np.clip(np.median(np.abs(sides).max(axis=0)) / 2, 0.25, 0.5))
+        self._tree = igl.AABB()
+        self._tree.init(self.vertices, self.faces)
+
+    def __call__(self, points: Array, progress: Progress = silent) -> Distance:
+        """The distance at `points` (N, 3)."""
+        order = spatial_order(points)  # neighbours walk the same branches of the tree
+        sorted_points = np.ascontiguousarray(points[order])
+        value, certain = np.empty(len(points)), np.ones(len(points), bool)
+        gradient = np.empty((len(points), 3))
+        for part in _batches(len(points), progress):
+            found = self._measure(sorted_points[part])
+            where = order[part]
+            value[where], gradient[where], certain[where] = found
+        return Distance(value, gradient, certain)
+
+    def surface(self, count: int, rng: np.random.Generator) -> Surface:
+        """`count` points of the mesh, spread evenly, in the order of its faces."""
+        corners = self.vertices[self.faces]
+        area = areas(corners)
+        part = (np.arange(count) + rng.random(count)) / count  # of the whole area
+        faces = np.searchsorted(np.cumsum(area) / area.sum(), part)
+        faces = np.minimum(faces, len(area) - 1)
+        corners = corners[faces]  # (N, 3, 3)
+        u, v = np.sqrt(rng.random(count)), rng.random(count)
+        weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
+        return Surface(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
+
+    def inside(self, points: Array) -> NDArray[np.bool_]:
+        """Which of the points (N, 3) are inside."""
+        return self._depth(points) > 1
+
+    def known(self, points: Array) -> NDArray[np.bool_]:
+        """Which of the points (N, 3) are clearly inside or outside: not near the film across a
+        hole, where the distance is no measure of where the surface may be."""
+        return np.abs(self._depth(points) - 1) > NEAR_FILM
+
+    def facing(self, points: NDArray, normals: NDArray) -> NDArray[np.int8]:
+        """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
+        both of their sides are inside, or both outside.
+        """
+        step = BESIDE * normals.astype(float)
+        sides = np.concatenate([points - step, points + step])
+        inside = self._depth(sides).reshape(2, -1) > 1
+        return inside[0].astype(np.int8) - inside[1]
+
+    def _measure(self, points: Array) -> Distance:
+        found = self._tree.squared_distance(self.vertices, self.faces, points)
+        square, face, closest = (np.asarray(array) for array in found)
+        distance = np.sqrt(square)  # (N,)
+        touching = distance < 1e-7
+        sign = np.clip((1 - self._depth(points)) / FILM, -1, 1)
+        away: Array = points - closest  # (N, 3)
+        gradient = unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
+        gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
+        return Distance(sign * distance, gradient, (np.abs(sign) == 1) | touching)
+
+    def _depth(self, points: Array) -> Array:
+        """How far points (N, 3) are inside by their winding number: from 1 on they are."""
+        number = self._winding(points)
+        return np.maximum(number / self._threshold, -number / TURNED)
+
+    def _sides(self, probes: Surface, progress: Progress) -> Array:
+        """Winding number just behind and just before each of the probes (2, N)."""
+        progress(0.0, "Looking for the inside")
+        step = BESIDE * probes.normals
+        sides = np.concatenate([probes.points - step, probes.points + step])
+        return self._winding(sides).reshape(2, -1)
+
+
+def _soup(corners: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (3F, 3) and faces (F, 3) of triangles by their corners (F, 3, 3)."""
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
+    """SculptError when too many of the probes, with these `sides` (2, N), lie on sheets."""
+    probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful(sides))
+    share = float((in_doubt > SHEET * probes)[pieces].mean())
+    if share > SCRAP:
+        part = "The mesh" if share > 0.99 else f"A part of the mesh ({share:.0%} of its area)"
+        raise SculptError(
+            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness"
+            " (Open Parts, or --open thickness), or close or delete it."
+        )
+
+
+def _batches(count: int, progress: Progress) -> Iterator[slice]:
+    for start in range(0, count, BATCH):
+        progress(start / count, "Measuring distances")
+        yield slice(start, min(start + BATCH, count))

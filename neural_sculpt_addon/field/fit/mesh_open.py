@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Open parts of a mesh: their openings, which of them are sheets, and what is made of them.
+
+A part with an opening has an inside when a film across the opening is small enough; a sheet has
+none: the winding number is one half on one side and minus one half on the other. Model space.
+"""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+from ...common.errors import SculptError
+from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals, unit
+from .mesh_thicken import open_faces, thicken
+from .mesh_union import BESIDE
+from .mesh_winding import winding
+
+Array = NDArray[np.float64]
+
+DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside,
+ALIKE = 0.4  # when those of a face's two sides differ by less
+SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
+SCRAP = 0.05  # share of the surface that may be sheets which get a thickness unasked
+PROPOSED = 0.02  # thickness as a share of the longest side: two cells of a proxy of 128
+WORTH = 0.02  # area of openings as a share of the surface, from which on a film gets a word
+PROBES = 20_000  # faces at most that tell which pieces are sheets
+
+
+class Open(StrEnum):
+    """What becomes of open parts."""
+
+    SOLID = "solid"
+    THICKNESS = "thickness"
+
+
+class Openings(NamedTuple):
+    """The borders of a mesh, those that touch counted once, and what they enclose."""
+
+    number: int
+    share: float  # of the area of the mesh
+
+
+class Prepared(NamedTuple):
+    """A mesh whose open parts are what was asked for, and sentences about what was done."""
+
+    mesh: CleanMesh
+    notes: Sequence[str]
+
+
+def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prepared:
+    """`mesh` with its open parts solid or of a `thickness` in its own units.
+
+    Without a thickness it is `PROPOSED`. Small sheets get it even when solids are asked for.
+    SculptError for a thickness that is none.
+    """
+    if thickness is not None and not 0 < thickness < np.inf:
+        raise SculptError("The thickness of a sheet must be a positive number.")
+    proposed = PROPOSED * LONGEST_SIDE
+    in_units = proposed * mesh.scale
+    notes = []
+    if gone := mesh.repairs.get("decimated"):
+        notes.append(
+            f"Faces that no field can hold were merged: {gone} fewer, {len(mesh.triangles)} left."
+        )
+    opened = open_faces(mesh)  # (F,)
+    if not opened.any():
+        return Prepared(mesh, notes)
+    if kind is Open.THICKNESS:
+        thick = thicken(mesh, proposed if thickness is None else thickness / mesh.scale)
+        return Prepared(
+            thick,
+            notes if thickness else [*notes, f"Open parts got a thickness of {in_units:.2g}."],
+        )
+    hole = openings(mesh)
+    sheets = _sheets(mesh, opened)
+    area = areas(mesh.corners)
+    part = float(area[sheets].sum() / area.sum())
+    if 0 < part <= SCRAP:
+        notes.append(f"Open sheets ({part:.1%} of the area) got a thickness of {in_units:.2g}.")
+        mesh = thicken(mesh, proposed, sheets)
+        hole = openings(mesh)
+    mesh.repairs["openings"] = hole.number
+    if hole.share > WORTH:
+        notes.append(
+            f"Openings closed by a film: {hole.number} ({hole.share:.0%} of the area)."
+            " Choose Thickness for open parts to have a shell instead."
+        )
+    return Prepared(mesh, notes)
+
+
+def openings(mesh: CleanMesh) -> Openings:
+    """How many openings the mesh has, and how large they are."""
+    edges = np.asarray(igl.boundary_facets(mesh.triangles)[0])  # (E, 2), in the faces' winding
+    if not len(edges):
+        return Openings(0, 0.0)
+    _, ends = np.unique(edges, return_inverse=True)
+    ends = ends.reshape(-1, 2)
+    count = int(ends.max()) + 1
+    graph = csr_matrix((np.ones(len(ends)), ends.T), (count, count))
+    number, of_vertex = connected_components(graph, directed=False)
+    border = of_vertex[ends[:, 0]]  # (E,)
+    a, b = mesh.vertices[edges[:, 0]], mesh.vertices[edges[:, 1]]
+    lengths = np.bincount(border, minlength=number)
+    sums = [np.bincount(border, a[:, axis], number) for axis in range(3)]
+    center = (np.stack(sums, axis=1) / lengths[:, None])[border]  # (E, 3)
+    fan = np.cross(a - center, b - center) / 2
+    vector = np.stack([np.bincount(border, fan[:, axis], number) for axis in range(3)], axis=1)
+    share = np.linalg.norm(vector, axis=1).sum() / areas(mesh.corners).sum()
+    return Openings(number, float(share))
+
+
+def doubtful(sides: Array) -> NDArray[np.bool_]:
+    """Whether places with these winding numbers on their two `sides` (2, N) may lie on a sheet."""
+    size = np.abs(sides)
+    between = ((size > DOUBTFUL[0]) & (size < DOUBTFUL[1])).all(axis=0)
+    return between & (np.abs(size[0] - size[1]) < ALIKE)
+
+
+def _sheets(mesh: CleanMesh, opened: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the `opened` faces (F,) belong to pieces that are sheets (F,)."""
+    chosen = np.flatnonzero(opened)
+    chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), PROBES)).astype(int)]
+    corners = mesh.corners[chosen]
+    middle, step = corners.mean(axis=1), BESIDE * unit(normals(corners))
+    number = winding(mesh.vertices, mesh.triangles)
+    sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
+    pieces, area = mesh.pieces[chosen], areas(corners)
+    many = int(mesh.pieces.max()) + 1
+    whole = np.bincount(pieces, area, many)
+    doubted = np.bincount(pieces, area * doubtful(sides), many)
+    return opened & (doubted > SHEET * whole)[mesh.pieces]

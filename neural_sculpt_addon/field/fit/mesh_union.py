@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The surface of what several parts make together: faces are cut where they cross, and what then
+has the inside on both sides is dropped.
+
+Parts that stick into each other hide parts of their faces, whatever the size of those. CGAL cuts
+large faces exactly along each other; of small ones the middle decides. Model space.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from igl.copyleft import cgal
+from numpy.typing import NDArray
+
+from ...common.progress import Progress
+from .mesh_cleanup import areas, normals, unit
+
+Array = NDArray[np.float64]
+
+BATCH = 8192  # faces between two looks at `progress`
+BESIDE = 2e-3  # how far beside a face its two sides are looked at,
+NARROW = 0.25  # at most this share of the radius of its inscribed circle,
+CLOSEST = 1e-5  # but not closer
+INNER = 0.8  # |mean winding number| of a face's sides, from which on both may be inside
+HIDDEN = 0.3  # |winding number| of either, from which on they are
+WHOLE = 0.2  # distance from a whole number, beyond which a winding number is that of an open wall
+FINE = 0.025  # longest edge of faces that need no cut
+MOST = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
+
+
+class Parts(NamedTuple):
+    """What parts are made of, by the corners of triangles that may share no vertices."""
+
+    surface: Array  # (S, 3, 3), what bounds the union
+    solid: Array  # (F, 3, 3), what tells the inside by its winding number: open walls are left out
+
+
+def crossings(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Pairs of faces that cross (N, 2), one of them large; the largest ones when there are many."""
+    corners = vertices[faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)  # (F,)
+    large = longest > FINE
+    if not large.any():
+        return np.empty((0, 2), np.int64)
+    tree = igl.AABB()
+    tree.init(vertices, faces[large])
+    small = np.flatnonzero(~large)
+    square = tree.squared_distance(vertices, faces[large], corners[small].mean(axis=1))[0]
+    near = small[np.asarray(square) < longest[small] ** 2]
+    some = np.concatenate([np.flatnonzero(large), near])
+    pairs = some[np.asarray(_cut(corners[some], detect_only=True)[2], np.int64).reshape(-1, 2)]
+    size = longest[pairs].max(axis=1)
+    order = np.argsort(-size, kind="stable")[:MOST]
+    return pairs[order[size[order] > FINE]]
+
+
+def cut(
+    vertices: Array,
+    faces: NDArray[np.int64],
+    pairs: NDArray[np.int64],
+    winding: Callable[[Array], Array],
+    progress: Progress,
+) -> Parts:
+    """What the faces (F, 3) are made of, those of `pairs` (N, 2) cut along each other.
+
+    winding: the winding number of the faces
+    """
+    corners = vertices[faces]
+    if len(pairs):
+        crossing = np.zeros(len(faces), bool)
+        crossing[pairs] = True
+        points, pieces, *_ = _cut(corners[crossing], stitch_all=True)
+        corners = np.concatenate([corners[~crossing], np.asarray(points)[np.asarray(pieces)]])
+        corners = corners[areas(corners) > 0]
+    sides = np.empty((2, len(corners)))
+    for start in range(0, len(corners), BATCH):
+        progress(start / len(corners), "Looking for inner walls")
+        part = slice(start, start + BATCH)
+        sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
+    inner = (np.abs(sides.mean(axis=0)) > INNER) & (np.abs(sides).min(axis=0) > HIDDEN)  # (F,)
+    open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
+    return Parts(corners[~inner], corners[~open_wall])
+
+
+def _beside(corners: Array) -> Array:
+    """Points behind and before the middles of faces (F, 3, 3) -> (2F, 3)."""
+    around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)  # (F,)
+    radius = 2 * areas(corners) / np.maximum(around, 1e-30)
+    step = np.clip(NARROW * radius, CLOSEST, BESIDE)[:, None] * unit(normals(corners))
+    middle = corners.mean(axis=1)
+    return np.concatenate([middle - step, middle + step])
+
+
+def _cut(corners: Array, **options: bool) -> tuple:
+    points, names = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    return cgal.remesh_self_intersections(points, names.reshape(-1, 3).astype(np.int64), **options)

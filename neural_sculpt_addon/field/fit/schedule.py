@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long a fit learns, and what it tells meanwhile.
+
+The learning rate falls along a cosine to zero. A fit that is ended early falls to zero, too, within
+a few steps more: weights at a high rate still tremble around their best.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from ...common.progress import Progress
+from ..network import Siren
+
+SETTLING = 120  # steps after an early end
+PREVIEW_SECONDS = 0.6  # between two previews
+SMOOTHING = 0.95  # share of the older steps in the error that is told
+
+Preview = Callable[[Siren, float], None]
+"""Called with a copy of the network as it is now, and its error in model units."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How long to learn.
+
+    steps, batch, samples: how many, of how many samples each, of how many in all
+    rate:                  of the first step
+    omega:                 of a new network's first layer; a high one holds more detail, but needs
+                           more steps to calm down far from the surface
+    """
+
+    steps: int
+    batch: int
+    samples: int
+    rate: float
+    omega: float = 30.0
+
+
+class Learner(Protocol):
+    """What takes the steps."""
+
+    network: Siren
+
+    def step(self, rate: float) -> float:
+        """One step of learning rate `rate`; the error before it, model units."""
+        ...
+
+
+def follow(
+    learner: Learner,
+    schedule: Schedule,
+    progress: Progress,
+    preview: Preview = lambda *_: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> None:
+    """Take the steps of the schedule, or as many as the artist waits for.
+
+    enough: looked at before every step; once it is true, the learner settles where it is
+    """
+    error, shown = math.nan, time.monotonic()
+    for step in range(schedule.steps):
+        rate = schedule.rate * cosine(step / schedule.steps)
+        if enough():
+            for settling in range(SETTLING):
+                learner.step(rate * cosine(settling / SETTLING))
+            return
+        latest = learner.step(rate)
+        error = latest if step == 0 else SMOOTHING * error + (1 - SMOOTHING) * latest
+        progress((step + 1) / schedule.steps, f"Fitting, error {error:.4f}")
+        if time.monotonic() - shown > PREVIEW_SECONDS:
+            tensors = [tensor.clone() for tensor in learner.network.parameters]
+            preview(learner.network.with_parameters(tensors), error)
+            shown = time.monotonic()
+
+
+def cosine(fraction: float) -> float:
+    """The share of the first learning rate that is left after `fraction` of the steps."""
+    return 0.5 * (1 + math.cos(math.pi * fraction))

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The proxy: the triangle mesh that stands for a field in the scene (docs/method.md, section 8).
+
+    active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0
+
+Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each vertex in its tangent
+plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
+within 1e-5 of the surface, and its gradients are the normals.
+
+`extract` does so from nothing; `update` after an edit, and only in the cells that the edit reached:
+nothing else of the field has changed.
+
+Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
+is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent, sub_progress
+from ..detail import SUPPORT, centres, places
+from ..detail import spacing as level_spacing
+from ..evaluate import values_and_gradients
+from ..field import Field
+from .again import find_again
+from .cells import ActiveCells, find_active, steps
+from .components import Components, find_components
+from .march import RawMesh, march, weld_caps
+from .specks import find_specks
+from .splice import splice
+
+RELAXATION = 0.7  # share of the way to the mean of the neighbours
+REACH = 0.5  # longest Newton step, in cells
+SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
+STEPS = 3
+FLAT = 1e-6  # a gradient below this has no direction
+ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
+NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
+FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 6 GB
+BATCH = 1 << 13  # vertices between two looks at `progress`; some 5 ms, in wide networks 20
+
+
+@dataclass(frozen=True)
+class Proxy:
+    """A closed triangle mesh in model space, and what its update after an edit starts from."""
+
+    vertices: NDArray[np.float32]  # (V, 3)
+    normals: NDArray[np.float32]  # (V, 3), unit, outward: the direction of grad f
+    triangles: NDArray[np.int32]  # (F, 3), counter-clockwise seen from outside
+    edges: NDArray[np.int64]  # (V,), rising: the lattice edges that the vertices come from
+    active: ActiveCells
+    marched: RawMesh  # the same with its specks, from which an update starts
+
+    @cached_property
+    def components(self) -> Components:
+        """Its connected pieces."""
+        return find_components(self.triangles, len(self.vertices))
+
+
+class Rough(NamedTuple):
+    """What marching cubes make of a field: slivers, and vertices a little beside the surface."""
+
+    mesh: RawMesh
+    active: ActiveCells
+
+
+def extract(field: Field, cells: int = 128, progress: Progress = silent) -> Proxy:
+    """The surface f = 0 within [-1, 1]^3, on a lattice of `cells` cells per axis.
+
+    SculptError when there is no surface, the field's values are not finite, or nobody could hold
+    so many cells.
+    """
+    return finish(
+        find(field, cells, sub_progress(progress, 0, 0.7)), field, sub_progress(progress, 0.7, 1)
+    )
+
+
+def find(field: Field, cells: int, progress: Progress = silent) -> Rough:
+    """The first half of `extract`, which tells all pieces of the surface. Errors as there."""
+    check_cells(cells)
+    active = find_active(field, cells, sub_progress(progress, 0, 0.9))
+    progress(0.9, "Meshing")
+    return Rough(_mesh(active), active)
+
+
+def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
+    """The second half, for the same field; it takes the mesh for itself."""
+    mesh, active = rough
+    progress(0.0, "Meshing")
+    fresh = np.ones(len(mesh.vertices), bool)
+    _relax(mesh, fresh, active.spacing)
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 1))
+    return _proxy(mesh, active, field, progress)
+
+
+def update(
+    proxy: Proxy, field: Field, reached: NDArray[np.int32], progress: Progress = silent
+) -> Proxy:
+    """The proxy of `field`, which differs from the one that `proxy` shows in `reached` alone.
+
+    reached: (S,) cells as of `detail.support`
+
+    Errors as from `extract`.
+    """
+    known, spacing = proxy.active, proxy.active.spacing
+    if np.abs(proxy.vertices).max() >= 1:  # it has caps
+        return extract(field, known.cells, progress)
+    guesses = _lattice_cells(reached, known.cells)
+    changed = np.isin(known.index, guesses, kind="table")
+    again = find_again(known, changed, guesses, field, sub_progress(progress, 0, 0.6))
+    if not len(again.active.index):
+        raise SculptError(NO_SURFACE)
+    mesh, source = splice(proxy.marched, known, again)
+    if mesh.cap.any():
+        return extract(field, known.cells, sub_progress(progress, 0.6, 1))
+    fresh = source >= len(proxy.marched.vertices)
+    _relax(mesh, fresh, spacing)
+    _snap(mesh, fresh, field, spacing, sub_progress(progress, 0.7, 1))
+    return _proxy(mesh, again.active, field, progress)
+
+
+def check_cells(cells: int) -> None:
+    """Refuse a resolution that makes no proxy. SculptError."""
+    if not FEWEST_CELLS <= cells <= MOST_CELLS:
+        raise SculptError(
+            f"The resolution is {cells} cells per axis; choose {FEWEST_CELLS} to {MOST_CELLS}."
+        )
+
+
+def _mesh(active: ActiveCells) -> RawMesh:
+    if not len(active.index):
+        raise SculptError(NO_SURFACE)
+    mesh = march(active)
+    return weld_caps(mesh) if mesh.cap.any() else mesh
+
+
+def _proxy(mesh: RawMesh, active: ActiveCells, field: Field, progress: Progress) -> Proxy:
+    """The proxy whose mesh is ready, without its specks."""
+    np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
+    vertices, normals, triangles, edges = mesh.vertices, mesh.normals, mesh.triangles, mesh.edges
+    proxy = Proxy(vertices, normals, triangles, edges, active, mesh)
+    left = ~find_specks(
+        *(field, vertices, triangles, proxy.components, active.spacing),
+        lambda: progress(1, "Meshing"),
+    )
+    if left.all():
+        return proxy
+    number = (np.cumsum(left) - 1).astype(np.int32)
+    triangles = number[triangles[left[triangles[:, 0]]]]
+    return Proxy(vertices[left], normals[left], triangles, edges[left], active, mesh)
+
+
+def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
+    """The cells (C,) of a lattice of `cells` cells per axis that meet cells as of `support`."""
+    corner = centres(places(reached, SUPPORT), SUPPORT) - np.float32(level_spacing(SUPPORT) / 2)
+    scale = cells / 2
+    first = np.floor((corner + 1) * scale + ROUNDING).astype(np.int32)  # (S, 3)
+    count = math.ceil(level_spacing(SUPPORT) * scale - ROUNDING)
+    if cells % 2 ** (SUPPORT + 1):  # the lattices do not match: a cell more may be met
+        count += 1
+    block = np.indices((count,) * 3).reshape(3, -1).T.astype(np.int32)
+    place = (first[:, None] + block).reshape(-1, 3)
+    place = place[((place >= 0) & (place < cells)).all(axis=1)]
+    return np.unique((place + 1) @ steps(cells))
+
+
+def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
+    """Move each `fresh` vertex within its tangent plane towards the mean of its neighbours.
+
+    In a closed mesh each neighbour is in two of the vertex's triangles, and the vertex in all.
+    """
+    a, b, c = fresh.take(mesh.triangles).T
+    triangles = mesh.triangles.compress(a | b | c, axis=0)
+    corners = triangles.ravel()
+    ends = np.arange(0, len(corners) + 1, 3, dtype=np.int32)
+    shape = len(mesh.vertices), len(triangles)
+    members = csc_array((np.ones(len(corners), np.float32), corners, ends), shape)
+    total = members @ (members.T @ mesh.vertices)  # (V, 3)
+    moving = np.flatnonzero(fresh)  # (M,)
+    degree = np.bincount(corners, minlength=len(fresh)).take(moving)[:, None].astype(np.float32)
+    start = mesh.vertices.take(moving, axis=0)  # (M, 3)
+    move = RELAXATION / 2 * (total.take(moving, axis=0) / degree - 3 * start)
+    normals = mesh.normals.take(moving, axis=0)
+    move -= np.einsum("ma,ma->m", move, normals)[:, None] * normals
+    move *= np.minimum(1, REACH * spacing / np.maximum(_length(move), 1e-12))
+    move *= ~mesh.held.take(moving, axis=0)
+    mesh.vertices[moving] = np.clip(start + move, -1, 1)
+
+
+def _snap(
+    mesh: RawMesh, fresh: NDArray[np.bool_], field: Field, spacing: float, progress: Progress
+) -> None:
+    """Newton steps of the `fresh` vertices until they are settled, and their normals."""
+    moving = np.flatnonzero(fresh & ~mesh.cap)
+    for number in range(STEPS):
+        share = sub_progress(progress, number / STEPS, (number + 1) / STEPS)
+        distance = _step(field, mesh, moving, spacing, share)
+        moving = moving[distance > SETTLED * spacing]
+
+
+def _step(
+    field: Field, mesh: RawMesh, moving: NDArray[np.intp], spacing: float, progress: Progress
+) -> NDArray[np.float32]:
+    """One Newton step of the `moving` vertices (P,) onto f = 0; how far each moved (P,).
+
+    Their normals become those where they were. A vertex held on a box face stays in it.
+    """
+    moved = np.empty(len(moving), np.float32)
+    for start in range(0, len(moving), BATCH):
+        progress(start / len(moving), "Snapping to the surface")
+        part = moving[start : start + BATCH]
+        points = mesh.vertices.take(part, axis=0)
+        value, gradient = values_and_gradients(field, points)
+        slope = _length(gradient)  # (B, 1)
+        known = mesh.normals.take(part, axis=0)
+        mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
+        gradient *= ~mesh.held.take(part, axis=0)
+        slope = np.maximum(_length(gradient), FLAT)
+        distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
+        mesh.vertices[part] = points - distance / slope * gradient
+        moved[start : start + BATCH] = np.abs(distance[:, 0])
+    return moved
+
+
+def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.sqrt(np.einsum("na,na->n", vectors, vectors))[:, None]  # (N, 1)

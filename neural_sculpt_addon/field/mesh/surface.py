@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples of the surface, uniform by area: drawn on a proxy, then projected onto f = 0."""
+
+from typing import NamedTuple
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from ...common.progress import Check, go_on
+from ..field import Field
+from ..projection import project
+from ..threads import in_pieces
+from .proxy import Proxy
+
+
+class Samples(NamedTuple):
+    """Points of a surface and its unit outward normals there."""
+
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]  # (N, 3)
+
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Samples":
+        """The chosen samples."""
+        return Samples(self.points[chosen], self.normals[chosen])
+
+
+def sample_surface(
+    field: Field, proxy: Proxy, count: int, seed: int, check: Check = go_on
+) -> Samples:
+    """`count` points, uniform by area, on the zero set of which `proxy` is the proxy."""
+    mesh = trimesh.Trimesh(proxy.vertices, proxy.triangles, process=False)
+    drawn = trimesh.sample.sample_surface(mesh, count, seed=seed)[0]
+
+    def bring(part: slice) -> Samples:
+        found = project(field, drawn[part])
+        return Samples(found.points, found.normals)
+
+    return in_pieces(bring, count, check)
+
+
+def spatial_order(points: NDArray[np.floating]) -> NDArray[np.intp]:
+    """The order of `points` (N, 3) in [-1, 1]^3 along Morton's curve: every k-th one of them, from
+    any start, is spread as evenly as all are."""
+    cells = np.clip((points + 1) * 512, 0, 1023).astype(np.int64)  # (N, 3)
+    code = np.zeros(len(points), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= (cells[:, axis] >> bit & 1) << 3 * bit + axis
+    return np.argsort(code, kind="stable")

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a displaced surface runs through itself, and which parts of it bound nothing then.
+
+A surface that is displaced farther than it is curved folds over; one that is displaced farther than
+a wall is thick comes out behind it; the sides of a groove meet. Samples show it by themselves
+(`crossings`); which parts bound nothing then, winding numbers tell (Jacobson et al., "Robust
+inside-outside segmentation using generalized winding numbers", 2013): those of the shape before,
+and of the volume between tubes and their targets, added or taken away. Just outside of what bounds
+the shape they are 0. Model space. See docs/method.md, section 2.
+"""
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Check
+from ..evaluate import values
+from ..field import Field
+from ..mesh.surface import Samples
+from ..nearest import search_tree
+from ..threads import SEARCHED, in_pieces
+
+WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
+CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
+BESIDE = 1 / 64  # radii: how far outside of a sample the winding number is taken
+NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
+ROUNDING = 1e-6  # of places and normals in single precision
+BOUND = 0.5  # |winding numbers| below count as 0
+ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is seen by it: within 0.05
+FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to 0.5 ms
+
+
+def crossings(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+    """Which samples (N,) have run through the surface `before` or `after`, as they show themselves.
+
+    Carved ones come out on the other side of a wall, raised ones run into another part. Others come
+    closer to some part than it is displaced itself, or are turned over.
+    """
+    if not len(before.points):
+        return np.zeros(0, bool)
+    far = np.linalg.norm(after.points - before.points, axis=1)
+    tree = search_tree(before.points)
+
+    most = CLOSE * far.max()
+    reach = CLOSE * np.append(far, 0)  # the last of the one that the tree names where none is near
+
+    def is_close(part: slice) -> NDArray[np.bool_]:
+        distance, nearest = tree.query(after.points[part], distance_upper_bound=most)
+        return distance < reach[nearest]
+
+    close = in_pieces(is_close, len(far), check, size=SEARCHED)
+    return close | _through(field, before, after, check) | _turned_over(before, after)
+
+
+class SweptVolume:
+    """The volume between a surface and where it is displaced to: +1 where it is added, -1 where it
+    is carved.
+
+    It is the sum of the winding numbers of either half of its surface: a tree of all of it takes
+    50 ms to make, in which no cancel is heard.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        before: Samples,
+        after: Samples,
+        triangles: NDArray[np.int64],
+        radius: float,
+        check: Check,
+    ) -> None:
+        """Close the gap between both by walls along their rim.
+
+        before, after: (N,) vertices of the surface, of which `triangles` (T, 3) are
+        radius:        of the stroke
+        """
+        self._check, self._reach = check, NEAR * radius
+        self.beside = BESIDE * radius
+        crossed = crossings(field, before, after, check)
+        start, way = before.points[crossed], (after.points - before.points)[crossed]
+        longest = np.linalg.norm(way, axis=1).max(initial=0)
+        shares = np.linspace(0, 1, int(longest / self._reach) + 2, dtype=np.float32)
+        self._ways = search_tree(np.concatenate([start + share * way for share in shares]))
+        size = len(before.points)
+        first, last = _rim(triangles).T
+        walls = (last, first, first + size), (last, first + size, last + size)
+        bottom = triangles[:, ::-1] + size
+        faces = np.concatenate([triangles, bottom, *(np.stack(wall, 1) for wall in walls)])
+        vertices, self._trees = np.concatenate([after.points, before.points]).astype(float), []
+        for half in filter(len, np.array_split(faces, 2)):
+            check()
+            self._trees.append(igl.FastWindingNumberBVH())
+            self._trees[-1].init(vertices, half, ORDER)
+
+    def near(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """At which of points (N, 3) the surface may run through itself: elsewhere its normals tell
+        the sides."""
+
+        def is_near(part: slice) -> NDArray[np.bool_]:
+            return np.isfinite(self._ways.query(points[part], distance_upper_bound=self._reach)[0])
+
+        return in_pieces(is_near, len(points), self._check, size=SEARCHED)
+
+    def winding(self, points: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Winding numbers (N,) at points (N, 3)."""
+
+        def wind(part: slice) -> NDArray[np.float64]:
+            place = points[part].astype(float)
+            halves = [np.asarray(half.winding_number(place, REACH)) for half in self._trees]
+            return np.sum(halves, axis=0)
+
+        return in_pieces(wind, len(points), self._check, light=True, size=FEW)
+
+    def swallows(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Which of points (N, 3) of the surface lie in it, where it may run through itself: a part
+        that was covered or carved away, and bounds nothing any more."""
+        swallowed = self.near(points)
+        swallowed[swallowed] = np.abs(self.winding(points[swallowed])) > BOUND
+        return swallowed
+
+
+def bounding(
+    field: Field, swept: SweptVolume, before: Samples, after: Samples, check: Check
+) -> NDArray[np.bool_]:
+    """Which samples (N,) of a displaced surface bound the shape: not those that face inward, that
+    have run through a wall, or are buried, so that just outside of them is no outside."""
+    buried = swept.near(after.points)
+    some = np.flatnonzero(buried)
+    outside = (after.points + np.float32(swept.beside) * after.normals)[some]
+    shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(some), check)
+    buried[some] = np.abs(shape + swept.winding(outside)) > BOUND
+    return ~(buried | _through(field, before, after, check) | _turned_over(before, after))
+
+
+def _through(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+    """Which samples (N,) have come out behind a wall, or run into another part."""
+
+    def is_through(part: slice) -> NDArray[np.bool_]:
+        outward = _outward(before.where(part), after.where(part))
+        return outward * values(field, after.points[part]) < -WRONG_SIDE
+
+    return in_pieces(is_through, len(before.points), check)
+
+
+def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
+    """Which samples (N,) of a displaced surface face against the way that they went outward."""
+    way = after.points - before.points
+    return _outward(before, after) * (way * after.normals).sum(axis=1) < -ROUNDING
+
+
+def _outward(before: Samples, after: Samples) -> NDArray[np.floating]:
+    """1 of samples (N,) that were raised, -1 of those that were carved, 0 of those left there."""
+    return np.sign(((after.points - before.points) * before.normals).sum(axis=1))
+
+
+def _rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Edges (E, 2) that have a triangle on one side only, in its direction."""
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])  # (3 T, 2)
+    size = edges.max(initial=0) + 1
+    there, back = size * edges[:, 0] + edges[:, 1], size * edges[:, 1] + edges[:, 0]
+    return edges[~np.isin(there, back)]

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Laying a stroke on the surface: the spline through its control points, projected onto f = 0.
+
+The result is spaced uniformly by arc length on the surface itself, so u means the same on a flat
+and on a bumpy shape (paper, section 3). Model space.
+"""
+
+import numpy as np
+
+from ...common.errors import SculptError
+from ...stroke.curve import Array, arc_length, fit_curve
+from ...stroke.path import Path, make_path
+from ...stroke.stroke import Stroke
+from ..field import Field
+from ..projection import project
+
+POINTS = 257  # of a path; more on one that is longer than 64 radii
+PER_RADIUS = 4  # at least
+MOST_POINTS = 2049
+FARTHEST = 0.2
+"""How far a control point may lie from the surface, or one radius if that is more. A stroke can
+have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
+OFF_SURFACE = 0.02  # what projection may leave
+LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
+
+
+def lay(field: Field, stroke: Stroke) -> Path:
+    """The path of `stroke` on the zero set of `field`.
+
+    SculptError when a control point is no surface point, or when the surface between two of them
+    cannot be followed.
+    """
+    _check_on_surface(field, stroke)
+    curve = fit_curve(stroke.points, stroke.closed)
+    if len(curve.knots) == 1:
+        surface = project(field, curve.points)
+        return make_path(surface.points, surface.normals, image=stroke.image)
+    points, _ = curve.resample(POINTS)
+    if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > POINTS:
+        points, _ = curve.resample(min(int(count), MOST_POINTS))
+    for _ in range(2):  # projected points bunch up where the surface is steep; space them again
+        points = _uniform(project(field, points).points.astype(float))
+    surface = project(field, points)
+    gaps = np.linalg.norm(np.diff(surface.points, axis=0), axis=1)
+    if gaps.max() > LARGEST_GAP * gaps.mean() or surface.distance.max() > OFF_SURFACE:
+        raise SculptError(
+            "The stroke leaves the surface between two of its points. Draw it with more points, or"
+            " keep to one side of the shape."
+        )
+    return make_path(surface.points, surface.normals, curve.closed, stroke.image)
+
+
+def _check_on_surface(field: Field, stroke: Stroke) -> None:
+    surface = project(field, stroke.points)
+    away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
+    if away > max(FARTHEST, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
+        raise SculptError(
+            f"The stroke lies {away:.2f} off the surface. Draw it on the proxy of this field."
+        )
+
+
+def _uniform(points: Array) -> Array:
+    """The same polyline (N, 3), its points moved along it to equal spacing."""
+    along = arc_length(points)
+    even = np.linspace(0, along[-1], len(points))
+    return np.stack([np.interp(even, along, axis) for axis in points.T], axis=1)

@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How well an edit did what the stroke asked, and what else it changed (docs/method.md, section 9).
+
+All lengths are in model space, absolute, and refer to these regions of the unedited surface, by
+distance from the path in radii (the nearest copy of a mirrored stroke counts):
+
+core   <= 1 and beside the path; what lies around an end is the cap, reported apart
+rim    1 to 1.4
+far    > 1.4, and the other sheet of thin parts
+
+What the displaced surface covers or carves away where it runs through itself, as the far side of a
+thin part, is in none of them: it is no surface any more.
+
+Definitions
+tube     distance of displaced surface samples p + d n of the core from the edited zero set. The
+         samples are fresh: a jittered grid, not the one that was trained on
+cap      the same around round ends and dabs
+reverse  distance of the edited proxy under the stroke from the displaced surface: triangles between
+         the same samples, bent as the normals there say; where the displaced surface runs through
+         itself, also between the proxy's own vertices (see `_reverse_at_folds`)
+height   largest |d| of the samples
+gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
+         displacement along n that was
+rim      distance of unedited samples of the rim from the edited zero set
+drift    the same for far samples
+untouched_normal  angle between the normals of far samples before and after, degrees: root mean
+         square, and most, with the place where
+normal   angle between grad f at the tube samples, brought to the edited zero set, and the normal
+         of the displaced surface, degrees
+gradient mean | |grad f| - 1 | over the tube samples, after the edit
+components  connected pieces of the proxy before and after
+tolerance_met  tube_p95 and reverse_p95 below `tolerance`, gain at least GAIN, untouched_normal_rms
+         at most TURNED, no piece more or less
+chamfer  mean distance of 100,000 samples of either surface to the nearest sample of the other, both
+         directions added (paper, table 2), and the same between two samplings of the target: the
+         noise floor, below which nothing can be told
+
+The distance of a point from the zero set is the way that projection moves it; where projection has
+not arrived, it is at least the first-order estimate |f| / |grad f|.
+"""
+
+from typing import Any
+
+import igl
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from ...common.progress import Check, Progress, silent
+from ..detail import SUPPORT, cells_of, linear
+from ..evaluate import values_and_gradients
+from ..field import Field
+from ..mesh.pieces import components
+from ..mesh.proxy import Proxy
+from ..mesh.surface import Samples, sample_surface
+from ..projection import find_surface
+from ..threads import SEARCHED, in_pieces, join
+from .fold import SweptVolume
+from .problem import Laid, Problem
+from .tube import COLUMNS, ROWS, Tube
+
+FAR = 1.4
+INNER = 0.95  # radii, within which the displaced surface is near enough to measure the way back
+TOLERANCE = 1e-3  # model units, of both p95
+OF_HEIGHT = 0.1  # the same, as a share of the stroke's height
+GAIN, TURNED = 0.97, 0.3
+STEEPEST = 0.2  # |grad f . n|, below which the edited surface is all but parallel to n
+MEASURING = "Measuring"
+FRESH = 1  # a stream of random numbers of its own
+CHAMFER_SAMPLES = 100_000
+GAP, GAP_REACH = 1.5, 2.0  # cells of the proxy: see `Problem.gaps`, and how far its samples count
+
+Array = NDArray[np.floating[Any]]
+
+
+def measure(
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None = None,
+    floor: float = 0.0,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """All measures of one edit but the Chamfer distance, ready for JSON.
+
+    proxy:   of `edited`, at CELLS cells per axis
+    reached: (S,) cells as of `detail.support` outside of which the field is what it was; None when
+             all of it may have changed
+    floor:   what the solver can hold at best: no smaller tolerance is asked of it
+
+    A measure over an empty region (a closed stroke has no cap) is None.
+    """
+    progress(0.0, MEASURING)
+    share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
+    random = np.random.default_rng((problem.seed, FRESH))
+    tubes, swept = problem.displaced_tubes(round(share * ROWS), round(share * COLUMNS), random)
+    surface, target, displacement = (
+        join([getattr(tube, name) for tube in tubes])
+        for name in ("surface", "target", "displacement")
+    )
+    core, cap, height = displacement.core, displacement.beyond, np.abs(displacement.amount).max()
+    progress(0.3, MEASURING)
+    found = in_pieces(
+        lambda part: find_surface(edited, target.points[part]), len(core), problem.check
+    )
+    cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
+    progress(0.4, MEASURING)
+    elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
+    progress(0.8, MEASURING)
+    if swept is None:
+        reverse = _reverse(problem, tubes, proxy)
+    else:
+        reverse = _reverse_at_folds(problem, tubes, swept, proxy)
+    measures = {
+        **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
+        **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
+        **_summary("reverse", reverse, mean="mean", p95=95, max="max"),
+        "height": float(height),
+        "gain": _gain(edited, surface, target, displacement.amount),
+        **elsewhere,
+        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "gradient": float(np.abs(found.slope[core] - 1).mean()),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
+    }
+    return {**measures, "tolerance_met": _is_met(measures)}
+
+
+def measure_goal(
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None,
+    floor: float,
+    goal: Samples,
+    height: float,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """The measures of a stroke that reshapes what is there; the tube is the `goal`, the surface
+    asked for where the stroke moves it, and `height` the longest way. Others as of `measure`."""
+    progress(0.0, MEASURING)
+    found = in_pieces(
+        lambda part: find_surface(edited, goal.points[part]), len(goal.points), problem.check
+    )
+    cosine = np.einsum("ij,ij->i", found.normals, goal.normals)
+    progress(0.4, MEASURING)
+    measures = {
+        **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
+        "height": height,
+        "gain": 1.0,
+        **_elsewhere(problem, edited, proxy, reached),
+        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "gradient": float(np.abs(found.slope - 1).mean()),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), floor),
+    }
+    return {**measures, "tolerance_met": _is_met({**measures, "reverse_p95": None})}
+
+
+def _elsewhere(
+    problem: Problem,
+    edited: Field,
+    proxy: Proxy,
+    reached: NDArray[np.int32] | None,
+    swept: SweptVolume | None = None,
+) -> dict[str, Any]:
+    """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
+    any more, and does not count."""
+    before = problem.preparation
+    near = problem.nearness(before.surface)
+    left = np.ones(len(near), bool)
+    if swept is not None:
+        left = ~swept.swallows(before.surface.points)
+    far = left & (near > FAR)
+    rim = left & (near > 1) & (near <= FAR)
+    moved, turned = _moved(problem, edited, reached)
+    worst = int(np.argmax(np.where(far, turned, 0)))
+    return {
+        **_summary("rim", moved[rim], mean="mean"),
+        **_summary("drift", moved[far], mean="mean", p99=99, max="max"),
+        "untouched_normal_rms": float(np.sqrt((turned[far] ** 2).mean())) if far.any() else 0.0,
+        "untouched_normal_max": float(turned[worst]) if far.any() else 0.0,
+        "untouched_worst": before.surface.points[worst].tolist(),
+        "components_before": components(before.proxy),
+        "components_after": components(proxy),
+    }
+
+
+def _is_met(measures: dict[str, Any]) -> bool:
+    return (
+        all((measures[name] or 0.0) < measures["tolerance"] for name in ("tube_p95", "reverse_p95"))
+        and measures["gain"] >= GAIN
+        and measures["untouched_normal_rms"] <= TURNED
+        and measures["components_before"] == measures["components_after"]
+    )
+
+
+def _moved(
+    problem: Problem, edited: Field, reached: NDArray[np.int32] | None
+) -> tuple[Array, Array]:
+    """How far the samples of the unedited surface are from the edited one (N,), and by how many
+    degrees its normals have turned there (N,)."""
+    surface = problem.preparation.surface
+    distance, turned = np.zeros((2, len(surface.points)))
+    some = np.arange(len(surface.points))
+    if reached is not None:
+        some = np.flatnonzero(np.isin(linear(cells_of(surface.points, SUPPORT), SUPPORT), reached))
+    points = surface.points[some]
+    found = in_pieces(lambda part: find_surface(edited, points[part]), len(some), problem.check)
+    cosine = np.einsum("ij,ij->i", found.normals, surface.normals[some])
+    distance[some] = found.distance
+    turned[some] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return distance, turned
+
+
+def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> float:
+    """Share of the displacement `amount` (N,) of surface samples that the edited field reached.
+
+    What is missing along n is f / |grad f| at the target, by the cosine of both normals.
+    """
+    value, gradient = values_and_gradients(edited, target.points)
+    slope = np.einsum("ij,ij->i", gradient, surface.normals)
+    missing = value / np.where(np.abs(slope) < STEEPEST, STEEPEST, slope)
+    reached = amount - np.clip(missing, -np.abs(amount), np.abs(amount))
+    return float((reached * amount).sum() / max((amount**2).sum(), 1e-30))
+
+
+def chamfer(problem: Problem, edited: Field, proxy: Proxy) -> dict[str, float]:
+    """The paper's Chamfer distance of edited and displaced surface, and its noise floor."""
+    before, seed = problem.preparation.proxy, problem.seed
+    moved, _ = problem.displaced(Samples(before.vertices, before.normals))
+    mesh = trimesh.Trimesh(moved.points, before.triangles, process=False)
+    first = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed)[0]
+    second = trimesh.sample.sample_surface(mesh, CHAMFER_SAMPLES, seed=seed + 1)[0]
+    surface = sample_surface(edited, proxy, CHAMFER_SAMPLES, seed + 2)
+    return {
+        "chamfer": _both_ways(first, surface.points),
+        "chamfer_floor": _both_ways(first, second),
+    }
+
+
+def _both_ways(a: Array, b: Array) -> float:
+    return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
+
+
+def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
+    """Distance of the edited proxy's vertices near the stroke from the displaced surface.
+
+    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
+    and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
+    a gap of the tube the plane of the nearest sample in it stands for the triangles.
+    """
+    distances = []
+    surface = join([tube.surface for tube in tubes])
+    gaps = problem.gaps(surface, GAP * problem.preparation.spacing)[1]
+    gap = KDTree(gaps.points) if len(gaps.points) else None
+    surface = problem.preparation.surface
+    rest = surface.points[problem.untouched(surface)]
+    for one, tube in zip(problem.laid, tubes, strict=True):
+        triangles = tube.triangles()
+        problem.check()
+        tree = KDTree(np.concatenate([tube.target.points, rest]))
+        problem.check()
+        vertices = proxy.vertices[_close(one, proxy)].astype(float)
+        problem.check()
+        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
+        if len(vertices) and len(triangles):
+            distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
+            inner = (tube.displacement.nearness < INNER) & tube.inner()
+            inner = inner[triangles].all(axis=1)
+            if gap is not None:
+                nearest = gap.query(vertices)[1]
+                away = vertices - gaps.points[nearest]
+                plane = np.abs((away * gaps.normals[nearest]).sum(axis=1))
+                distance = np.where(
+                    np.linalg.norm(away, axis=1) < GAP_REACH * problem.preparation.spacing,
+                    np.minimum(distance, plane),
+                    distance,
+                )
+            distances.append(distance[inner[face]])
+    return np.concatenate([*distances, np.empty(0)])
+
+
+def _reverse_at_folds(
+    problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy
+) -> Array:
+    """The same where the displaced surface runs through itself, from all of the surface asked for.
+
+    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
+    volume, however near to untouched surface: a film that is left where a sheet was carved away.
+    """
+    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
+    surface, triangles, displaced = problem.asked_triangles()
+    for tube in tubes:  # which are finer where a profile bends
+        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
+        surface = join([surface, tube.target])
+    if not len(vertices) or not len(triangles):
+        return np.empty(0)
+    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
+    distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
+    return distance[displaced[face] | swept.swallows(vertices)]
+
+
+def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
+    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
+    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
+    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
+    return np.isfinite(away)
+
+
+def _to_surface(
+    points: Array, samples: Samples, triangles: NDArray[np.int64], check: Check
+) -> tuple[Array, NDArray[np.int64]]:
+    """Distance (N,) of points (N, 3) from the surface through samples, and the nearest triangles
+    (N,) between those.
+
+    A triangle is bent as the normals at its corners say: at each place the surface lies half as far
+    from it as the corners' tangent planes do on average, as a paraboloid would.
+    """
+    vertices = samples.points.astype(float)
+    check()
+    tree = igl.AABB()
+    tree.init(vertices, triangles)
+
+    def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
+        _, face, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, points[part]))
+        corners = vertices[triangles[face]]  # (n, 3, 3)
+        normals = samples.normals[triangles[face]]
+        a, b, c = np.ascontiguousarray(corners.swapaxes(0, 1))
+        share = np.nan_to_num(igl.barycentric_coordinates(nearest, a, b, c))  # nan without area
+        planes = np.einsum("nca,nca->nc", corners - nearest[:, None], normals)
+        bent = nearest + np.einsum("nc,nc,nca->na", share, planes, normals) / 2
+        return np.linalg.norm(points[part] - bent, axis=1), face
+
+    return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
+
+
+def _summary(word: str, values: Array, **measures: str | int) -> dict[str, float | None]:
+    """Mean, maximum and percentiles of `values`, named `word_measure`; None of nothing."""
+    compute = {"mean": np.mean, "max": np.max}
+    return {
+        f"{word}_{name}": None
+        if not len(values)
+        else float(
+            compute[measure](values) if isinstance(measure, str) else np.percentile(values, measure)
+        )
+        for name, measure in measures.items()
+    }

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The residual rows of a local edit (docs/method.md, section 4.2).
+
+target    f(p') = 0                  on the displaced surface
+slope     grad f(p') . e = n' . e    there, along random directions e that lean towards n'
+preserve  f(q) = f0(q)               on the untouched surface, wherever the new detail reaches:
+                                     around the stroke, and on other sheets of thin parts
+around    f(x) = signed distance     in the middle of each active cell, and of coarse ones beyond,
+                 of the new surface  where the displaced surface is nearest; f0 elsewhere
+
+The middle of a cell is where its node is: a spline is far better determined there than by random
+points, between which it can swing. The distance is that from the plane of the nearest sample.
+Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and
+where a plane contradicts them, as beside an edge, it is the distance from the sample itself; at
+most a cell, or f0 where its side stays. Model space.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..detail import cells_of, centres, children, dilated, linear, merged, places, spacing
+from ..evaluate import values, values_and_gradients
+from ..field import Field
+from ..mesh.surface import Samples
+from ..nearest import search_tree
+from ..problem.fold import bounding
+from ..problem.problem import DisplacedTubes, Problem
+from ..projection import SMALLEST_GRADIENT, project
+from ..threads import in_pieces, join
+from .spline_system import Rows
+
+PRESERVE, AROUND = 2.5, 0.3
+"""Weights of rows; a target has 1."""
+
+STEEP = 0.5
+"""Weight of a slope row, in cells: what one unit of slope weighs in units of length."""
+
+UPRIGHT = 1.0
+"""How much directions of slope rows lean towards the normal, along which |grad f| shows."""
+
+NEAR = 0.9
+"""Cells: the surface passes a cell whose middle is nearer, for half of its diagonal is 0.87."""
+
+STEEPEST = 2.0
+"""|grad f|, beyond which a cell that the surface just meets may be missed."""
+
+TRIES = 3
+"""Points in each such cell that are brought to the surface."""
+
+MORE = 3
+"""Samples between those of a missed cell, for each: so its halves have as many as it had."""
+
+ON_SURFACE = 1e-3
+"""What projection may leave; farther away it has lost its way."""
+
+BURIED = 0.5
+"""Winding number of the new shape, from which on a point lies in it."""
+
+
+class EditedSurface:
+    """Samples of the surface after the stroke: where it is displaced, and where it is untouched."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        displaced: DisplacedTubes,
+        gaps: tuple[Samples, Samples],
+        active: NDArray[np.int32],
+        coarse: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> None:
+        """For nodes in the cells `active` of a level and `coarse` of the one above it.
+
+        gaps: what the tubes lack, see `Problem.gaps`
+        """
+        self._problem, self._swept = problem, displaced.swept
+        self.target = join([displaced.joined("target"), gaps[1]])
+        self.kept, self._before = self._preserved(active, coarse, level, random)
+        self._before_and_after = join(
+            [
+                (displaced.joined("surface"), displaced.joined("target")),
+                gaps,
+                (self.kept, self.kept),
+            ]
+        )
+        self._look()
+
+    def rows(
+        self,
+        active: NDArray[np.int32],
+        beyond: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> Rows:
+        """All rows, with those around it in the cells `active` of a level and `beyond` of the one
+        above it."""
+        rows = _on_surface(self._problem.field, self.target, level, random)
+        held = np.zeros(len(self.kept.points), np.float32)
+        rows.add(self.kept.points, held, held, PRESERVE)
+        points, wanted = self._around(active, level, self._before)
+        rows.add(points, wanted, wanted - self._before, AROUND)
+        before = values(self._problem.field, centres(places(beyond, level - 1), level - 1))
+        points, wanted = self._around(beyond, level - 1, before)
+        rows.add(points, wanted, wanted - before, AROUND)
+        return rows
+
+    def add_finer(
+        self,
+        rows: Rows,
+        missed: NDArray[np.int32],
+        active: NDArray[np.int32],
+        level: int,
+        field: Field,
+        random: np.random.Generator,
+    ) -> None:
+        """Rows for the cells `active` of a level, too: around, and on the surface in the cells
+        `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
+        """
+        before, after = self._between(missed, level, random)
+        self._before_and_after = join([self._before_and_after, (before, after)])
+        self._look()
+        points, wanted = self._around(active, level)
+        rows.add(points, wanted, wanted - values(field, points), AROUND)
+        rows.extend(_on_surface(field, after, level, random))
+
+    def _look(self) -> None:
+        """Have all samples found by where they are."""
+        self._tree = search_tree(self._before_and_after[1].points)
+
+    def _between(
+        self, cells: NDArray[np.int32], level: int, random: np.random.Generator
+    ) -> tuple[Samples, Samples]:
+        """More samples between those of the edited surface in `cells` of the level above: where
+        they were, and where they are."""
+        h, problem, (before, after) = spacing(level), self._problem, self._before_and_after
+        inside = np.isin(linear(cells_of(after.points, level - 1), level - 1), cells)
+        start = np.repeat(before.where(inside).points, MORE, axis=0)
+        start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
+        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        after, _ = problem.move(before)
+        if self._swept is not None:
+            left = bounding(problem.field, self._swept, before, after, problem.check)
+            before, after = before.where(left), after.where(left)
+        return before, after
+
+    def _around(
+        self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32] | None = None
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Points in the active cells (N, 3), and what f shall be there (N,). `f0` is what it was,
+        if that is known."""
+        points = centres(places(active, level), level)
+        before, after = self._before_and_after
+
+        def was(some: NDArray[np.intp]) -> NDArray[np.float32]:
+            return values(self._problem.field, points[some]) if f0 is None else f0[some]
+
+        def measure(
+            part: slice,
+        ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
+            away, nearest = self._tree.query(points[part])
+            nearest = np.asarray(nearest)
+            sample = after.where(nearest)
+            plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
+            moved = (sample.points != before.points[nearest]).any(axis=1)
+            return plane, moved, np.asarray(away, np.float64)
+
+        wanted, moved, away = in_pieces(measure, len(points), self._problem.check)
+        kept = np.flatnonzero(~moved)
+        wanted[kept] = was(kept)
+        if self._swept is not None:
+            near = np.flatnonzero(self._swept.near(points))
+            f0_near = was(near)
+            inside = (f0_near < 0) + self._swept.winding(points[near]) > BURIED
+            wrong = (wanted[near] < 0) != inside
+            sides = np.where(inside, -1, 1)
+            wanted[near[wrong]] = (sides * away[near])[wrong]
+            most = np.maximum(sides * f0_near, spacing(level))
+            wanted[near] = np.clip(wanted[near], -most, most)
+        return points, wanted.astype(np.float32)
+
+    def _preserved(
+        self,
+        active: NDArray[np.int32],
+        coarse: NDArray[np.int32],
+        level: int,
+        random: np.random.Generator,
+    ) -> tuple[Samples, NDArray[np.float32]]:
+        """Samples of the untouched surface wherever the nodes in `active` and `coarse` reach,
+        and f in the middles of the active cells (K,).
+
+        Where f is linear, the middle of a cell tells how far its points are from the surface, so
+        projection has little left to do, and what the stroke touches is left out before.
+        """
+        h, problem = spacing(level), self._problem
+        fine = children(dilated(coarse, level - 1), level - 1)
+        reached = merged(np.concatenate([dilated(active, level), fine]))
+        middles = centres(places(reached, level), level)
+        value = values(problem.field, middles)
+        before = value[np.searchsorted(reached, active)]
+        middles = middles[np.abs(value) < NEAR * h * STEEPEST]
+        value, gradient = values_and_gradients(problem.field, middles)
+        slope = np.linalg.norm(gradient, axis=1)
+        near = np.repeat(np.flatnonzero(np.abs(value) < NEAR * h * np.maximum(slope, 1)), TRIES)
+        away = random.uniform(-h / 2, h / 2, (len(near), 3)).astype(np.float32)
+        normals = gradient[near] / np.maximum(slope[near], SMALLEST_GRADIENT)[:, None]
+        f = value[near] + np.einsum("na,na->n", away, gradient[near])
+        step = (f / np.maximum(slope[near], SMALLEST_GRADIENT))[:, None]
+        samples = Samples(middles[near] + away - step * normals, normals)
+        start = samples.where(problem.untouched(samples)).points
+        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        problem.check()
+        place = linear(cells_of(found.points, level), level)
+        kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
+        samples = Samples(found.points[kept], found.normals[kept])
+        if self._swept is not None:
+            samples = samples.where(~self._swept.swallows(samples.points))
+        return samples, before
+
+
+def _on_surface(field: Field, surface: Samples, level: int, random: np.random.Generator) -> Rows:
+    """Target and slope rows that bring the zero level of a field to `surface`."""
+    f, gradient = values_and_gradients(field, surface.points)
+    directions = random.normal(size=gradient.shape) + UPRIGHT * surface.normals
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    slopes = np.einsum("na,na->n", surface.normals - gradient, directions)
+    return Rows(
+        surface.points,
+        np.zeros_like(f),
+        -f,
+        np.ones_like(f),
+        surface.points,
+        directions.astype(np.float32),
+        slopes.astype(np.float32),
+        np.full(len(f), STEEP * spacing(level), np.float32),
+    )

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The local solver: a stroke becomes coefficients near it (docs/method.md, section 4).
+
+    choose the level -> active cells -> rows -> solve a coarse level, a fine one, and where that
+    misses a finer one
+
+The level follows from the stroke: some two or three of its cells are as wide as the narrowest rise
+or fall of the profile. Nodes exist in the cells that the surface passes on its way from where it
+was to where it goes, and in those beside them, so the field elsewhere stays what it was to the last
+bit. Model space.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.errors import SculptError
+from ...common.progress import Progress, silent
+from ..detail import (
+    FINEST,
+    Coefficients,
+    Level,
+    cells_of,
+    centres,
+    children,
+    dilated,
+    distinct,
+    linear,
+    merged,
+    places,
+    quantised,
+    spacing,
+)
+from ..evaluate import values
+from ..mesh.pieces import Islands
+from ..mesh.surface import Samples
+from ..nearest import search_tree
+from ..problem.fold import SweptVolume
+from ..problem.problem import DisplacedTubes, Problem
+from ..threads import join
+from .edit_rows import AROUND, BURIED, EditedSurface
+from .spline_system import ITERATIONS, Rows, solve_level
+
+CELLS_PER_FEATURE = 2.5
+"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
+
+LEAST_FINEST = 6
+"""Level of the widest strokes: they carry details of the surface along, which are finer."""
+
+COARSEST = 4
+"""Level below which a stroke would wash out what it covers: it is refused."""
+
+DENSITY = 8.0
+"""Tube samples for each cell's face: fewer leave nodes that no sample tells apart."""
+
+ROWS, NODES = 200_000, 150_000
+"""Tube samples and nodes at most: one level coarser where there would be more."""
+
+LAYERS = 5
+"""Active cells above each other, where the surface hardly moves."""
+
+FEWEST = 7
+"""Tube samples at least along and across a stroke."""
+
+MARGIN = 0.75
+"""Cells beyond both surfaces that are active, before one more on each side."""
+
+GAP = 1.5
+"""Cells, of the proxy where those are larger: how far from all tube samples a gap begins."""
+
+HIGH = 4
+"""Cells that the surface moves, from which on the coarse level has nodes beside its way, too: f
+would swing between coefficients that large and none beside them, and leave crumbs."""
+
+STRIDE = 0.7
+"""Cells between the places at which the surface's way is looked at."""
+
+REPAIRS, HEAVIER = 3, 4.0
+"""How often rows whose sign came out wrong are solved again, by nodes within two cells of them, and
+by what factor they weigh more."""
+
+MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
+"""Model units and slope (6 degrees) that a surface sample may be off, and the share of those of a
+cell that may be more: a cell with more gets nodes of one more level."""
+
+FAMILY = 20
+"""Nodes that such a cell takes, about: its children and those beside them."""
+
+FINER = 2
+"""Levels at most that are finer than that of the stroke."""
+
+FINER_ITERATIONS = 10
+"""Of the solution of those, which only add what coarser ones miss: twice as many are 1 % closer."""
+
+CLEARING, CLEAR = 1.0, 0.5
+"""Cells around an island in which all rows are brought to the other side, and how far: in cells."""
+
+CERTAIN = 0.3
+"""Cells from the surface, from which on a wrong sign counts."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How fine a stroke is solved.
+
+    level:  the finest one
+    wanted: the level that the stroke asks for; finer where the budget does not reach
+    """
+
+    level: int
+    wanted: int
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether the budget does not reach as far as the stroke asks for."""
+        return self.level < self.wanted
+
+
+def resolution(problem: Problem) -> Resolution:
+    """How fine the stroke of `problem` is solved."""
+    brush = problem.stroke.brush
+    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+    feature = _feature(problem)
+    feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
+    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
+    radius = brush.radius * problem.stroke.largest_factor
+    length = sum(path.length for _, path in problem.laid)
+
+    def fits(level: int) -> bool:
+        reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
+        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
+        return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
+
+    affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
+    return Resolution(min(wanted, affordable), wanted)
+
+
+class LocalEdit:
+    """The equations of one stroke, its layer so far, and the `field` with it."""
+
+    def __init__(self, problem: Problem, progress: Progress = silent) -> None:
+        """Draw the rows. SculptError when the stroke is too large, or leaves nothing under it."""
+        self.resolution = resolution(problem)
+        level = self.resolution.level
+        if level < COARSEST:
+            raise SculptError(
+                "The stroke covers more surface than one edit can hold. Use a smaller radius,"
+                " fewer points, or fewer copies."
+            )
+        random = np.random.default_rng(problem.seed)
+        progress(0.0, "Sculpting")
+        displaced = _sample(problem, spacing(level), random)
+        surface, target = displaced.joined("surface"), displaced.joined("target")
+        if displaced.swept is None:
+            gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
+        else:
+            gaps = problem.gaps_at_folds(target, GAP * spacing(level))
+        surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
+        passed = _passed(surface, target, level)
+        if displaced.swept is not None:
+            passed = np.union1d(passed, _changed(problem, displaced.swept, level))
+        self._active = dilated(passed, level)
+        far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
+        high = _parents(_passed(surface.where(far), target.where(far), level), level)
+        self._coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
+        progress(0.3, "Sculpting")
+        self._problem, self._random = problem, random
+        self.field = problem.field
+        self._surface = EditedSurface(
+            problem, displaced, gaps, self._active, self._coarse, level, random
+        )
+        beyond = np.setdiff1d(self._coarse, _parents(self._active, level))
+        self._rows = self._surface.rows(self._active, beyond, level, random)
+        self._layer = dict[int, Level]()
+
+    @property
+    def targets(self) -> NDArray[np.float32]:
+        """Samples (N, 3) of the displaced surface."""
+        return self._surface.target.points
+
+    def solve(self) -> Coefficients:
+        """The layer: a coarse level, a fine one, and a finer one where that misses."""
+        level, cells = self.resolution.level, self._active
+        self._add(level - 1, self._coarse)
+        self._add(level, cells)
+        room = NODES - len(cells)
+        for _ in range(FINER):
+            if level == FINEST or not len(missed := self._missed(level, cells, room)):
+                break
+            level += 1
+            cells = dilated(children(missed, level - 1), level)
+            room -= len(cells)
+            self._surface.add_finer(self._rows, missed, cells, level, self.field, self._random)
+            self._add(level, cells)
+        level = self.resolution.level
+        for _ in range(REPAIRS):
+            wrong = _wrong_side(self._rows, spacing(level))
+            if not wrong.any():
+                break
+            self._rows.weights[wrong] *= HEAVIER
+            near = dilated(dilated(numbers(self._rows.points[wrong], level), level), level)
+            self._add(level, np.intersect1d(near, self._active, assume_unique=True))
+        return self._layer
+
+    def forbid(self, islands: Islands) -> Coefficients:
+        """The layer without surface where `islands` are, which it has but nobody asked for.
+
+        Rows are added at their vertices, and those that lie close by are brought to the same side.
+        There may be coarse nodes alone, which cannot be told to do otherwise there and the same
+        around: fine ones are added.
+        """
+        level, rows = self.resolution.level, self._rows
+        h, field = spacing(level), self.field
+        added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
+        self._active = np.union1d(self._active, added)
+        middles = centres(places(added, level), level)
+        rows.add(middles, values(field, middles), np.zeros(len(added), np.float32), AROUND)
+        side = np.sign(islands.distance).astype(np.float32)  # (N,)
+        tree = search_tree(islands.points)
+        near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])
+        some = np.flatnonzero(near < len(side))
+        now, there = rows.targets[some], side[near[some]]
+        wanted = np.where(now * there > 0, now, np.float32(CLEAR * h) * there)
+        rows.residuals[some] += wanted - now
+        rows.targets[some] = wanted
+        targets = np.float32(CLEAR * h) * side
+        before = values(field, islands.points)
+        rows.add(islands.points, targets, targets - before, HEAVIER)
+        self._add(level, self._active)
+        return self._layer
+
+    def _add(self, level: int, cells: NDArray[np.int32]) -> None:
+        """Solve one level for what is left of the rows, and add it to the layer."""
+        iterations = ITERATIONS if level <= self.resolution.level else FINER_ITERATIONS
+        found = solve_level(level, cells, self._rows, self._problem.check, iterations)
+        if level not in self._layer:
+            self._layer[level] = found
+            self.field = self.field.plus({level: found})
+            return
+        total = Level.sum([self._layer[level], found])
+        self._layer[level] = Level(total.index, quantised(total.values))  # within their bound
+        self.field = self._problem.field.plus(self._layer)
+
+    def _missed(self, level: int, active: NDArray[np.int32], room: int) -> NDArray[np.int32]:
+        """The active cells (K,) of a level of which more than a share of the surface samples are
+        off, those of which most are where there is no `room` for the nodes of all."""
+        rows, size = self._rows, len(active)
+
+        def count(points: NDArray[np.float32]) -> NDArray[np.intp]:
+            """How many of points (N, 3) lie in each active cell."""
+            cells = linear(cells_of(points, level), level)
+            place = np.searchsorted(active, cells)
+            return np.bincount(place[active.take(place, mode="clip") == cells], minlength=size)
+
+        on_surface = rows.targets == 0
+        off = count(rows.points[on_surface & (np.abs(rows.residuals) > MISSED)])
+        tilted = count(rows.at[np.abs(rows.slopes) > TILTED])
+        share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
+        most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
+        return np.sort(active[most[share[most] > SHARE]])
+
+
+def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of a level around `points` (N, 3), each once, rising."""
+    return distinct(cells_of(points, level), level)
+
+
+def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """The cells (K,) of the level above in which the cells (N,) of a level lie, rising."""
+    return numbers(centres(places(cells, level), level), level - 1)
+
+
+def _feature(problem: Problem) -> float:
+    """Width of the narrowest rise or fall of the profile, if all were alike, or that of the alpha
+    if that is less, in model units."""
+    brush = problem.stroke.brush
+    slopes = np.sign(np.diff(brush.profile(np.linspace(-1, 1, 257))))
+    slopes = slopes[slopes != 0]
+    turns = np.count_nonzero(np.diff(slopes))
+    width = 2 / max(turns + 1, 2)
+    if brush.alpha is not None:
+        width = min(width, brush.alpha.feature)
+    return width * brush.radius * problem.stroke.largest_factor
+
+
+def _sample(problem: Problem, h: float, random: np.random.Generator) -> DisplacedTubes:
+    """The displaced tube of each copy, DENSITY samples in each h^2."""
+    step = h / DENSITY**0.5
+    width = 2 * problem.stroke.brush.radius * problem.stroke.largest_factor
+    length = max(path.length for _, path in problem.laid)
+    rows, columns = (max(math.ceil(size / step), FEWEST) for size in (length or width, width))
+    return problem.displaced_tubes(rows, columns, random)
+
+
+def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
+    """The cells that the surface passes on its way, and those within MARGIN of it."""
+    h = spacing(level)
+    way = target.points - surface.points
+    farthest = float(np.linalg.norm(way, axis=1).max(initial=0))
+    parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
+    found = [numbers(surface.points + part * way, level) for part in parts]
+    for samples in (surface, target):
+        for side in (-MARGIN, MARGIN):
+            found.append(numbers(samples.points + np.float32(side * h) * samples.normals, level))
+    return merged(np.concatenate(found))
+
+
+def _changed(problem: Problem, swept: SweptVolume, level: int) -> NDArray[np.int32]:
+    """Of the cells that samples pass which bound nothing in the end, those whose middles change
+    sides: a plug that is carved away, a gap that is filled. Beyond, all stays what it was."""
+    cells = _passed(*problem.bounding_nothing(), level)
+    middles = centres(places(cells, level), level)
+    inside = values(problem.field, middles) < 0
+    return cells[inside != (inside + swept.winding(middles) > BURIED)]
+
+
+def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
+    """Which value rows (N,) lie on the wrong side of the surface, clearly."""
+    after = rows.targets - rows.residuals
+    return (np.abs(rows.targets) > CERTAIN * h) & (after * rows.targets < 0)

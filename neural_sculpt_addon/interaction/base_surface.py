@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The surface that a stroke is drawn on: which vertices are near to a line, which triangles are
+around them, and their normals as they are needed.
+
+Vertices are sorted into cells and triangles by their corners once, so that each question costs what
+its answer is long. NumPy alone; model space.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..stroke.curve import Array
+from .triangle_grid import sorted_order
+
+Vectors = NDArray[np.float32]
+Triangles = NDArray[np.int32]
+Indices = NDArray[np.intp]
+
+PIECE = 4096  # vertices that are looked at between two rests
+CELLS = 3  # of the grid, in the reach of a stroke
+MOST_CELLS = 96  # along an axis
+
+
+class Lists:
+    """Which of N things have a number: `of(numbers)` are their indices, one after another."""
+
+    def __init__(self, numbers: NDArray[np.int32], count: int) -> None:
+        """Sort things by their numbers (N,), which are below `count`."""
+        self._order = sorted_order(numbers)
+        self._starts = np.zeros(count + 1, np.intp)
+        np.cumsum(np.bincount(numbers, minlength=count), out=self._starts[1:])
+
+    def of(self, numbers: Indices) -> Indices:
+        """The things (T,) that have one of the numbers (M,)."""
+        first = self._starts[numbers]
+        counts = self._starts[numbers + 1] - first
+        before = np.cumsum(counts) - counts
+        return self._order[np.arange(counts.sum()) + np.repeat(first - before, counts)]
+
+
+class Fans:
+    """Triangles (F, 3) by their corners, which are below `count`."""
+
+    def __init__(self, triangles: Triangles, count: int) -> None:
+        """Sort the triangles."""
+        self.triangles, self._count = triangles, count
+        self._lists = Lists(triangles.ravel(), count)
+
+    def around(self, vertices: Indices) -> Triangles:
+        """The triangles (T, 3) that have one of the vertices (M,) as a corner."""
+        chosen = np.zeros(len(self.triangles), bool)
+        chosen[self._lists.of(vertices) // 3] = True
+        return self.triangles[chosen]
+
+    def ring(self, vertices: Indices) -> Indices:
+        """The vertices (M,) and those beside them, in order."""
+        chosen = np.zeros(self._count, bool)
+        chosen[self.around(vertices).ravel()] = True
+        return np.flatnonzero(chosen)
+
+    def normals(self, positions: NDArray, vertices: Indices) -> Array:
+        """Unit normals (M, 3) of some of the positions (V, 3), the mean of the triangles by area;
+        zero where there is none."""
+        around = self.around(vertices)  # (T, 3)
+        place = np.full(len(positions), len(vertices), np.int32)
+        place[vertices] = np.arange(len(vertices))
+        x, y, z = positions[around.T].astype(float).transpose(2, 0, 1)  # (3, T) each, by corner
+        (px, qx), (py, qy), (pz, qz) = ((v[1] - v[0], v[2] - v[0]) for v in (x, y, z))
+        area = (py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx)
+        corners, count = place[around].T.ravel(), len(vertices) + 1
+        normals = np.stack([np.bincount(corners, np.tile(w, 3), count)[:-1] for w in area], axis=1)
+        return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+
+
+class BaseSurface:
+    """Vertices (V, 3) and the fans of their triangles, which are wound outward.
+
+    reach: of the stroke that will be drawn on it
+    """
+
+    def __init__(self, positions: Vectors, fans: Fans, reach: float) -> None:
+        """Sort the vertices into cells."""
+        self.positions, self.fans, self.reach = positions, fans, reach
+        self.normals = np.zeros(positions.shape)  # (V, 3), of those that are known
+        self._known = np.zeros(len(positions), bool)
+        low, high = positions.min(axis=0).astype(float), positions.max(axis=0).astype(float)
+        self._cell = max(reach / CELLS, float((high - low).max()) / MOST_CELLS)
+        self._low = low
+        self._shape = ((high - low) / self._cell).astype(np.intp) + 1
+        cells = ((positions - low.astype(np.float32)) / np.float32(self._cell)).astype(np.int32)
+        cells = np.minimum(cells, (self._shape - 1).astype(np.int32))  # (V, 3)
+        self._lists = Lists(self._flat(cells.T), int(self._shape.prod()))
+        around = np.arange(-CELLS - 1, CELLS + 2)
+        gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
+        near = gaps[:, None, None] + gaps[:, None] + gaps <= CELLS**2
+        self._ball = np.argwhere(near) - CELLS - 1  # (B, 3)
+
+    def near(self, points: Array) -> Indices:
+        """The vertices (M,) that may lie within reach of points (N, 3): none that does is missed,
+        most of those that do not are left out."""
+        passed = np.floor((points - self._low) / self._cell).astype(np.intp)
+        cells = (passed[:, None] + self._ball).reshape(-1, 3)
+        cells = cells[((cells >= 0) & (cells < self._shape)).all(axis=1)]
+        reached = np.zeros(int(self._shape.prod()), bool)
+        reached[self._flat(cells.T)] = True
+        return self._lists.of(np.flatnonzero(reached))
+
+    def learn(self, vertices: Indices) -> Iterator[int]:
+        """Find out the unit normals of vertices; gives how many were looked at since."""
+        unknown = vertices[~self._known[vertices]]
+        for start in range(0, len(unknown), PIECE):
+            part = unknown[start : start + PIECE]
+            self.normals[part] = self.fans.normals(self.positions, part)
+            self._known[part] = True
+            yield len(part)
+
+    def _flat(self, cells: NDArray[np.integer]) -> NDArray:
+        """The numbers (N,) of cells (3, N)."""
+        i, j, k = cells
+        _, rows, columns = self._shape.tolist()
+        return (i * rows + j) * columns + k

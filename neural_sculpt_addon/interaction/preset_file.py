@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Presets of the curve widgets as files to share: a name, points and the handles between them.
+
+    {"version": 1, "kind": "profile", "name": "Ridge",
+     "points": [[-1, 0], [0, 1], [1, 0]], "handles": ["AUTO_CLAMPED", "VECTOR", "AUTO_CLAMPED"]}
+
+Profile: [-1, 1] x [-1, 1]. Modulation: [0, 1] x [0, 1]. A file may come from anybody and is read
+strictly. The presets that come with the extension are a list of such files. No bpy here.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..common import reading
+from ..common.errors import SculptError
+from ..stroke.modulation import Modulation
+from ..stroke.profile import Profile
+
+VERSION = 1
+SMOOTH, CORNER = "AUTO_CLAMPED", "VECTOR"
+HANDLES = frozenset({SMOOTH, CORNER, "AUTO"})
+MOST_POINTS = 64
+LONGEST_NAME = 48
+LARGEST_FILE = 1 << 16  # bytes
+
+BOUNDS = {shape.WORD: shape.DOMAIN for shape in (Profile, Modulation)}
+"""Of both axes of a curve widget."""
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Preset:
+    """One shape of a curve widget.
+
+    kind:    "profile" or "modulation"
+    points:  (x, y) within the bounds of the kind, x increasing
+    handles: one of HANDLES for each point
+    """
+
+    kind: str
+    name: str
+    points: tuple[Point, ...]
+    handles: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse what no curve widget can show. SculptError."""
+        if self.kind not in BOUNDS:
+            raise SculptError(f"A preset is a {' or a '.join(BOUNDS)}, not {self.kind!r:.40}.")
+        if not 0 < len(self.name.strip()) <= LONGEST_NAME or not self.name.isprintable():
+            raise SculptError(f"A preset's name has 1 to {LONGEST_NAME} printable characters.")
+        low, high = BOUNDS[self.kind]
+        if not 2 <= len(self.points) <= MOST_POINTS:
+            raise SculptError(f"A preset has 2 to {MOST_POINTS} points.")
+        if not all(low <= value <= high for point in self.points for value in point):
+            raise SculptError(f"The points of a {self.kind} lie between {low:g} and {high:g}.")
+        ahead = zip(self.points, self.points[1:], strict=False)
+        if any(right[0] - left[0] < 1e-4 for left, right in ahead):
+            raise SculptError("The points of a preset must go from left to right.")
+        if len(self.handles) != len(self.points) or not set(self.handles) <= HANDLES:
+            raise SculptError("A preset has one handle for each point, as Blender names them.")
+
+
+def dump_preset(preset: Preset) -> str:
+    """The text of a preset file."""
+    document = {
+        "version": VERSION,
+        "kind": preset.kind,
+        "name": preset.name,
+        "points": [list(point) for point in preset.points],
+        "handles": list(preset.handles),
+    }
+    return json.dumps(document, indent=1, allow_nan=False)
+
+
+def parse_preset(text: str) -> Preset:
+    """The preset in a file. SculptError when it is none, or of a newer version."""
+    if len(text) > LARGEST_FILE:
+        raise SculptError("This file is too large for a preset.")
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SculptError(f"This is no JSON preset file ({error}).") from error
+    return _read(document)
+
+
+def _read(document: object) -> Preset:
+    """A preset as `dump_preset` has written it. SculptError when it is none."""
+    words = {"version", "kind", "name", "points", "handles"}
+    if not isinstance(document, Mapping) or set(document) != words:
+        raise SculptError(f"A preset file has {', '.join(sorted(words))} and nothing else.")
+    if document["version"] != VERSION:
+        raise SculptError(
+            f"This preset has version {document['version']!r:.20}, this add-on reads version"
+            f" {VERSION}. Update Neural Sculpt."
+        )
+    try:
+        return Preset(
+            reading.text(document["kind"]),
+            reading.text(document["name"]),
+            tuple((x, y) for x, y in reading.numbers(document["points"]).tolist()),
+            tuple(map(reading.text, document["handles"])),
+        )
+    except reading.UNREADABLE as error:
+        raise SculptError(f"This preset cannot be read ({error}).") from error
+
+
+BUILT_IN = tuple(
+    map(_read, json.loads(Path(__file__).with_name("built_in_presets.json").read_bytes()))
+)
+"""The presets that come with the extension, beside the paper's formulas."""

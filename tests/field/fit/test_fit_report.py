@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a mesh a field lacks is told, and surface where the mesh has none is taken away.
+
+Fields are fitted to one mesh and judged by another one, so what is missing is known.
+"""
+
+import numpy as np
+import pytest
+import trimesh
+
+from neural_sculpt_addon.field.detail import Level, cells_of, distinct, quantised
+from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.fit.fit import TOLERANCES, Preset, fit_mesh
+from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
+from neural_sculpt_addon.field.fit.fit_report import Presets, report
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
+from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.mesh.proxy import extract
+
+CELLS = 128
+BALL = trimesh.creation.icosphere(5, 0.6)
+PILLS = [trimesh.creation.icosphere(3, 0.1).apply_translation([x, 0, 0]) for x in (-0.75, 0.75)]
+
+
+def merged(*meshes):
+    mesh = trimesh.util.concatenate(list(meshes))
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+@pytest.fixture(scope="module")
+def three():
+    """A ball of radius 0.6 between two of 0.1, in model space as they are."""
+    return fit_mesh(*merged(BALL, *PILLS), preset="draft")
+
+
+def judged(field, vertices, faces, preset=Preset.DRAFT):
+    mesh = clean(vertices, faces)
+    distance = MeshDistance(mesh, np.random.default_rng(0))
+    presets = Presets(TOLERANCES, preset)
+    rng = np.random.default_rng(1)
+    return report(field, extract(field, CELLS), mesh, distance, presets, rng)
+
+
+def test_a_field_that_has_all_has_nothing_to_say(three):
+    found = three.report
+    assert "notes" not in found
+    assert (found["components"], found["mesh_components"], found["lost"]) == (3, 3, 0)
+    assert found["thin"] == 0
+    assert found["beyond"] < 0.01
+    assert found["allowed"] == 1e-3
+
+
+def test_a_lost_piece_is_told_and_shown(three):
+    small = trimesh.creation.icosphere(3, 0.05)
+    small = [small.copy().apply_translation([0, y, 0]) for y in (-0.75, 0.75)]
+    measures, notes = judged(three.field, *merged(BALL, *small, *PILLS))
+    assert (measures["components"], measures["mesh_components"]) == (3, 5)
+    assert measures["lost"] == 2
+    assert notes[0].startswith("The mesh has 5 pieces, the field 3.")
+    assert notes[1] == "Pieces of the mesh that the field lacks: 2. Quality Normal would do."
+    worst = np.abs(measures["worst"][:2])
+    assert np.linalg.norm(worst - [0, 0.75, 0], axis=1) == pytest.approx(0.05, abs=1e-3)
+    assert {place[1] > 0 for place in measures["worst"][:2]} == {True, False}
+    assert measures["error_max"] == pytest.approx(0.8 - 0.6, abs=0.01)
+
+
+def test_a_missing_cavity_is_told(three):
+    inner = trimesh.creation.icosphere(4, 0.3)
+    inner.invert()
+    measures, notes = judged(three.field, *merged(BALL, inner, *PILLS))
+    assert (measures["cavities"], measures["mesh_cavities"]) == (0, 1)
+    assert measures["lost"] == 1
+    assert any(note.startswith("The mesh has 1 cavities, the field 0.") for note in notes)
+
+
+@pytest.mark.parametrize(("preset", "thin"), [("draft", 1), ("normal", 1), ("fine", 0)])
+def test_rods_thinner_than_a_cell_are_measured(three, preset, thin):
+    width = 0.012  # cells of the presets: 1/32, 1/64, 1/128
+    rods = [
+        trimesh.creation.box((1.7, width, width)).apply_translation([0, 0.3 * i, 0])
+        for i in range(3)
+    ]
+    measures, notes = judged(three.field, *merged(*rods), preset)
+    assert measures["thin"] == pytest.approx(thin, abs=0.02)
+    assert measures["mesh_components"] == 3
+    told = [note for note in notes if note.startswith("Parts or gaps thinner")]
+    assert len(told) == thin
+    assert all("Quality Fine would do." in note for note in told)
+
+
+def test_thin_rods_are_fitted_with_a_word_that_names_the_preset():
+    rods = [
+        trimesh.creation.box((1.7, 0.015, 0.015)).apply_translation([0, 0.1 * i, 0])
+        for i in range(7)
+    ]
+    found = fit_mesh(*merged(*rods), preset="draft").report
+    assert found["mesh_components"] == 7
+    assert found["notes"][-1].startswith("Parts or gaps thinner than 0.031 are off:")
+    assert found["notes"][-1].endswith("Quality Fine would do.")
+
+
+BUMPS = {
+    "void": ((0, 0, 0), 3, 2.0, 0.2),
+    "large void": ((0.05, 0, 0), 2, 2.0, 0.45),
+    "island": ((0, 0.75, 0.1), 4, -1.0, 0.1),
+}
+"""Where, and level, height and reach of the spline that makes it."""
+
+
+@pytest.mark.parametrize(("center", "level", "height", "reach"), BUMPS.values(), ids=BUMPS)
+def test_strays_are_taken_away_and_all_else_stays(three, center, level, height, reach):
+    """One spline makes a void in the ball, or an island beside it."""
+    node = distinct(cells_of(np.array([center], float), level), level)
+    spoiled = three.field.plus({level: Level(node, quantised(np.array([height])))})
+    distance = MeshDistance(clean(*merged(BALL, *PILLS)), np.random.default_rng(0))
+    proxy = extract(spoiled, CELLS)
+    assert proxy.components.total == 4
+    strays = find_strays(proxy, distance)
+    assert len(strays.points) > 10
+    assert np.abs(strays.points - center).max() < reach
+    found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
+    assert found.left == 0
+    assert found.proxy.components.total == 3
+    assert extract(found.field, 256).components.total == 3
+    surface = distance.surface(4000, np.random.default_rng(2)).points
+    was, now = (np.abs(values(field, surface)).mean() for field in (three.field, found.field))
+    assert now < 1.5 * was
+
+
+def test_without_detail_strays_are_only_counted(three):
+    node = distinct(cells_of(np.zeros((1, 3)), 3), 3)
+    spoiled = three.field.plus({3: Level(node, quantised(np.array([2.0])))})
+    distance = MeshDistance(clean(*merged(BALL, *PILLS)), np.random.default_rng(0))
+    found = repaired(spoiled, distance, CELLS, np.random.default_rng(0), may_add=False)
+    assert found.left > 50
+    assert found.field is spoiled
+
+
+def test_rods_beside_each_other_leave_no_islands():
+    rods = [
+        trimesh.creation.box((1.7, 0.06, 0.06)).apply_translation([0, 0.1 * i, 0]) for i in range(7)
+    ]
+    fit = fit_mesh(*merged(*rods), preset="normal")
+    assert fit.report["components"] == fit.report["mesh_components"] == 7
+    mesh = clean(*merged(*rods))
+    off = MeshDistance(mesh, np.random.default_rng(0))(
+        extract(fit.field, 200).vertices.astype(float)
+    ).value
+    assert np.abs(off).max() < 0.01

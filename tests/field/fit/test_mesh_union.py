@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Closed parts that stick into each other, of few large faces: what is made of them is their union.
+
+What is inside of it is worked out from the solid angles of each part's own faces.
+"""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.field.fit.fit import fit_mesh
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
+from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+
+
+def box(size, center=(0, 0, 0)):
+    return trimesh.creation.box(size).apply_translation(center)
+
+
+def solid_angle(part, points):
+    """Winding numbers (N,) of a part, by the formula of Van Oosterom and Strackee."""
+    a, b, c = np.moveaxis(part.vertices[part.faces][None] - points[:, None, None], 2, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=2) for side in (a, b, c))
+    up = (a * np.cross(b, c)).sum(axis=2)
+    down = la * lb * lc + lc * (a * b).sum(axis=2) + la * (b * c).sum(axis=2)
+    down += lb * (c * a).sum(axis=2)
+    return np.arctan2(up, down).sum(axis=1) / (2 * np.pi)
+
+
+def within(parts, points):
+    """Whether points are in any of the parts."""
+    return np.any([np.abs(solid_angle(part, points)) > 0.5 for part in parts], axis=0)
+
+
+def made_of(parts):
+    """The signed distance to the union as a function of points of the parts' space, and its
+    surface there.
+    """
+    whole = trimesh.util.concatenate(parts)
+    mesh = clean(whole.vertices, whole.faces)
+    distance = MeshDistance(mesh, np.random.default_rng(0))
+    surface = distance.surface(4000, np.random.default_rng(1)).points * mesh.scale + mesh.center
+    return lambda x: distance((x - mesh.center) / mesh.scale).value * mesh.scale, surface
+
+
+def around(parts, count=1500):
+    vertices = np.concatenate([part.vertices for part in parts])
+    spread = np.random.default_rng(3).random((count, 3))
+    return vertices.min(axis=0) + spread * np.ptp(vertices, axis=0)
+
+
+def outline(parts, count=8000):
+    """Points of the surface of the union: just beside them is no part."""
+    found = []
+    for part in parts:
+        points, faces = trimesh.sample.sample_surface(part, count, seed=1)
+        found.append(points[~within(parts, points + 1e-5 * part.face_normals[faces])])
+    return np.concatenate(found)
+
+
+CROSS = [
+    box((2, 2, 2)),
+    box((1, 1, 3), (0.3, 0.2, 1)),
+    box((3, 0.3, 0.4), (0.3, 0.2, 0.1)),
+]
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.7])
+@pytest.mark.parametrize(
+    "parts",
+    [
+        CROSS,
+        [box((2, 2, 2)), box((1, 1, 2), (1, 0.3, 0))],  # two faces of each lie in one plane
+        [box((2, 2, 2)), box((2, 2, 2), (0, 0, 2))],  # they share a face
+        [box((2, 2, 2)), box((1, 1, 1), (0, 0, 1.5))],  # one stands on the other
+        [box((2, 2, 2)), box((2, 2, 2))],
+        [box((2, 2, 2)), box((0.02, 0.02, 3), (0.1, 0.2, 0))],  # a needle through large faces
+    ],
+)
+def test_the_union_of_boxes_has_no_walls_inside(parts, turned):
+    turn = trimesh.transformations.rotation_matrix(turned, [1, 2, 3])
+    parts = [part.copy().apply_transform(turn) for part in parts]
+    distance, surface = made_of(parts)
+    x = around(parts)
+    value = distance(x)
+    assert np.array_equal(value < 0, within(parts, x))
+    for part in parts:
+        smaller = part.center_mass + 0.98 * (part.vertices - part.center_mass)
+        deep = trimesh.Trimesh(smaller, part.faces, process=False)
+        assert not within([deep], surface).any()
+    gap = np.linalg.norm(x[:300, None] - outline(parts)[None, ::2], axis=2).min(axis=1)
+    assert np.abs(value[:300]) == pytest.approx(gap, abs=0.12)
+    assert (np.abs(value[:300]) < gap + 0.01).all()
+
+
+SHAPES = {
+    "ball": lambda rng: trimesh.creation.icosphere(int(rng.integers(0, 3)), rng.uniform(0.4, 1)),
+    "box": lambda rng: trimesh.creation.box(rng.uniform(0.4, 2, 3)),
+    "torus": lambda rng: trimesh.creation.torus(
+        rng.uniform(0.5, 0.9),
+        rng.uniform(0.15, 0.3),
+        major_sections=int(rng.integers(6, 14)),
+        minor_sections=int(rng.integers(4, 8)),
+    ),
+}
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    names=st.lists(st.sampled_from(list(SHAPES)), min_size=2, max_size=5),
+    seed=st.integers(0, 2**31),
+    turned=st.booleans(),
+)
+def test_random_parts_agree_with_their_own_winding_numbers(names, seed, turned):
+    """Nested and intersecting ones, all of which face outward, or all inward."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for name in names:
+        turn = trimesh.transformations.random_rotation_matrix(rng.random(3))
+        part = SHAPES[name](rng).apply_transform(turn)
+        parts.append(part.apply_translation(rng.uniform(-0.6, 0.6, 3)))
+    given = [part.copy() for part in parts]
+    if turned:
+        for part in given:
+            part.invert()
+    distance, surface = made_of(given)
+    x = around(parts)
+    value = distance(x)
+    wrong = (value < 0) != within(parts, x)
+    assert not wrong[np.abs(value) > 0.01].any()
+    assert wrong.mean() < 0.005
+    outside = outline(parts, 3000)
+    assert np.abs(distance(outside)).max() < 0.01
+    inward = np.linalg.norm(surface[::40, None] - outside[None], axis=2).min(axis=1)
+    assert inward.max() < 0.25
+
+
+def test_the_field_of_three_boxes_is_one_piece():
+    whole = trimesh.util.concatenate(CROSS)
+    fit = fit_mesh(whole.vertices, whole.faces, preset="draft")
+    assert fit.report["components"] == 1
+    assert fit.report["sign_errors"] == 0
+    assert fit.report["error_mean"] < 1.5e-3

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mesh files of every format, and files that hold no mesh."""
+
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
+from neural_sculpt_addon.field.mesh import mesh_file
+from neural_sculpt_addon.field.mesh.proxy import extract
+from tests.field.analytic import ball
+
+
+@pytest.fixture(scope="module")
+def proxy():
+    return extract(ball(0.5), 16)
+
+
+@pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
+def test_what_is_written_is_read(tmp_path, proxy, suffix):
+    path = tmp_path / f"ball{suffix}"
+    mesh_file.write(path, proxy)
+    vertices, triangles = mesh_file.read(path)
+    assert triangles.shape == (len(proxy.triangles), 3)
+    np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), 0.5, atol=1e-4)
+    corners = vertices[triangles]
+    expected = proxy.vertices[proxy.triangles]
+    np.testing.assert_allclose(corners, expected, atol=1e-6)
+    mesh = trimesh.load_mesh(path)  # merges what the format keeps apart
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(np.pi / 6, rel=0.05)
+
+
+def test_normals_are_written(tmp_path, proxy):
+    mesh_file.write(tmp_path / "ball.ply", proxy)
+    data = (tmp_path / "ball.ply").read_bytes()
+    body = data[data.index(b"end_header\n") + 11 :]
+    vertices = np.frombuffer(body, "<f4", 6 * len(proxy.vertices)).reshape(-1, 6)
+    np.testing.assert_array_equal(vertices, np.hstack([proxy.vertices, proxy.normals]))
+    mesh_file.write(tmp_path / "ball.obj", proxy)
+    lines = (tmp_path / "ball.obj").read_text().splitlines()
+    normals = [[float(x) for x in line.split()[1:]] for line in lines if line.startswith("vn ")]
+    np.testing.assert_allclose(normals, proxy.normals, atol=1e-6)
+
+
+def test_polygons_become_triangles(tmp_path):
+    path = tmp_path / "quad.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
+    vertices, triangles = mesh_file.read(path)
+    assert (vertices.shape, triangles.shape) == ((4, 3), (2, 3))
+
+
+@pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.99])
+def test_truncated_files_are_a_smaller_mesh_or_a_sentence(tmp_path, proxy, suffix, share):
+    path = tmp_path / f"cut{suffix}"
+    mesh_file.write(path, proxy)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    try:
+        vertices, triangles = mesh_file.read(path)
+    except SculptError as error:
+        assert path.name in str(error)
+        assert "\n" not in str(error)
+        assert len(str(error)) < 300
+        return
+    assert share > 0
+    assert 0 <= triangles.min() <= triangles.max() < len(vertices)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+def test_coordinates_that_single_precision_crushed_are_noticed(tmp_path, suffix):
+    """A ball of radius 1 that is 1e6 off its origin: steps of 0.06."""
+    path = tmp_path / f"far{suffix}"
+    trimesh.creation.icosphere(3).apply_translation([1e6, 0, 0]).export(path)
+    vertices, triangles = mesh_file.read(path)
+    assert vertices.dtype == np.float32
+    with pytest.raises(SculptError, match="far from its origin"):
+        clean(vertices, triangles)
+
+
+def test_a_file_of_double_precision_may_be_far_away(tmp_path):
+    ball = trimesh.creation.icosphere(3).apply_translation([1e6, 0, 0])
+    ball.export(tmp_path / "far.off", digits=16)
+    corner = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    rows = "3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+    header = "ply\nformat ascii 1.0\nelement vertex 4\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz")
+    header += "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "far.ply").write_text(header + corner.replace("1", "1000001") + rows)
+    for name in ("far.off", "far.ply"):
+        vertices, triangles = mesh_file.read(tmp_path / name)
+        assert vertices.dtype == np.float64
+        clean(vertices, triangles)
+
+
+BAD = {
+    "noise.ply": np.random.default_rng(0).bytes(400),
+    "noise.stl": np.random.default_rng(1).bytes(400),
+    "noise.glb": np.random.default_rng(2).bytes(400),
+    "noise.off": np.random.default_rng(3).bytes(400),
+    "noise.obj": np.random.default_rng(4).bytes(400),
+    "points.obj": b"v 0 0 0\nv 1 0 0\n",
+    "outside.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
+    "words.obj": b"v a b c\nf 1 2 3\n",
+    "points.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+    b"property float z\nend_header\n0 0 0\n",
+    "outside.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    b"property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    b"0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+    "huge.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999999\n"
+    b"property float x\nproperty float y\nproperty float z\nend_header\n",
+    "huge.stl": bytes(80) + struct.pack("<I", 2**32 - 1),
+    "large.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999999\n",
+    "infinite.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+    b"property float y\nproperty float z\nelement face 1\n"
+    b"property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\ninf 0 1 2\n",
+    "huge.off": b"OFF\n999999999999 1 1\n",
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_files_without_a_mesh(tmp_path, name):
+    (tmp_path / name).write_bytes(BAD[name])
+    with pytest.raises(SculptError, match=name) as caught:
+        mesh_file.read(tmp_path / name)
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+def test_other_suffixes_and_absent_files(tmp_path, proxy):
+    (tmp_path / "mesh.fbx").touch()
+    for action in (mesh_file.read, lambda path: mesh_file.write(path, proxy)):
+        with pytest.raises(SculptError, match=r"\.ply, \.obj"):
+            action(tmp_path / "mesh.fbx")
+    with pytest.raises(SculptError, match="cannot be read"):
+        mesh_file.read(tmp_path / "absent.ply")
+    (tmp_path / "folder.ply").mkdir()
+    with pytest.raises(SculptError, match=r"folder\.ply"):
+        mesh_file.read(tmp_path / "folder.ply")
+    with pytest.raises(SculptError, match="cannot be written"):
+        mesh_file.write(tmp_path / "absent" / "mesh.ply", proxy)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is left of a displaced surface that runs through itself, against curves in the plane."""
+
+import numpy as np
+import pytest
+
+from neural_sculpt_addon.common.progress import go_on
+from neural_sculpt_addon.field.evaluate import normals
+from neural_sculpt_addon.field.mesh.surface import Samples
+from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings
+from neural_sculpt_addon.field.problem.prepare import prepare
+from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.tube import sample_tube
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Direction, Stroke
+from tests.field.analytic import ball, ellipsoid
+
+AXES = (0.5, 0.5, 0.2)  # its meridian has a radius of curvature of 0.08 at the equator
+
+
+def meridian(brush, count=3_000):
+    """The displaced ellipse (count, 2) when the whole equator is stroked: from the axis, and z."""
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ellipse = np.stack([AXES[0] * np.cos(angle), AXES[2] * np.sin(angle)], axis=1)
+    normals = ellipse / np.square([AXES[0], AXES[2]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    way = np.abs(ellipse[:, 0])  # both halves are displaced alike
+    away = np.hypot(way - AXES[0], ellipse[:, 1]) / brush.radius
+    return ellipse + (brush.intensity * brush.profile(np.minimum(away, 2)))[:, None] * normals
+
+
+def winding(curve, points):
+    """How often a closed polygon (K, 2) runs around each of `points` (N, 2)."""
+    numbers = []
+    for point in points:
+        x, y = (curve - point).T
+        angle = np.arctan2(y, x)
+        turns = np.diff(angle, append=angle[0])
+        numbers.append(np.round((turns - 2 * np.pi * np.round(turns / 2 / np.pi)).sum()))
+    return np.array(numbers) / (2 * np.pi)
+
+
+@pytest.fixture(scope="module")
+def preparation():
+    return prepare(ellipsoid(AXES))
+
+
+def equator(brush):
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    points = AXES[0] * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    return Stroke(points, brush, closed=True)
+
+
+def whole_tube(problem, rows=99, columns=101):
+    """With what bounds nothing."""
+    (laid,) = problem.laid
+    return sample_tube(problem.field, *laid, rows, columns)
+
+
+def in_plane(samples, beside=0.0):
+    x, y, z = (samples.points + beside * samples.normals).astype(float).T
+    return np.stack([np.hypot(x, y), z], axis=1)
+
+
+@pytest.mark.parametrize("depth", [0.06, 0.1, 0.16])
+def test_of_a_carved_edge_is_left_what_bounds_the_shape(preparation, depth):
+    """Carved deeper than 0.08, the edge folds over: its two sides cross and leave a loop."""
+    brush = Brush(0.15, -depth)
+    problem = pose(preparation, equator(brush))
+    whole, (tube,) = whole_tube(problem), problem.tubes()
+    beside = in_plane(whole.target, 2e-3)
+    bounds = np.abs(winding(meridian(brush), beside)) < 0.5
+    left = np.isin(whole.surface.points[:, 2], tube.surface.points[:, 2])
+    assert (left == bounds).mean() > 0.97
+    assert left.all() == (depth < 0.08)
+
+
+def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
+    brush = Brush(0.15, -0.16)
+    problem = pose(preparation, equator(brush))
+    moved, stretch = problem.displaced(preparation.surface)
+    under = ~problem.untouched(preparation.surface)
+    bounds = np.abs(winding(meridian(brush), in_plane(moved, 2e-3)[under])) < 0.5
+    assert ((stretch[under] > 0) == bounds).mean() > 0.97
+    assert (stretch[~under] == 1).all()
+    assert 0.1 < bounds.mean() < 0.9
+
+
+def swept(problem, check=go_on):
+    """The surface of the proxy, where it is displaced to, and what it sweeps over."""
+    proxy = problem.preparation.proxy
+    before = Samples(proxy.vertices, normals(problem.field, proxy.vertices))
+    after, _ = problem.move(before)
+    triangles, radius = proxy.triangles.astype(np.int64), problem.stroke.brush.radius
+    return before, after, SweptVolume(problem.field, before, after, triangles, radius, check)
+
+
+def test_a_cancel_is_heard_between_the_winding_numbers_of_few_samples(preparation):
+    """Where a stroke lies many times upon itself, each takes up to 4 ms."""
+    problem, heard = pose(preparation, equator(Brush(0.15, -0.16))), []
+    before, after, volume = swept(problem, lambda: heard.append(None))
+    heard.clear()
+    bounding(problem.field, volume, before, after, go_on)
+    assert len(heard) > np.count_nonzero(volume.near(after.points)) / 50 > 50
+
+
+def test_near_a_fold_is_what_lies_beside_the_ways_of_those_that_cross(preparation):
+    problem = pose(preparation, equator(Brush(0.15, -0.16)))
+    before, after, volume = swept(problem)
+    crossed = crossings(problem.field, before, after, go_on)
+    share = np.random.default_rng(1).uniform(size=(np.count_nonzero(crossed), 1))
+    ways = (before.points + share.max() * (after.points - before.points))[crossed]
+    assert volume.near(ways.astype(np.float32)).all()
+    height = np.abs(before.points[crossed, 2]).max()
+    far = before.points[np.abs(before.points[:, 2]) > height + 0.5 * 0.15]
+    assert len(far) > 100
+    assert not volume.near(far).any()
+
+
+def test_a_steep_side_that_was_displaced_sideways_is_kept():
+    """Along one direction a surface that is a height over the plane stays one, however steep."""
+    problem = pose(
+        prepare(ball(0.5)),
+        Stroke(
+            np.array([[0, 0, 0.5]]),
+            Brush(
+                0.45,
+                -0.2,
+                Profile(points=((-1, 0), (-0.9, 0), (-0.8, 1), (0.8, 1), (0.9, 0), (1, 0))),
+            ),
+            direction=Direction.STROKE,
+        ),
+    )
+    whole, (tube,) = whole_tube(problem), problem.tubes()
+    cosine = (whole.surface.normals * whole.target.normals).sum(axis=1)
+    assert cosine.min() < -0.1
+    assert len(tube.target.points) > 0.99 * len(whole.target.points)
+
+
+@pytest.mark.parametrize("intensity", [0.06, -0.06])
+def test_the_swept_volume_lies_between_both_surfaces(intensity):
+    """A flat-topped dab on a ball: at its pole the volume reaches from 0.5 to 0.5 + intensity."""
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, intensity, flat))
+    *_, volume = swept(pose(prepare(ball(0.5)), stroke))
+    heights = 0.5 + intensity * np.array([-0.5, 0.2, 0.5, 0.8, 1.5])
+    points = np.stack([0 * heights, 0 * heights, heights], axis=1)
+    wound = np.sign(intensity) * np.array([0, 1, 1, 1, 0])
+    np.testing.assert_allclose(volume.winding(points), wound, atol=0.05)
+
+
+def test_a_carve_through_a_thin_part_swallows_its_far_side():
+    """A flat-bottomed hole of radius 0.12 to 0.15 through a lens 0.1 thick: its lower sheet is gone
+    within that, and is there beyond it."""
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    stroke = Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2, flat))
+    *_, volume = swept(pose(prepare(ellipsoid((0.5, 0.5, 0.05))), stroke))
+    away = np.array([0, 0.05, 0.1, 0.17, 0.3])
+    lower = np.stack([away, 0 * away, -0.05 * np.sqrt(1 - 4 * away**2)], axis=1)
+    np.testing.assert_array_equal(volume.swallows(np.float32(lower)), away < 0.12)

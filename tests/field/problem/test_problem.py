@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an edit asks for: mirrored tubes, overlaps, and what must stay."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from neural_sculpt_addon.common.errors import Cancelled, SculptError
+from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.mesh.surface import Samples
+from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.prepare import CELLS, SURFACE_SAMPLES, prepare
+from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.tube import COLUMNS, ROWS, sample_tube
+from neural_sculpt_addon.field.threads import PIECE
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Ends, Stroke
+from tests.field.analytic import ball, ellipsoid, siren
+
+SKEW = Profile(points=((-1, 0), (-0.5, 1), (0.5, -1), (1, 0)))
+
+
+@pytest.fixture(scope="module")
+def preparation():
+    return prepare(ball(0.5))
+
+
+def on_ball(longitudes, latitudes):
+    a, b = np.broadcast_arrays(np.asarray(longitudes, float), latitudes)
+    return 0.5 * np.stack([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)], axis=1)
+
+
+def test_samples_of_the_surface_are_uniform_by_area(preparation):
+    """On a sphere every coordinate is uniform (Archimedes)."""
+    points, normals = preparation.surface
+    assert len(points) == SURFACE_SAMPLES
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.5, atol=1e-4)
+    np.testing.assert_allclose(normals, points / 0.5, atol=1e-3)
+    even = np.linspace(-0.5, 0.5, SURFACE_SAMPLES)
+    for coordinate in points.T:
+        assert np.abs(np.sort(coordinate) - even).max() < 0.01
+
+
+def test_values_off_the_surface_are_those_of_the_field(preparation):
+    for points, known in (preparation.shell, preparation.box):
+        expected = ((points.astype(float) ** 2).sum(axis=1) - 0.25) / 1.0
+        np.testing.assert_allclose(known, expected, atol=3e-5)
+    assert np.abs(preparation.box.points).max() <= 1
+    away = np.abs(np.linalg.norm(preparation.shell.points, axis=1) - 0.5)
+    assert away.mean() == pytest.approx(0.01 * (2 / np.pi) ** 0.5, rel=0.05)
+
+
+def test_underestimation_is_the_ratio_of_the_distance_to_the_field(preparation):
+    radius = np.linalg.norm(preparation.box.points.astype(float), axis=1)
+    expected = np.abs(radius - 0.5) / (np.abs(radius**2 - 0.25) + 0.01)
+    far = np.abs(radius - 0.5) > 0.05  # than which the samples are denser
+    np.testing.assert_allclose(preparation.underestimation[far], expected[far], rtol=0.05)
+
+
+def test_samples_are_drawn_once(preparation):
+    assert preparation.proxy.active.cells == CELLS
+    for name in ("surface", "shell", "box", "underestimation"):
+        assert getattr(preparation, name) is getattr(preparation, name)
+
+
+def test_the_same_seed_prepares_the_same(preparation):
+    again = prepare(ball(0.5))
+    np.testing.assert_array_equal(again.surface.points, preparation.surface.points)
+    np.testing.assert_array_equal(again.box.points, preparation.box.points)
+
+
+def test_preparation_can_be_cancelled():
+    def progress(fraction, message):
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        prepare(ball(0.5), progress=progress)
+
+
+def test_a_field_without_a_surface_cannot_be_prepared():
+    with pytest.raises(SculptError, match="no surface"):
+        prepare(Field(siren(([[0.1, 0, 0]], [0.0]), ([[0.1]], [1.0]))))
+
+
+@pytest.mark.parametrize("axes", ["X", "XY", "XYZ"])
+def test_mirrored_tubes_are_mirror_images(preparation, axes):
+    points = on_ball(np.linspace(0.5, 1.0, 6), [0.5, 0.6, 0.7, 0.7, 0.6, 0.5])
+    brush = Brush(0.1, 0.05, SKEW)
+    tubes = pose(preparation, Stroke(points, brush, mirror=frozenset(axes))).tubes()
+    assert len(tubes) == 2 ** len(axes)
+    first = tubes[0].target
+    for tube in tubes[1:]:
+        signs = np.sign(tube.target.points.mean(axis=0)) * np.sign(first.points.mean(axis=0))
+        assert abs(len(tube.target.points) - len(first.points)) < 0.01 * len(first.points)
+        distance, index = KDTree(first.points).query(tube.target.points * signs)
+        assert np.percentile(distance, 99) < 2e-5
+        near = distance < 2e-5
+        cosine = (first.normals[index] * tube.target.normals * signs).sum(axis=1)[near]
+        assert np.percentile(cosine, 1) > 0.9999
+
+
+def test_turned_tubes_are_turned_images(preparation):
+    points = on_ball(np.linspace(0.5, 1.0, 6), [0.5, 0.6, 0.7, 0.7, 0.6, 0.5])
+    stroke = Stroke(points, Brush(0.1, 0.05, SKEW), radial=(1, 1, 5))
+    tubes = pose(preparation, stroke).tubes()
+    assert len(tubes) == 5
+    first = tubes[0].target
+    for number, tube in enumerate(tubes):
+        angle = 2 * np.pi * number / 5
+        back = np.array(
+            [[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+        )
+        assert abs(len(tube.target.points) - len(first.points)) < 0.01 * len(first.points)
+        distance, index = KDTree(first.points).query(tube.target.points @ back.T)
+        assert np.percentile(distance, 99) < 2e-5
+        near = distance < 2e-5
+        cosine = (first.normals[index] * (tube.target.normals @ back.T)).sum(axis=1)[near]
+        assert np.percentile(cosine, 1) > 0.9999
+
+
+def test_a_dab_on_the_axis_is_one_copy(preparation):
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.1, 0.05), radial=(1, 1, 8))
+    assert len(pose(preparation, stroke).laid) == 1
+
+
+def test_where_copies_overlap_the_larger_displacement_wins(preparation):
+    """A stroke that crosses the plane x = 0, where it meets its mirror image."""
+    points = on_ball(np.linspace(1.2, 1.8, 8), np.linspace(-0.1, 0.3, 8))
+    stroke = Stroke(points, Brush(0.12, 0.05), mirror=frozenset("X"))
+    problem = pose(preparation, stroke)
+    tubes = problem.tubes()
+    alone = pose(preparation, Stroke(points, stroke.brush)).tubes()[0]
+    assert len(tubes[0].surface.points) < len(alone.surface.points)
+    # By symmetry the largest displacement at x is the larger of those at (x, y, z) and (-x, y, z).
+    flip = np.array([-1, 1, 1])
+    for tube in tubes:
+        amount = tube.displacement.amount
+        heights = np.linalg.norm(tube.target.points, axis=1) - 0.5
+        np.testing.assert_allclose(heights, amount, atol=2e-4)
+        for tree_points in (tubes[0], tubes[1]):
+            d, i = KDTree(tree_points.surface.points).query(tube.surface.points, workers=1)
+            close = d < 0.002
+            other = np.abs(tree_points.displacement.amount[i][close])
+            assert (other - np.abs(amount[close])).max() < 0.004  # the slope times the distance
+    mirrored = KDTree(tubes[1].surface.points).query(tubes[0].surface.points * flip)[0]
+    assert np.percentile(mirrored, 99) < 1e-4
+
+
+def test_the_untouched_surface_and_nearness(preparation):
+    turn = np.linspace(0, 2 * np.pi, 25)[:-1]
+    stroke = Stroke(on_ball(turn, 0), Brush(0.15, 0.05), closed=True)
+    problem = pose(preparation, stroke)
+    surface = preparation.surface
+    latitude = np.arcsin(np.clip(surface.points[:, 2].astype(float) / 0.5, -1, 1))
+    away = np.sin(np.abs(latitude) / 2) / 0.15
+    near = problem.nearness(surface)
+    close = away < 2
+    np.testing.assert_allclose(near[close], away[close], atol=2e-3)
+    assert (near[~close] > 1.99).all()
+    clear = np.abs(away - 1) > 2e-3
+    np.testing.assert_array_equal(problem.untouched(surface)[clear], (away > 1)[clear])
+    np.testing.assert_allclose(problem.distance(surface.points)[close], away[close], atol=2e-3)
+
+
+def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
+    points = on_ball(np.linspace(0, 1, 8), 0)
+    ends = {e: pose(preparation, Stroke(points, Brush(0.15, 0.05), ends=e)) for e in Ends}
+    surface = preparation.surface
+    past = (surface.points[:, 1] < -0.01) & (surface.points[:, 0] > 0)
+    near = ends[Ends.ROUND].nearness(surface) < 0.9
+    assert not ends[Ends.ROUND].untouched(surface)[past & near].any()
+    assert ends[Ends.FLAT].untouched(surface)[past & near].all()
+    assert (past & near).sum() > 100
+    np.testing.assert_allclose(
+        ends[Ends.FLAT].nearness(surface)[near], ends[Ends.ROUND].nearness(surface)[near]
+    )
+
+
+def test_the_rim_is_untouched(preparation):
+    points = on_ball(np.linspace(1.2, 1.8, 8), 0.2)
+    stroke = Stroke(points, Brush(0.12, 0.05), mirror=frozenset("XZ"))
+    problem = pose(preparation, stroke)
+    rim = problem.rim(2.2, 1000, np.random.default_rng(0))
+    assert len(rim.points) > 300
+    assert problem.untouched(rim).all()
+    assert problem.nearness(rim).max() <= 2.2 + 1e-3
+
+
+def on_path(problem, count):
+    """Samples under the stroke."""
+    _, path = problem.laid[0]
+    return Samples(*(np.resize(rows, (count, 3)) for rows in (path.points, path.normals)))
+
+
+@pytest.mark.parametrize(
+    ("work", "samples"),
+    [
+        (lambda problem: problem.tubes(), 2 * ROWS * COLUMNS),
+        (lambda problem: problem.rim(2.2, 6000, np.random.default_rng(0)), 2 * 6000),
+        (lambda problem: problem.nearness(on_path(problem, 9000)), 9000),
+        (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
+        (lambda problem: problem.distance(on_path(problem, 9000).points), 9000),
+    ],
+)
+def test_a_cancel_is_heard_between_short_pieces(preparation, work, samples):
+    calls = []
+    stroke = Stroke(on_ball(np.linspace(1.2, 1.8, 8), 0.3), Brush(0.1, 0.05), mirror=frozenset("Z"))
+    problem = pose(preparation, stroke, lambda: calls.append(None))
+    calls.clear()
+    work(problem)
+    assert len(calls) > samples / PIECE
+
+    def cancel():
+        raise Cancelled
+
+    with pytest.raises(Cancelled):
+        work(replace(problem, check=cancel))
+
+
+def test_a_mirror_image_that_misses_the_surface_is_refused():
+    beside = ball(0.4).network
+    weights = [w.clone() for w in beside.weights]
+    biases = [beside.biases[0] - weights[0] @ weights[0].new_tensor([0.4, 0, 0]), beside.biases[1]]
+    moved = type(beside)(tuple(weights), tuple(biases), beside.omegas)  # centred at (0.4, 0, 0)
+    stroke = Stroke(np.array([[0.8, 0, 0]]), Brush(0.1, 0.05), mirror=frozenset("X"))
+    with pytest.raises(SculptError, match="off the surface"):
+        pose(prepare(Field(moved)), stroke)
+
+
+def test_a_stroke_without_width_is_refused(preparation):
+    points = on_ball(np.linspace(0, 1, 4), 0)
+    stroke = Stroke(points, Brush(0.1, 0.05), radius_factors=np.zeros(4))
+    with pytest.raises(SculptError, match="width"):
+        pose(preparation, stroke)
+
+
+def test_a_stroke_whose_pressure_leaves_less_than_the_least_radius_is_refused(preparation):
+    """A cell of the finest level is 2 / 1024 wide, the least stroke, too."""
+    points, brush = on_ball(np.linspace(0, 1, 4), 0), Brush(0.01, 0.05)
+    with pytest.raises(SculptError, match=r"With its pressure .* radius of 0\.0009;"):
+        pose(preparation, Stroke(points, brush, radius_factors=np.full(4, 0.09)))
+    pose(preparation, Stroke(points, brush, radius_factors=np.array([0, 0, 0.1, 0])))
+
+
+def test_targets_beyond_a_thin_part_are_left_out():
+    """A dab that carves deeper than a lens is thick comes out on its other side."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2)))
+    (tube,) = problem.tubes()
+    assert len(tube.target.points) > 500
+    assert values(lens.field, tube.target.points).max() < 2e-3
+    alone = sample_tube(lens.field, *problem.laid[0])
+    through = alone.target.points[:, 2] < -0.06
+    assert through.sum() > 500
+    assert len(alone.target.points) - len(tube.target.points) >= through.sum()
+
+
+@pytest.mark.long
+def test_what_runs_through_itself_is_left_out():
+    """The inner equator of the torus, 0.3 from the axis, raised to the axis and beyond."""
+    torus = prepare(primitive("torus"))
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    points = 0.3 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    raised, folded = (
+        pose(torus, Stroke(points, Brush(0.05, height, Profile(table=(1, 1))), closed=True))
+        for height in (0.2, 0.35)
+    )
+    away = np.hypot(*raised.tubes()[0].target.points[:, :2].T)
+    np.testing.assert_allclose(away, 0.1, atol=0.02)
+    with pytest.raises(SculptError, match="nothing"):
+        folded.tubes()
+
+
+def test_a_volume_tells_inside_from_outside_only_where_planes_do_not(preparation):
+    """A ridge on a ball does not run through itself; two copies that meet do."""
+    points = on_ball(np.linspace(0.6, 1.0, 6), 0.3)
+    alone = pose(preparation, Stroke(points, Brush(0.1, 0.05))).displaced_tubes(40, 41)
+    assert alone.swept is None
+    assert len(alone.tubes) == 1 and len(alone.tubes[0].target.points) > 1000
+    lens = prepare(ellipsoid((0.5, 0.5, 0.2)))
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    carved = pose(lens, Stroke(on_ball(turn, 0), Brush(0.15, -0.16), closed=True))
+    displaced = carved.displaced_tubes(60, 61)
+    assert displaced.swept is not None
+    np.testing.assert_allclose(
+        displaced.swept.winding(np.float32([[0.42, 0, 0], [0, 0.42, 0], [0, 0, 0.6]])),
+        [-1, -1, 0],
+        atol=0.1,
+    )
