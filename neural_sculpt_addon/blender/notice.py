@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tell the artist of something that happened in the background, in the status bar.
+"""Notices: a message in the status bar of something that happened in the background.
 
-Blender shows the reports of operators only, and of those that Python calls only when they handle an
-event: so this one waits for the next one, which it leaves to others.
+Blender shows reports of operators only, and of an operator that Python calls only while it handles
+an event. So this one waits for an event, reports, and passes the event on.
 """
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The two ways in which work ends without a result."""
+"""Errors: the two ways in which work ends without a result."""
 
 
 class SculptError(Exception):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long work reports how far it is, and learns that it is no longer wanted."""
+"""Progress and cancel: how long work reports its progress and hears that it was cancelled."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

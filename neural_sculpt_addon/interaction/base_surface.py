@@ -2,8 +2,8 @@
 """The surface that a stroke is drawn on: which vertices are near to a line, which triangles are
 around them, and their normals as they are needed.
 
-Vertices are sorted into cells and triangles by their corners once, so that each question costs what
-its answer is long. NumPy alone; model space.
+Vertices are sorted into cells and triangles by their corners once, so that a query takes time in
+proportion to its result. NumPy alone; model space.
 """
 
 from collections.abc import Iterator

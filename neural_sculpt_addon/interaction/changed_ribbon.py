@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The ribbon of a stroke of the history with other settings, on the surface that it is part of.
 
-The surface shows the stroke as it was. Where it would be without it follows from that: the place
-from which the old displacement leads to the surface that is there. The new displacement begins
-there, so the ribbon lies where the surface will be, and below it where that will sink. `Lay` is as
-for ribbons. NumPy alone; model space.
+The surface shown includes the stroke as it was. The old displacement is taken away from it and the
+new one added, so the ribbon lies where the surface will be, and below the shown one where that will
+sink. `Lay` is as for ribbons. NumPy alone; model space.
 """
 
 from dataclasses import replace

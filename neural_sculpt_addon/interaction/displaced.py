@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A triangle mesh with strokes displaced on it at once, as a preview: p' = p + d n.
 
-The last stroke may grow: what is asked for is worked off in pieces, so that a move of the pen never
-waits for more than it can bear, and is seen when it is whole. Only what lies near the strokes is
-touched. Images by symmetry stand on the same surface, and where they meet the farthest counts, as
-in the field. NumPy alone; model space.
+The last stroke may grow. It is displaced in pieces of bounded size, so that no move of the pen
+waits long, and is shown when it is whole. Only what lies near the strokes is touched. Images by
+symmetry stand on the same surface, and where they meet the farthest counts, as in the field. NumPy
+alone; model space.
 """
 
 from collections.abc import Iterator

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How far a stroke that grows displaces the vertices of a mesh, without beginning anew each time.
 
-Of each vertex its place in the stroke is kept. When the stroke becomes another one, its path is
-compared with what it was: only from the first point on that has moved is it laid on the mesh anew,
-and only the vertices near to that part, or whose place was in it, get another place. Where the
-strength depends on the whole length, all amounts follow from the places that are known.
+Each vertex's place in the stroke is kept. When the stroke changes, its path is compared with the
+one before: it is laid on the mesh anew only from the first point that has moved, and only vertices
+near that part, or whose place was in it, get another place. Where the strength depends on the whole
+length, all amounts follow from the places that are known.
 
 The path is laid on the mesh by its nearest vertices and their tangent planes, an error of second
 order in the size of a triangle. NumPy alone; model space.

@@ -2,8 +2,8 @@
 """The nearest of many points, for points most of which are among them: the vertices of a proxy
 before and after a change. NumPy alone.
 
-It is found in steps of some milliseconds each, between which Blender can do other things: of
-140,000 of which all are others it takes 0.3 s in all, 35 ms where 2,000 are others.
+The search runs in steps of some milliseconds, between which Blender can do other things. 140,000
+points take 0.3 s in all when none is among the others, 35 ms when all but 2,000 are.
 """
 
 from collections.abc import Generator

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Folders of workers whose Blender was killed: nobody was left to remove them. Standard library."""
+"""Leftover folders of workers whose Blender was killed, removed at the next start. Standard
+library."""
 
 import os
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tool's drag does where it draws nothing: it must not move objects, as Blender's does."""
+"""A drag of the tool beside all fields: it does nothing, where Blender's own would move objects."""
 
 # pyright: reportOptionalMemberAccess=false
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be done beside the choice of a profile, modulation or alpha."""
+"""Menus beside the choice of a profile, modulation or alpha: save, rename, delete, import."""
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a brush's profile or modulation can be chosen from: formulas, the curve widget, presets.
 
-A preset is chosen by loading it into the widget, so it never stays chosen: the widget does.
+Choosing a preset loads it into the curve widget, and the widget is what is chosen then.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The entry of a history that the artist has pointed at, in the list or on the surface.
 
-It is shown on the surface until the history changes. What the history itself makes the active
-entry, as each new stroke, was not pointed at.
+It is shown on the surface until the history changes. An entry that the history made active by
+itself, such as a new stroke, does not count.
 """
 
 from typing import Any

@@ -2,8 +2,8 @@
 """The brush of the next stroke stays as the artist has set it, whatever undo and redo bring.
 
 Its settings and curves are in brush data-blocks, whose content Blender keeps through undo. Up to
-4.2, a step to before they were made takes the data-blocks themselves away, and a step forth brings
-them as they were then: so they are written again after each step. Nothing points to them.
+4.2, an undo to before they were made removes the data-blocks, and a redo brings them back with
+their old content. So they are written again after each step. Nothing points to them.
 
 In older files the settings are in the scene and the curves in a node tree of it. Those of the scene
 that is shown are taken over.

@@ -10,7 +10,8 @@ undo steps are taken back, and each stroke becomes one of ours (see native_steps
 its triangles, and its vertices move onto the field. Where a brush has stretched them, and after
 changes of the topology, the proxy is made anew.
 
-After undo and redo nothing is absorbed before the next stroke: both would be at an end otherwise.
+After undo or redo nothing is absorbed before the next stroke, since a new step would cut off what
+can be redone.
 """
 
 import logging

@@ -3,9 +3,9 @@
 
     triangles before and after -> rows where they moved -> coefficients -> vertices on the new field
 
-What `absorb` does with a whole mesh, of which it knows nothing, is done here with the triangles
-that a brush moved and those around them, of which is known where they were. All else of the surface
-is where the field has it, so the cost is that of the region and not of the mesh. The new inside is
+`absorb` takes a whole mesh and assumes nothing of it. Here only the triangles that a brush moved
+come, with those around them, and it is known where they were. All else of the surface is where the
+field has it, so the cost is that of the region and not of the mesh. The new inside is
 
     [f < 0] + w(triangles after) - w(triangles before) > 1/2
 

@@ -2,11 +2,11 @@
 """Where a displaced surface runs through itself, and which parts of it bound nothing then.
 
 A surface that is displaced farther than it is curved folds over; one that is displaced farther than
-a wall is thick comes out behind it; the sides of a groove meet. Samples show it by themselves
-(`crossings`); which parts bound nothing then, winding numbers tell (Jacobson et al., "Robust
-inside-outside segmentation using generalized winding numbers", 2013): those of the shape before,
-and of the volume between tubes and their targets, added or taken away. Just outside of what bounds
-the shape they are 0. Model space. See docs/method.md, section 2.
+a wall is thick comes out behind it; the sides of a groove meet. `crossings` finds it by samples;
+winding numbers tell which parts bound nothing then (Jacobson et al., "Robust inside-outside
+segmentation using generalized winding numbers", 2013): those of the shape before, and of the volume
+between tubes and their targets, added or taken away. Just outside of what bounds the shape they are
+0. Model space. See docs/method.md, section 2.
 """
 
 import igl

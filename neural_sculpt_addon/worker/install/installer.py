@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Has the worker's environment installed by a process of its own, and hears how far that is.
+"""The installer: starts the process that installs the worker's environment and reads its progress.
 
-What the process says (see `installation`) goes into a file that is looked at now and then,
-so that nothing here waits for it. No bpy here.
+The process writes its progress (see `installation`) into a file that is read now and then, so that
+nothing here waits for it. No bpy here.
 """
 
 import contextlib

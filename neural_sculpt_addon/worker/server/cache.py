@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A dictionary that forgets: what is remembered takes no more than so many bytes."""
+"""A cache of bounded size in bytes: what was not asked for longest goes first."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, MutableMapping

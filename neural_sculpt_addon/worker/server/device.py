@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the worker sculpts on: the processor, or a graphics card that has proved that it can.
+"""The device that the worker sculpts on: the processor, or a graphics card that passed a small
+stroke.
 
 Fits run on the processor in any case.
 """

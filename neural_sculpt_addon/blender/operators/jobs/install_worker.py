@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Install the worker, with the artist's consent and Blender's permission to go online.
 
-Who adds a field and has no worker yet is asked at once; the field comes when the worker is there.
+The first field asks for it, too: it is added when the worker is there.
 """
 
 # pyright: reportOptionalMemberAccess=false

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hear when the mouse button is released that drags the slider of `strength`.
+"""Release of the mouse button that drags the slider of `strength`.
 
-Blender does not tell Python; but an operator that runs beside the slider sees the event, too.
+Blender does not tell Python of it, but a modal operator that runs beside the slider sees the event.
 """
 
 from bpy.types import Context, Event, Operator
