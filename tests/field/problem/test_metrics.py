@@ -377,7 +377,6 @@ def test_a_film_that_is_left_in_a_hole_is_as_far_off_as_its_walls(lens, radius):
     asked, left = drilled(lens, 0.2, radius).problem, drilled(lens, 0.08, radius)
     measures = metrics.measure(asked, left.field, left.proxy)
     assert 0.9 * radius - lens.spacing < measures["reverse_max"] < 1.2 * radius
-    assert not measures["tolerance_met"]
 
 
 def test_a_dent_beside_a_hole_is_seen(lens):
@@ -390,4 +389,3 @@ def test_a_dent_beside_a_hole_is_seen(lens):
     measures = measured(edit.problem, dented)
     assert depth > 2e-3
     assert measures["drift_max"] > 0.8 * depth
-    assert not measures["tolerance_met"]
