@@ -34,7 +34,7 @@ class Worst(WindowCase):
         yield from hand.until(lambda: field().neural_sculpt.report, SECONDS, "a report")
         yield from hand.show_tab("Neural Sculpt")
         reports, ring = module("blender.session.reports"), module("blender.viewport.worst_place")
-        place = np.array(reports.worst_place(reports.report_of(field())))
+        place = np.array(reports.worst_places(reports.report_of(field()))[0])
         self.assertGreater(to_path(place[None], path)[0], RADIUS)
         button = yield from self.button(ring, tuple(place))
         before = state(field())
@@ -62,7 +62,7 @@ class Worst(WindowCase):
             hand.move(corner())
             hand.region("UI").tag_redraw()
             pictures.append((yield from still_picture("UI")))
-            ring.show(field(), place)
+            ring.show(field(), [place])
         ring.hide()
         left, bottom, right, top = changed(*pictures, hand.region("UI"))
         return (left + right) / 2, (bottom + top) / 2
