@@ -18,7 +18,8 @@ from ...common.progress import Progress
 from ...stroke.displacement import displace
 from ..detail import centres, places, spacing
 from ..evaluate import normals
-from ..mesh.split import edges_of, split
+from ..mesh.edges import find_edges
+from ..mesh.subdivide import halved
 from ..mesh.surface import Samples
 from ..problem.problem import Laid, Problem
 from ..projection import ARRIVED, project
@@ -93,21 +94,21 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
     )
     if not len(used):
         raise SculptError("There is no surface under the stroke. Draw it on the field.")
-    triangles, points = corners.reshape(-1, 3).astype(np.int64), proxy.vertices[used]
+    triangles, points = corners.reshape(-1, 3).astype(np.int32), proxy.vertices[used]
     finest = _edge(problem, points)
     for _ in range(DIVISIONS):
-        edges = edges_of(triangles)
-        long = np.linalg.norm(np.subtract(*points[edges.ends.T]), axis=1) > finest
+        ends, of_corners = find_edges(triangles)
+        long = np.linalg.norm(np.subtract(*points[ends.T]), axis=1) > finest
         if not long.any() or len(points) + np.count_nonzero(long) > MOST:
             break
-        middles = points[edges.ends[long]].mean(axis=1)
+        middles = points[ends[long]].mean(axis=1)
 
         def bring(part: slice, start: NDArray[np.float32] = middles) -> NDArray[np.float32]:
             return project(field, start[part], tolerance=ARRIVED).points
 
-        triangles = split(triangles, edges, long, len(points))
+        triangles = halved(triangles, of_corners, long, points, middles)
         points = join([points, in_pieces(bring, len(middles), problem.check)])
-    return Samples(points, normals(field, points)), triangles
+    return Samples(points, normals(field, points)), triangles.astype(np.int64)
 
 
 def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:

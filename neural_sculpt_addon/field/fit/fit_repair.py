@@ -36,22 +36,20 @@ from .fit_detail import among
 from .mesh_distance import MeshDistance
 
 NEAR = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
-ASKED = 30_000  # vertices in all,
-OF_PIECE = 64  # and of each piece at least
-AROUND = 6  # level of the cells around the surface in which a place each is looked at,
-RINGS = 3  # the outermost ones
-LOW = 0.4  # of its cells: |f| that is nearly zero
+ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
+AROUND, RINGS, LOW = 6, 3, 0.4
+"""What is hidden is looked for at a place in each cell of this level, in so many rings of cells
+around the surface; |f| below this share of a cell is nearly zero."""
 LEAST = 0.3  # share of the distance that f must have on its side
 COARSEST, FINEST = 4, 7  # levels that take strays away
 SHARE = 2.0  # cells of such a level between the mesh and the stray
+SAMPLES = 3  # rows in each cell
 MOST = 1 << 14  # cells that are looked through for the wrong side
 BUDGET = 1 << 16
 """Cells of a level that are dealt with in a round, at the strays farthest from the mesh: some 3 s.
 More are there where the mesh is thinner than the field can hold all over, and no round helps."""
-SAMPLES = 3  # in each cell
-ROUNDS = 4  # at most,
+ROUNDS, LOOKED = 4, 2  # rounds at most, and the first ones, which look for what is hidden, too
 FEW, HELPED = 500, 0.7  # strays, or share of them, that may be left for another round
-LOOKED = 2  # of which the first look for what is hidden
 
 Points = NDArray[np.float32]
 Cells = NDArray[np.int32]

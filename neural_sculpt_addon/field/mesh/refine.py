@@ -13,59 +13,19 @@ splits their edges as they are split already. Model space.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent, sub_progress
-from ..detail import BRICK, SUPPORT, cells_of, cells_per_axis, dilated, linear
-from ..evaluate import values, values_and_gradients
+from ..detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..field import Field
-from .flip import find_poor, flip
-from .proxy import BATCH, FLAT, RELAXATION, Proxy
-from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
+from .edge_growth import Growth, Splits, renamed
+from .proxy import Proxy
+from .subdivide import Parts, open_edges
 
 TOLERANCE = 1 / 64
 """Cells that the middle of an edge may be off the surface: at 128 cells per axis 2.4e-4."""
-
-ROUNDS = 4
-"""How often an edge is halved at most."""
-
-REACH = 0.5
-"""Edges: the longest way of a new vertex from the middle of its own."""
-
-
-FLATTEST = 0.3
-"""|grad f| from which on a small f is believed to be near the surface."""
-
-FINE = 6
-"""Level of the detail that hides between the vertices of a proxy: cells of 1/64 and smaller."""
-
-MIDDLE = np.float32(0.5)
-PLACES = MIDDLE, np.float32(0.25), np.float32(0.75)
-"""Where on an edge the field is looked at: at its middle, and where there is detail finer than the
-edges of the proxy beside it, too, for a groove may cross an edge there."""
-
-FARTHEST = 0.49
-"""Edges: from how far off an edge stays, for what is there has little to do with it."""
-
-LEAN = 0.3
-"""Share of the normal that is across an edge, below which a point moves along all of it."""
-
-MENDED = 4
-"""How often thin and turned triangles are mended at most."""
-
-STEPS, SETTLED = 3, 0.01
-"""Newton steps of a new vertex at most, after the one from the middle of its edge; one that moved
-less, in edges, needs no further step."""
-
-
-class Splits(NamedTuple):
-    """Edges that are split, by their `names`, and the vertex in the middle of each."""
-
-    edges: NDArray[np.int64]  # (S,), rising
-    middles: NDArray[np.int32]  # (S,)
 
 
 @dataclass(frozen=True)
@@ -95,19 +55,19 @@ def refine(
     """The refinement of a field's proxy, of at most so many triangles: where the tolerance, in
     cells, would make more, it is doubled. A proxy that has more stays as it is."""
     whole = Parts.whole(coarse.triangles, np.arange(len(coarse.triangles), dtype=np.int32))
-    start = _Growth(field, coarse.vertices, coarse.normals)
+    start = Growth(field, coarse.vertices, coarse.normals)
     edges = open_edges(whole)
     if len(whole.triangles) >= most:
         tolerance = np.inf
     limit = tolerance * coarse.active.spacing
     middles = start.measured(edges, limit, True, sub_progress(progress, 0.0, 0.4))
     while True:
-        growth = _Growth(field, coarse.vertices, coarse.normals)
+        growth = Growth(field, coarse.vertices, coarse.normals)
         share = sub_progress(progress, 0.4, 1.0)
         limit = tolerance * coarse.active.spacing
         parts = growth.grow(whole, limit, most, share, (edges, middles))
         if parts is not None:
-            return growth.refined(parts, coarse, tolerance)
+            return _numbered(growth, parts, coarse, tolerance)
         tolerance *= 2
 
 
@@ -140,11 +100,11 @@ def again(
     triangles = number.take(triangles)
     of_kept = parents.take(before.parents.compress(of_kept))
 
-    growth = _Growth(
+    growth = Growth(
         field,
         np.concatenate([coarse.vertices, before.vertices[used]]),
         np.concatenate([coarse.normals, before.normals[used]]),
-        _renamed(before.splits, number),
+        renamed(before.splits, number),
     )
     fresh = np.ones(len(coarse.triangles), bool)
     fresh[parents[kept]] = False
@@ -155,250 +115,31 @@ def again(
     if parts is None or could_be_finer:
         return refine(field, coarse, most, progress=progress)
     kept_parts = Parts(triangles, of_kept, np.ones(triangles.shape, bool))
-    return growth.refined(Parts.together([kept_parts, parts]), coarse, before.tolerance)
+    return _numbered(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
 
 
-class _Middles(NamedTuple):
-    """What the field says at the middles of edges.
-
-    points: (E, 3), one Newton step from there
-    off:    (E,), how far the edge is off the surface, there or at a quarter; 0 where it stays
-    """
-
-    points: NDArray[np.float32]
-    off: NDArray[np.float32]
-
-
-class _Growth:
-    """A mesh while its edges are split.
-
-    known: splits of edges on the border of what is split, which are to be as they are; None where
-           there is no border
-    """
-
-    def __init__(
-        self,
-        field: Field,
-        vertices: NDArray[np.float32],
-        normals: NDArray[np.float32],
-        known: Splits | None = None,
-    ) -> None:
-        self.field, self.vertices, self.normals, self.known = field, vertices, normals, known
-        self.splits = [_in_order(np.empty(0, np.int64), np.empty(0, np.int32))]
-        if known is not None:
-            self.splits.append(known)
-
-    def grow(
-        self,
-        parts: Parts,
-        limit: float,
-        most: int,
-        progress: Progress,
-        first: tuple[Edges, _Middles] | None = None,
-    ) -> Parts | None:
-        """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
-        times. None if that takes more than `most` triangles.
-
-        first: the edges of `parts` and their middles, when they are known
-        """
-        done, count, fixed = [], len(parts.triangles), len(self.vertices)
-        for turn in range(ROUNDS):
-            share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
-            edges = first[0] if first else open_edges(parts)
-            middles = (
-                first[1]
-                if first
-                else self.measured(edges, limit, turn == 0, sub_progress(share, 0, 0.5))
-            )
-            first = None
-            number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
-            middle = np.append(number, np.int32(-1)).take(edges.corners)  # (F, 3)
-            marked = (middle >= 0).any(axis=1)
-            count += np.count_nonzero(middle >= 0)
-            if count > most and marked.any():
-                return None
-            done.append(parts.where(~marked))
-            parts = divided(parts.where(marked), middle[marked], self.vertices)
-        return self._mended(Parts.together([*done, parts]), fixed)
-
-    def measured(self, edges: Edges, limit: float, first: bool, progress: Progress) -> _Middles:
-        """How far edges are off, as far as that is more than `limit`. Those on the border and on
-        the box's faces stay.
-
-        first: whether they are those of the proxy, where the field may have detail between vertices
-        """
-        low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
-        middles = (low + high) / 2
-        off = np.zeros(len(middles), np.float32)
-        inner = (np.abs(middles) < 1).all(axis=1)
-        if self.known is not None:
-            inner &= ~edges.alone
-        detailed = inner & _is_detailed(self.field, middles) if first else np.zeros_like(inner)
-        for share, chosen in zip(PLACES, (inner, detailed, detailed), strict=True):
-            some = np.flatnonzero(chosen)
-            for begin in range(0, len(some), BATCH):
-                progress(begin / len(some), "Refining the mesh")
-                part = some[begin : begin + BATCH]
-                along = high[part] - low[part]
-                points = low[part] + share * along
-                near = np.abs(values(self.field, points)) > FLATTEST * limit
-                part, along = part[near], along[near]
-                reach = REACH * _length(along)
-                points, distance, _ = _onto(self.field, points[near], along, reach)
-                off[part] = np.maximum(off[part], distance)
-                if share == MIDDLE:
-                    middles[part] = points
-        off[off > FARTHEST * _length(high - low)[:, 0]] = 0
-        return _Middles(middles, off)
-
-    def _mended(self, parts: Parts, fixed: int) -> Parts:
-        """`parts` with better triangles where some are thin or turned: edges are flipped, and
-        vertices but for the first `fixed` moved towards the mean of their neighbours."""
-        poor = find_poor(parts.triangles, self.vertices, self.normals)
-        place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor]))
-        some, parents = parts.triangles[place], parts.parents[place]
-        for _ in range(MENDED):
-            flip(some, parents, self.vertices, self.normals)
-            parts.triangles[place] = some
-            poor = find_poor(some, self.vertices, self.normals)
-            moving = np.unique(some[poor])
-            moving = moving[moving >= fixed]
-            if not len(moving):
-                break
-            self._relax(moving, parts.triangles)
-        return parts
-
-    def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
-        """Move vertices (M,) towards the mean of their neighbours, and back onto f = 0."""
-        row = np.full(len(self.vertices), -1, np.int32)
-        row[moving] = np.arange(len(moving), dtype=np.int32)
-        triangle, corner = np.nonzero(row.take(triangles) >= 0)
-        total, count = np.zeros((len(moving), 3)), np.zeros((len(moving), 1))
-        place = row[triangles[triangle, corner]]
-        for step in (1, 2):
-            np.add.at(total, place, self.vertices[triangles[triangle, (corner + step) % 3]])
-            np.add.at(count, place, 1)
-        points, outward = self.vertices[moving], self.normals[moving]
-        move = (RELAXATION * (total / count - points)).astype(np.float32)
-        move -= np.einsum("na,na->n", move, outward)[:, None] * outward
-        points += move
-        for _ in range(STEPS):
-            points, _, outward = _onto(self.field, points, np.zeros_like(points), _length(move))
-        self.vertices[moving], self.normals[moving] = points, outward
-
-    def refined(self, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
-        """The mesh of `parts`, which are all that there are."""
-        order = np.argsort(parts.parents, kind="stable")
-        triangles = parts.triangles.take(order, axis=0)
-        # Vertices in the order in which triangles name them, whatever they were made after.
-        corners, count = triangles.ravel(), len(self.vertices)
-        first = np.zeros(count, np.intp)
-        first[corners[::-1]] = np.arange(len(corners), 0, -1)
-        first[: len(coarse.vertices)] = -1
-        listed = np.argsort(first, kind="stable")
-        number = np.empty(count, np.int32)
-        number[listed] = np.arange(count, dtype=np.int32)
-        edges, middles = (np.concatenate(each) for each in zip(*self.splits, strict=True))
-        return Refined(
-            self.vertices.take(listed, axis=0),
-            self.normals.take(listed, axis=0),
-            number.take(triangles),
-            parts.parents.take(order),
-            _renamed(Splits(edges, middles), number),
-            coarse,
-            tolerance,
-        )
-
-    def _split(
-        self, edges: Edges, middles: _Middles, limit: float, progress: Progress
-    ) -> NDArray[np.int32]:
-        """Put vertices on the edges that are farther off than `limit`; their numbers, or -1 (E,).
-
-        Edges on the border have those that they had.
-        """
-        number = np.full(len(edges.ends), -1, np.int32)
-        chosen = np.flatnonzero(middles.off > limit)
-        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
-        points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
-        self.vertices = np.concatenate([self.vertices, points])
-        self.normals = np.concatenate([self.normals, normals])
-        self.splits.append(_in_order(names(edges.ends[chosen]), number[chosen]))
-        if self.known is not None and len(self.known.edges):
-            border = np.flatnonzero(edges.alone)
-            name = names(edges.ends[border])
-            place = np.searchsorted(self.known.edges, name)
-            found = self.known.edges.take(place, mode="clip") == name
-            number[border[found]] = self.known.middles[place[found]]
-        return number
-
-    def _settled(
-        self, ends: NDArray[np.int32], points: NDArray[np.float32], progress: Progress
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges."""
-        low, high = (self.vertices.take(end, axis=0) for end in ends.T)
-        along, normals = high - low, np.empty_like(points)
-        left = np.arange(len(points))
-        for step in range(STEPS):
-            off = np.empty(len(left), np.float32)
-            for begin in range(0, len(left), BATCH):
-                progress((step + begin / len(left)) / STEPS, "Refining the mesh")
-                part = left[begin : begin + BATCH]
-                reach = REACH * _length(along[part])
-                points[part], off[begin : begin + BATCH], normals[part] = _onto(
-                    self.field, points[part], along[part], reach
-                )
-            left = left[off > SETTLED * _length(along[left])[:, 0]]
-        return points, normals
-
-
-def _is_detailed(field: Field, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether there is detail of a level from FINE around points (N, 3)."""
-    found = np.zeros(len(points), bool)
-    for grid in field.detail.grids:
-        if grid.level >= FINE:
-            brick = cells_of(points, grid.level) // BRICK
-            found |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
-    return found
-
-
-def _onto(
-    field: Field,
-    points: NDArray[np.float32],
-    edges: NDArray[np.float32],
-    reach: NDArray[np.float32],
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Points (N, 3) after a Newton step onto f = 0 across their `edges` (N, 3) and no longer than
-    `reach` (N, 1); its length (N,), and the normals (N, 3) where they were.
-
-    Along its edge a point does not slide: the two halves would be of different length.
-    """
-    value, gradient = values_and_gradients(field, points)
-    slope = np.maximum(_length(gradient), FLAT)
-    normals = gradient / slope
-    along = edges / np.maximum(_length(edges), FLAT)
-    across = normals - np.einsum("na,na->n", normals, along)[:, None] * along
-    lean = _length(across)
-    step = np.where(lean > LEAN, across / np.maximum(lean, LEAN) ** 2, normals)
-    step *= value[:, None] / slope
-    distance = _length(step)
-    step *= np.minimum(1, reach / np.maximum(distance, FLAT))
-    return np.clip(points - step, -1, 1), np.minimum(distance, reach)[:, 0], normals
-
-
-def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.sqrt(np.einsum("na,na->n", vectors, vectors))[:, None]  # (N, 1)
-
-
-def _in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
-    order = np.argsort(edges)
-    return Splits(edges.take(order), middles.take(order))
-
-
-def _renamed(splits: Splits, number: NDArray[np.int32]) -> Splits:
-    """Splits after the vertices got another `number` (V,), of which those with -1 are gone."""
-    ends, middles = number.take(ends_of(splits.edges)), number.take(splits.middles)
-    left = (ends >= 0).all(axis=1) & (middles >= 0)
-    return _in_order(names(ends[left]), middles[left])
+def _numbered(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
+    """The mesh of `parts`, which are all that there are."""
+    order = np.argsort(parts.parents, kind="stable")
+    triangles = parts.triangles.take(order, axis=0)
+    # Vertices in the order in which triangles name them, whatever they were made after.
+    corners, count = triangles.ravel(), len(growth.vertices)
+    first = np.zeros(count, np.intp)
+    first[corners[::-1]] = np.arange(len(corners), 0, -1)
+    first[: len(coarse.vertices)] = -1
+    listed = np.argsort(first, kind="stable")
+    number = np.empty(count, np.int32)
+    number[listed] = np.arange(count, dtype=np.int32)
+    edges, middles = (np.concatenate(each) for each in zip(*growth.splits, strict=True))
+    return Refined(
+        growth.vertices.take(listed, axis=0),
+        growth.normals.take(listed, axis=0),
+        number.take(triangles),
+        parts.parents.take(order),
+        renamed(Splits(edges, middles), number),
+        coarse,
+        tolerance,
+    )
 
 
 def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> NDArray[np.int32]:

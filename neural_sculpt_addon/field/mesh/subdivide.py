@@ -107,6 +107,27 @@ def divided(parts: Parts, middles: NDArray[np.int32], vertices: NDArray[np.float
     return Parts.together(found)
 
 
+def halved(
+    triangles: NDArray[np.int32],
+    of_corners: NDArray[np.int32],
+    chosen: NDArray[np.bool_],
+    vertices: NDArray[np.float32],
+    middles: NDArray[np.float32],
+) -> NDArray[np.int32]:
+    """Triangles (U, 3) after the `chosen` (E,) of their edges were halved, wound as before.
+
+    of_corners: (T, 3), the edge from each corner to the next, see `find_edges`
+    vertices:   (V, 3)
+    middles:    (M, 3), of the chosen edges, in order: the vertices from number V on
+    """
+    number = np.where(chosen, len(vertices) - 1 + np.cumsum(chosen), -1).astype(np.int32)
+    number = number[of_corners]  # (T, 3)
+    marked = (number >= 0).any(axis=1)
+    parts = Parts.whole(triangles[marked], np.flatnonzero(marked).astype(np.int32))
+    parts = divided(parts, number[marked], np.concatenate([vertices, middles]))
+    return np.concatenate([triangles[~marked], parts.triangles])
+
+
 _Pattern = tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]
 """Triangles of six vertices, the corners 0 1 2 and the middles 3 4 5 of the edges that begin there,
 and which edges of which of these triangles are settled."""

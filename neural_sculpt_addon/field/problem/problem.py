@@ -24,7 +24,8 @@ from ...stroke.path import Path, locate
 from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals
 from ..field import Field
-from ..mesh.split import edges_of, split
+from ..mesh.edges import find_edges
+from ..mesh.subdivide import halved
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..projection import ARRIVED, project
@@ -164,29 +165,29 @@ class Problem:
         proxy = self.preparation.proxy
         corners = proxy.triangles[self._touched]
         some, triangles = np.unique(corners, return_inverse=True)
-        triangles = triangles.reshape(-1, 3).astype(np.int64)
+        triangles = triangles.reshape(-1, 3).astype(np.int32)
         vertices = proxy.vertices[some]
         before = Samples(vertices, normals(self.field, vertices))
         after, _ = self.move(before)
         finest = FINE_EDGE * self._radius
         for _ in range(DIVISIONS):
-            edges = edges_of(triangles)
+            ends, of_corners = find_edges(triangles)
             was, is_now = (
-                np.linalg.norm(np.subtract(*side.points[edges.ends.T]), axis=1)
+                np.linalg.norm(np.subtract(*side.points[ends.T]), axis=1)
                 for side in (before, after)
             )
             long = (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
             if not long.any() or len(before.points) > MOST_UNDER:
                 break
-            middles = before.points[edges.ends[long]].mean(axis=1)
+            middles = before.points[ends[long]].mean(axis=1)
 
             def bring(part: slice, start: NDArray[np.float32] = middles) -> Samples:
                 return Samples(*project(self.field, start[part], tolerance=ARRIVED)[:2])
 
-            triangles = split(triangles, edges, long, len(before.points))
+            triangles = halved(triangles, of_corners, long, before.points, middles)
             new = in_pieces(bring, len(middles), self.check)
             before, after = join([before, new]), join([after, self.move(new)[0]])
-        return before, after, triangles
+        return before, after, triangles.astype(np.int64)
 
     @cached_property
     def _touched(self) -> NDArray[np.bool_]:
