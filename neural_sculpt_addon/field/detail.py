@@ -303,6 +303,15 @@ class Detail:
         """The levels that exist, rising."""
         return tuple(grid.level for grid in self.grids)
 
+    def finest_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
+        """The finest level (N,) with a node in the cell of each of `points` (N, 3); COARSEST - 1
+        where there is none."""
+        finest = np.full(len(points), COARSEST - 1)
+        for level, part in self.coefficients.items():
+            some = np.isin(linear(cells_of(points, level), level), part.index)
+            finest[some] = np.maximum(finest[some], level)
+        return finest
+
     def up_to(self, level: int) -> "Detail":
         """This detail without levels that are finer."""
         return Detail(grid for grid in self.grids if grid.level <= level)

@@ -109,6 +109,10 @@ class Patch(NamedTuple):
     gradients: Array  # (N, 3), of what the field shall be there
     moved: NDArray[np.bool_]  # (N,)
 
+    def where(self, chosen: NDArray[np.bool_]) -> "Patch":
+        """Some of the points, `chosen` (N,)."""
+        return Patch(self.points[chosen], self.gradients[chosen], self.moved[chosen])
+
 
 def absorb(
     field: Field,
@@ -324,13 +328,18 @@ def bent(
     one, other = edges_of(triangles, len(vertices))
     along = vertices[other] - vertices[one]  # (E, 3)
     n, m = normals[one], normals[other]
-    bend = ((along * n).sum(1, keepdims=True) * n - (along * m).sum(1, keepdims=True) * m) / 8
-    middles = (vertices[one] + vertices[other]) / 2 - bend
+    middles = (vertices[one] + vertices[other]) / 2 - bend(along, n, m)
     return Patch(
         np.concatenate([vertices, middles]).astype(np.float32),
         np.concatenate([normals, unit(n + m)]).astype(np.float32),
         np.concatenate([moved, moved[one] | moved[other]]),
     )
+
+
+def bend(along: NDArray, n: NDArray, m: NDArray) -> NDArray:
+    """How far (E, 3) the straight middles of edges `along` (E, 3) are above the bent ones, see
+    `bent`; n, m: (E, 3), unit normals at both ends."""
+    return ((along * n).sum(1, keepdims=True) * n - (along * m).sum(1, keepdims=True) * m) / 8
 
 
 def edges_of(

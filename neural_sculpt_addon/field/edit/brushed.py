@@ -24,15 +24,17 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
 from ..detail import Coefficients, spacing, support
+from ..field import Field
 from ..fit.fit_detail import COARSEST
 from ..fit.fit_report import deviation
-from ..fit.mesh_cleanup import areas, normals, unit
+from ..fit.mesh_cleanup import areas, normals
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, update
 from ..mesh.surface import spatial_order
 from ..problem.prepare import Preparation
 from ..projection import ARRIVED, Projection, project
 from .absorb import Absorption, Patch, Tolerance, bent, finest_level, refuse_outside
+from .brushed_surface import Brushed, BrushedSurface, brushed_surface
 
 Array = NDArray[np.float32]
 
@@ -50,14 +52,6 @@ REACH = 3.0
 
 WITHIN = 0.5
 """Of an edge, the distance from the brushed triangles up to which they tell all of the surface."""
-
-
-class Brushed(NamedTuple):
-    """The triangles that a brush moved, and two rings around them that it did not."""
-
-    before: Array  # (P, 3), on the zero level
-    after: Array  # (P, 3)
-    triangles: NDArray[np.int32]  # (T, 3)
 
 
 class Snapped(NamedTuple):
@@ -89,36 +83,39 @@ def absorb_brushed(
     """
     start = time.monotonic()
     _check(brushed)
-    before, after, triangles = brushed
-    changed = (before != after).any(axis=1)
-    if not changed.any():
+    if not (brushed.before != brushed.after).any():
         raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
-    refuse_outside(after)
-    moved = changed.copy()
-    moved[triangles[changed[triangles].any(axis=1)]] = True
-    new = bent(after, triangles, moved)
-    origins = bent(before, triangles, moved).points[new.moved]
-    corners = after[triangles[moved[triangles].all(axis=1)]]
+    refuse_outside(brushed.after)
+    surface = brushed_surface(preparation.field, brushed)
     solution = Absorption(
         preparation.field,
-        _with_rest(new, brushed, origins, preparation.proxy),
-        _SignedDistance(brushed, changed),
-        finest_level(corners),
+        _with_rest(surface, preparation.proxy),
+        _SignedDistance(surface.brushed),
+        _finest(preparation.field, surface),
         np.random.default_rng(seed),
         sub_progress(progress, 0.0, 0.6),
-        origins,
+        surface.origins,
         CLOSE,
     )
-    done = _without_islands(preparation, solution, new, sub_progress(progress, 0.6, 0.9))
-    found = project(done.field, after)
-    wanted = unit(new.gradients[: len(after)])
+    done = _without_islands(preparation, solution, surface.patch, sub_progress(progress, 0.6, 0.9))
+    points, gradients, moved = surface.patch
+    found = project(done.field, points)
     report = {
-        **deviation(found.where(moved), after[moved], wanted[moved]),
+        **deviation(found.where(moved), points[moved], gradients[moved]),
         "components_before": preparation.proxy.components.total,
         "components_after": done.proxy.components.total,
         "seconds": time.monotonic() - start,
     }
-    return AbsorbedStroke(done, solution.layer, report, _snap(found, brushed, changed))
+    vertices = found.where(np.arange(len(points)) < len(brushed.after))
+    return AbsorbedStroke(done, solution.layer, report, _snap(vertices, brushed))
+
+
+def _finest(field: Field, surface: BrushedSurface) -> int:
+    """The finest level that the triangles can hold, and at least that of the detail they pass."""
+    triangles = surface.brushed.triangles
+    moved = surface.patch.moved[triangles].all(axis=1)
+    detail = int(field.detail.finest_at(surface.origins).max())
+    return max(finest_level(surface.brushed.after[triangles[moved]]), detail)
 
 
 def _check(brushed: Brushed) -> None:
@@ -160,13 +157,13 @@ def _without_islands(
 class _SignedDistance:
     """The signed distance to a surface of which a part was brushed."""
 
-    def __init__(self, brushed: Brushed, changed: NDArray[np.bool_]) -> None:
-        """changed: the vertices (P,) that were"""
+    def __init__(self, brushed: Brushed) -> None:
+        """Of these triangles."""
         self._after = brushed.after.astype(float)
         self._triangles = brushed.triangles.astype(np.int64)
         self._tree = igl.AABB()
         self._tree.init(self._after, self._triangles)
-        some = self._triangles[changed[self._triangles].any(axis=1)]
+        some = self._triangles[brushed.changed[self._triangles].any(axis=1)]
         both = np.concatenate([self._after, brushed.before.astype(float)])
         self._added = igl.FastWindingNumberBVH()
         some = np.concatenate([some, some[:, ::-1] + len(self._after)])
@@ -190,22 +187,24 @@ class _SignedDistance:
         return signed
 
 
-def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Patch:
+def _with_rest(surface: BrushedSurface, proxy: Proxy) -> Patch:
     """The brushed patch and, unmoved, what coarse levels reach of the surface beyond it."""
-    moved = np.concatenate([new.points[new.moved], origins])
-    deepest = float(np.linalg.norm(new.points[new.moved] - origins, axis=1).max())
+    new, brushed = surface.patch, surface.brushed
+    moved = np.concatenate([new.points[new.moved], surface.origins])
+    deepest = float(np.linalg.norm(new.points[new.moved] - surface.origins, axis=1).max())
     margin = REACH * max(spacing(COARSEST), deepest)
     low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
     inside = ((proxy.vertices > low) & (proxy.vertices < high)).all(axis=1)
+    used, corners = np.unique(
+        proxy.triangles[inside[proxy.triangles].any(axis=1)], return_inverse=True
+    )
+    rest = bent(proxy.vertices[used], corners.reshape(-1, 3), np.zeros(len(used), bool))
     tree = igl.AABB()
     before, triangles = brushed.before.astype(float), brushed.triangles.astype(np.int64)
     tree.init(before, triangles)
     edge = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
-    points = proxy.vertices[inside].astype(float)
-    inside[inside] = tree.squared_distance(before, triangles, points)[0] > (WITHIN * edge) ** 2
-    chosen = proxy.triangles[inside[proxy.triangles].all(axis=1)]
-    used, corners = np.unique(chosen, return_inverse=True)
-    rest = bent(proxy.vertices[used], corners.reshape(-1, 3), np.zeros(len(used), bool))
+    distance = tree.squared_distance(before, triangles, rest.points.astype(float))[0]
+    rest = rest.where(np.asarray(distance) > (WITHIN * edge) ** 2)
     return Patch(
         np.concatenate([new.points, rest.points]),
         np.concatenate([new.gradients, rest.gradients]),
@@ -213,11 +212,11 @@ def _with_rest(new: Patch, brushed: Brushed, origins: Array, proxy: Proxy) -> Pa
     )
 
 
-def _snap(found: Projection, brushed: Brushed, changed: NDArray[np.bool_]) -> Snapped | None:
+def _snap(found: Projection, brushed: Brushed) -> Snapped | None:
     """The vertices on the zero level, as `found`; None when triangles are stretched, or fold
     there."""
     before, after, triangles = brushed
-    vertices = np.where(changed[:, None], found.points, after)
+    vertices = np.where(brushed.changed[:, None], found.points, after)
     corners = vertices[triangles]  # (T, 3, 3)
     edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()

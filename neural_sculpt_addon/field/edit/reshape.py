@@ -16,24 +16,23 @@ from scipy.spatial import KDTree
 from ...common.errors import SculptError
 from ...common.progress import Progress
 from ...stroke.displacement import displace
-from ..detail import centres, places, spacing
 from ..evaluate import normals
-from ..mesh.edges import find_edges
-from ..mesh.subdivide import halved
+from ..mesh.subdivide import divide
 from ..mesh.surface import Samples
 from ..problem.problem import Laid, Problem
 from ..projection import ARRIVED, project
-from ..threads import in_pieces, join
-from .brushed import AbsorbedStroke, Brushed, absorb_brushed
+from ..threads import in_pieces
+from .brushed import AbsorbedStroke, absorb_brushed
+from .brushed_surface import Brushed
 from .fairing import goals
 
 REACH = 1.5
 """Radii from the path up to which the patch tells what the surface is like around the stroke."""
 
 FINE_EDGE, PER_CELL = 1 / 10, 0.4
-"""Of the radius, and of a cell of the finest detail: edges of the patch. The less counts."""
+"""Of the radius, and of a cell of the finest detail there: edges of the patch. The less counts."""
 
-DIVISIONS, MOST = 8, 25_000  # of the edges, and vertices about
+MOST = 25_000  # vertices, about
 STILL = 1e-6  # model units; what moves less is as it shall be
 RINGS = 2  # of triangles around those that move
 
@@ -94,21 +93,30 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
     )
     if not len(used):
         raise SculptError("There is no surface under the stroke. Draw it on the field.")
-    triangles, points = corners.reshape(-1, 3).astype(np.int32), proxy.vertices[used]
-    finest = _edge(problem, points)
-    for _ in range(DIVISIONS):
-        ends, of_corners = find_edges(triangles)
-        long = np.linalg.norm(np.subtract(*points[ends.T]), axis=1) > finest
-        if not long.any() or len(points) + np.count_nonzero(long) > MOST:
-            break
-        middles = points[ends[long]].mean(axis=1)
+    usual = min(
+        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.laid
+    )
 
-        def bring(part: slice, start: NDArray[np.float32] = middles) -> NDArray[np.float32]:
+    def is_long(one: _Places, other: _Places) -> NDArray[np.bool_]:
+        finest = field.detail.finest_at((one.points + other.points) / 2)
+        edge = np.linalg.norm(one.points - other.points, axis=1)
+        return edge > np.minimum(usual, PER_CELL * 2.0**-finest)
+
+    def middles(one: _Places, other: _Places) -> _Places:
+        start = (one.points + other.points) / 2
+
+        def bring(part: slice) -> NDArray[np.float32]:
             return project(field, start[part], tolerance=ARRIVED).points
 
-        triangles = halved(triangles, of_corners, long, points, middles)
-        points = join([points, in_pieces(bring, len(middles), problem.check)])
+        return _Places(in_pieces(bring, len(start), problem.check))
+
+    triangles = corners.reshape(-1, 3).astype(np.int32)
+    triangles, (points,) = divide(triangles, _Places(proxy.vertices[used]), is_long, middles, MOST)
     return Samples(points, normals(field, points)), triangles.astype(np.int64)
+
+
+class _Places(NamedTuple):
+    points: NDArray[np.float32]  # (N, 3)
 
 
 def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:
@@ -120,19 +128,6 @@ def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:
     near = np.isfinite(distance)
     upright = one.path.normals[np.where(near, nearest, 0)]
     return near & ((proxy.normals * upright).sum(axis=1) > 0)
-
-
-def _edge(problem: Problem, points: NDArray[np.float32]) -> float:
-    """Length of the edges that show the surface around points (N, 3)."""
-    finest = min(
-        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.laid
-    )
-    low, high = points.min(axis=0), points.max(axis=0)
-    for level, part in sorted(problem.field.detail.coefficients.items(), reverse=True):
-        nodes = centres(places(part.index, level), level)
-        if ((nodes > low) & (nodes < high)).all(axis=1).any():
-            return min(finest, PER_CELL * spacing(level))
-    return finest
 
 
 def _normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) -> NDArray[np.float32]:

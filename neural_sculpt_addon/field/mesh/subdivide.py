@@ -6,14 +6,19 @@ others by its two vertices, so the triangles on both sides of it split it alike,
 stays closed.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..threads import join
 from .edges import find_edges
 
+T = TypeVar("T", bound=tuple[NDArray[Any], ...])
+
 LOW = np.int64(2**32 - 1)
+DIVISIONS = 8  # of an edge at most
 
 
 class Parts(NamedTuple):
@@ -126,6 +131,36 @@ def halved(
     parts = Parts.whole(triangles[marked], np.flatnonzero(marked).astype(np.int32))
     parts = divided(parts, number[marked], np.concatenate([vertices, middles]))
     return np.concatenate([triangles[~marked], parts.triangles])
+
+
+def divide(
+    triangles: NDArray[np.int32],
+    vertices: T,
+    is_long: Callable[[T, T], NDArray[np.bool_]],
+    middles: Callable[[T, T], T],
+    most: int,
+) -> tuple[NDArray[np.int32], T]:
+    """Triangles (T, 3) and vertices after edges were halved, time and again, until none is long.
+
+    vertices: a tuple of arrays with a row for each, the first one (V, 3) their places
+    is_long:  which edges (E,) are, by the vertices at both ends, with a row for each edge
+    middles:  the vertices in the middle of edges, by those at both ends
+    most:     vertices at most, about
+    """
+    for _ in range(DIVISIONS):
+        ends, of_corners = find_edges(triangles)
+        long = is_long(*(rows(vertices, end) for end in ends.T))
+        if not long.any() or len(vertices[0]) + np.count_nonzero(long) > most:
+            break
+        new = middles(*(rows(vertices, end) for end in ends[long].T))
+        triangles = halved(triangles, of_corners, long, vertices[0], new[0])
+        vertices = join([vertices, new])
+    return triangles, vertices
+
+
+def rows(arrays: T, chosen: NDArray) -> T:
+    """The chosen rows of each array of a named tuple."""
+    return type(arrays)(*(array[chosen] for array in arrays))
 
 
 _Pattern = tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]

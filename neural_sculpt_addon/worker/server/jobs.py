@@ -170,7 +170,8 @@ class Jobs:
         <snapped, snapped_normals>: the vertices on the new field, or <proxy> when `remesh` says so,
         or the triangles do not show the field well.
         """
-        from ...field.edit.brushed import Brushed, absorb_brushed
+        from ...field.edit.brushed import absorb_brushed
+        from ...field.edit.brushed_surface import Brushed
 
         before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
         result = absorb_brushed(

@@ -7,12 +7,16 @@ import pytest
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.detail import SUPPORT, cells_of, linear, support
 from neural_sculpt_addon.field.edit.absorb import absorb
-from neural_sculpt_addon.field.edit.brushed import Brushed, absorb_brushed
+from neural_sculpt_addon.field.edit.brushed import absorb_brushed
+from neural_sculpt_addon.field.edit.brushed_surface import Brushed
+from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.mesh.surface import sample_surface
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.projection import find_surface
+from neural_sculpt_addon.stroke.stroke import Stroke
 
 
 def cut(before, after, triangles):
@@ -112,3 +116,48 @@ def test_what_cannot_be_absorbed_says_why(shape):
         absorb_brushed(preparation, brushed._replace(after=brushed.before))
     with pytest.raises(SculptError, match="leaves the box"):
         absorb_brushed(preparation, brushed._replace(after=3 * brushed.after))
+
+
+@pytest.fixture(scope="module")
+def engraved():
+    """A ball with a wave that is narrower than two cells of the proxy of 128 cells."""
+    preparation = prepare(primitive("sphere"))
+    angle = np.linspace(0, 1, 30)
+    points = 0.6 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    brush = {"radius": 0.022, "intensity": 0.012}
+    stroke = Stroke.from_json({"points": points.tolist(), "seed": 1, "name": "", **brush})
+    return sculpt(preparation, stroke).preparation
+
+
+MIDDLE = 0.6 * np.array([np.cos(0.5), np.sin(0.5), 0])  # of the wave
+
+
+def test_what_is_finer_than_the_proxy_goes_along(engraved):
+    way = np.array([0.03, -0.03, 0.04])
+
+    def moved(points):
+        share = np.linalg.norm(points - MIDDLE, axis=1) / 0.25
+        return (points + (np.clip(1 - share**2, 0, None) ** 2)[:, None] * way).astype(np.float32)
+
+    proxy = engraved.proxy
+    _, brushed = cut(proxy.vertices, moved(proxy.vertices), proxy.triangles)
+    done = absorb_brushed(engraved, brushed)
+    points = sample_surface(engraved.field, proxy, 60_000, 3).points
+    points = points[np.linalg.norm(points - MIDDLE, axis=1) < 0.2]
+    distance = find_surface(done.preparation.field, moved(points)).distance
+    assert distance.mean() < 4e-5
+    assert np.percentile(distance, 95) < 1.2e-4
+
+
+def test_what_a_brush_flattens_is_gone_between_the_vertices(engraved):
+    proxy = engraved.proxy
+    inner = np.linalg.norm(proxy.vertices - MIDDLE, axis=1) < 0.15
+    size = np.linalg.norm(proxy.vertices, axis=1, keepdims=True)
+    ball = np.where(inner[:, None], 0.6 * proxy.vertices / size, proxy.vertices)
+    _, brushed = cut(proxy.vertices, ball.astype(np.float32), proxy.triangles)
+    done = absorb_brushed(engraved, brushed)
+    points = sample_surface(done.preparation.field, done.preparation.proxy, 100_000, 3).points
+    points = points[np.linalg.norm(points - MIDDLE, axis=1) < 0.12]
+    off = np.abs(np.linalg.norm(points, axis=1) - 0.6)
+    assert off.mean() < 1e-4
+    assert np.percentile(off, 99) < 1e-3

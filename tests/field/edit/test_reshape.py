@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.checkpoint import load
 from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct, quantised, support
 from neural_sculpt_addon.field.detail import linear as number
 from neural_sculpt_addon.field.edit.edit import sculpt
@@ -19,6 +20,7 @@ from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.path import make_path
 from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 from tests.field.analytic import ball
+from tests.field.networks import PACKED
 
 RADIUS = 0.5
 ROUGHNESS, LEVEL = 4e-3, 6
@@ -187,3 +189,12 @@ def test_without_strength_it_is_refused(rough):
 def test_other_solvers_refuse(smooth, solver):
     with pytest.raises(SculptError, match="Use the solver local"):
         sculpt(smooth, meridian(Kind.SMOOTH), solver=solver)
+
+
+def test_beyond_a_sharp_edge_nothing_turns():
+    preparation = prepare(load(PACKED / "gear.pth"))
+    along = [[0.5, 0.38, 0.05], [0.47, 0.46, 0.02], [0.53, 0.52, -0.04], [0.58, 0.58, -0.11]]
+    points = np.array([*along, [0.57, 0.62, -0.2], [0.53, 0.59, -0.26]])
+    stroke = Stroke(points, Brush(0.13, 0.5), kind=Kind.SMOOTH)
+    report = sculpt(preparation, stroke).report()
+    assert report["untouched_normal_max"] < 6

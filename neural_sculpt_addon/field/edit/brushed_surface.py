@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The surface that a brush of Blender's asks for, by the triangles that it moved.
+
+    triangles before and after -> divided until they show the field's detail -> a patch of samples
+
+Vertices of a proxy tell less than the field knows: detail lies between them. What a brush moves as
+a whole takes its detail along; what it smooths, scrapes or flattens loses as much of the detail as
+of the shape that the vertices have. Model space. See docs/method.md, section 6.
+"""
+
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..field import Field
+from ..fit.mesh_cleanup import unit
+from ..mesh.edges import find_edges
+from ..mesh.subdivide import divide, rows
+from ..projection import ARRIVED, project
+from ..threads import join
+from .absorb import HELD, Patch, bend
+
+Array = NDArray[np.float32]
+
+MOST = 25_000  # vertices, about
+
+
+class Brushed(NamedTuple):
+    """The triangles that a brush moved, and two rings around them that it did not."""
+
+    before: Array  # (P, 3), on the zero level
+    after: Array  # (P, 3)
+    triangles: NDArray[np.int32]  # (T, 3)
+
+    @property
+    def changed(self) -> NDArray[np.bool_]:
+        """Which vertices (P,) were moved."""
+        return (self.before != self.after).any(axis=1)
+
+
+class BrushedSurface(NamedTuple):
+    """What the brush asks for.
+
+    brushed: the triangles, divided; the vertices that there were come first
+    patch:   the vertices and then the middles of edges, with those moved that are near what was
+    origins: (M, 3), where the moved points of the patch were
+    """
+
+    brushed: Brushed
+    patch: Patch
+    origins: Array
+
+
+def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
+    """What a brush asks of a field."""
+
+    def is_long(one: _Vertices, other: _Vertices) -> NDArray[np.bool_]:
+        edge = np.linalg.norm(one.before - other.before, axis=1)
+        return edge > HELD * 2.0 ** -field.detail.finest_at((one.before + other.before) / 2)
+
+    def middles(one: _Vertices, other: _Vertices) -> _Vertices:
+        return _middles(field, one, other)
+
+    triangles, vertices = divide(
+        brushed.triangles, _vertices(field, brushed), is_long, middles, MOST
+    )
+    fine = Brushed(vertices.before, vertices.after, triangles)
+    moved = fine.changed
+    moved[triangles[moved[triangles].any(axis=1)]] = True
+    one, other = find_edges(triangles)[0].T
+    both = join([vertices, middles(rows(vertices, one), rows(vertices, other))])
+    moved = np.concatenate([moved, moved[one] | moved[other]])
+    return BrushedSurface(fine, Patch(both.after, both.upright, moved), both.before[moved])
+
+
+class _Vertices(NamedTuple):
+    """What is known of vertices, and of the middles of edges.
+
+    upright:    the unit normals that are asked for
+    was, is_now: unit normals of the triangles before and after
+    kept:        the share of the shape around them that the brush has left
+    """
+
+    before: Array  # (N, 3)
+    after: Array  # (N, 3)
+    upright: Array  # (N, 3)
+    was: Array  # (N, 3)
+    is_now: Array  # (N, 3)
+    kept: Array  # (N, 1)
+
+
+def _vertices(field: Field, brushed: Brushed) -> _Vertices:
+    before, after, triangles = brushed
+    was, is_now = (
+        np.nan_to_num(igl.per_vertex_normals(each, triangles)).astype(np.float32)
+        for each in (before, after)
+    )
+    kept = _kept_shape(before, after, triangles)[:, None]
+    upright = unit(is_now + kept * (project(field, before, steps=1).normals - was))
+    return _Vertices(before, after, upright, was, is_now, kept)
+
+
+def _middles(field: Field, one: _Vertices, other: _Vertices) -> _Vertices:
+    """The middles of edges, by both ends: bent as the normals say, and as far off that as the field
+    was before, by the share that is kept."""
+    halfway = _Vertices(*((a + b) / 2 for a, b in zip(one, other, strict=True)))
+    true = project(field, halfway.before, tolerance=ARRIVED)
+    was, is_now, kept = unit(halfway.was), unit(halfway.is_now), halfway.kept
+    old = halfway.before - bend(other.before - one.before, one.was, other.was)
+    smooth = halfway.after - bend(other.after - one.after, one.is_now, other.is_now)
+    after = smooth + kept * (true.points - old)
+    upright = unit(is_now + kept * (true.normals - was))
+    ends = np.stack([(end.before == end.after).all(axis=1) for end in (one, other)])
+    stays = ends.all(axis=0)[:, None]
+    return _Vertices(
+        true.points,
+        np.where(stays, true.points, after),
+        np.where(stays, true.normals, upright),
+        was,
+        is_now,
+        kept,
+    )
+
+
+def _kept_shape(before: Array, after: Array, triangles: NDArray[np.int32]) -> Array:
+    """The share (P,), at most 1, of the shape around vertices that is left: how far they are from
+    the middle of their neighbours, all in a ring together."""
+    around = igl.adjacency_matrix(triangles)
+    count = np.asarray(around.sum(axis=1)).ravel()[:, None]
+
+    def shape(points: Array) -> NDArray[np.float64]:
+        away = ((around @ points / count - points) ** 2).sum(axis=1)
+        return away + around @ away
+
+    share = shape(after) / np.maximum(shape(before), 1e-30)
+    return np.sqrt(np.minimum(share, 1)).astype(np.float32)
