@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +30,7 @@ from ..mesh.subdivide import halved
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..projection import ARRIVED, project
-from ..threads import in_pieces, join
+from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume, bounding, crossings
 from .lay import lay
 from .prepare import Preparation
@@ -211,6 +212,26 @@ class Problem:
         vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
         both = np.concatenate([displaced, held + len(moved.points)])
         return vertices, both, np.arange(len(both)) < len(displaced)
+
+    def distance_at_folds(self, points: NDArray[np.float32]) -> Array:
+        """Distance (N,) of any points (N, 3) from the surface that is asked for, where that runs
+        through itself."""
+        tree, vertices, triangles = self._asked_tree
+
+        def measure(part: slice) -> Array:
+            square = tree.squared_distance(vertices, triangles, points[part].astype(float))[0]
+            return np.sqrt(np.asarray(square))
+
+        return in_pieces(measure, len(points), self.check, light=True, size=SEARCHED)
+
+    @cached_property
+    def _asked_tree(self) -> tuple[igl.AABB, Array, NDArray[np.int64]]:
+        """Of `asked_triangles`, with its vertices and triangles."""
+        surface, triangles, _ = self.asked_triangles()
+        tree, vertices = igl.AABB(), surface.points.astype(float)
+        self.check()
+        tree.init(vertices, triangles)
+        return tree, vertices, triangles
 
     def bounding_nothing(self) -> tuple[Samples, Samples]:
         """Vertices of the surface under the stroke that bound nothing once they are displaced, and

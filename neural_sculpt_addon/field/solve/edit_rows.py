@@ -10,9 +10,9 @@ around    f(x) = signed distance     in the middle of each active cell, and of c
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample.
-Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and
-where a plane contradicts them, as beside an edge, it is the distance from the sample itself; at
-most a cell, or f0 where its side stays. Model space.
+Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and it
+is the distance from the triangles asked for: at most a cell, or f0 where its side stays. Model
+space.
 """
 
 import numpy as np
@@ -156,28 +156,22 @@ class EditedSurface:
         def was(some: NDArray[np.intp]) -> NDArray[np.float32]:
             return values(self._problem.field, points[some]) if f0 is None else f0[some]
 
-        def measure(
-            part: slice,
-        ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
-            away, nearest = self._tree.query(points[part])
-            nearest = np.asarray(nearest)
+        def measure(part: slice) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+            nearest = np.asarray(self._tree.query(points[part])[1])
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
-            moved = (sample.points != before.points[nearest]).any(axis=1)
-            return plane, moved, np.asarray(away, np.float64)
+            return plane, (sample.points != before.points[nearest]).any(axis=1)
 
-        wanted, moved, away = in_pieces(measure, len(points), self._problem.check)
+        wanted, moved = in_pieces(measure, len(points), self._problem.check)
         kept = np.flatnonzero(~moved)
         wanted[kept] = was(kept)
         if self._swept is not None:
             near = np.flatnonzero(self._swept.near(points))
             f0_near = was(near)
             inside = (f0_near < 0) + self._swept.winding(points[near]) > BURIED
-            wrong = (wanted[near] < 0) != inside
             sides = np.where(inside, -1, 1)
-            wanted[near[wrong]] = (sides * away[near])[wrong]
             most = np.maximum(sides * f0_near, spacing(level))
-            wanted[near] = np.clip(wanted[near], -most, most)
+            wanted[near] = sides * np.minimum(self._problem.distance_at_folds(points[near]), most)
         return points, wanted.astype(np.float32)
 
     def _preserved(

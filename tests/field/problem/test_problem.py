@@ -291,3 +291,20 @@ def test_a_volume_tells_inside_from_outside_only_where_planes_do_not(preparation
         [-1, -1, 0],
         atol=0.1,
     )
+
+
+def test_distances_in_a_hole_are_those_from_its_wall():
+    """A dab through a thin lens, whose faces are all but level there. Triangles at the wall's end
+    have edges of a sixteenth of the radius, and reach beyond it by half of that."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    brush = Brush(0.15, -0.2)
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), brush))
+    away = np.linspace(0, 0.15, 2001)
+    face = 0.05 * np.sqrt(1 - (away / 0.5) ** 2)
+    floor = face - 0.2 * brush.profile(away / 0.15)
+    left = floor > -face
+    points = np.stack([np.linspace(0, 0.08, 9), np.zeros(9), np.linspace(0.03, -0.03, 9)], axis=1)
+    there = np.hypot(points[:, :1] - away[left], points[:, 2:] - floor[left]).min(axis=1)
+    np.testing.assert_allclose(
+        problem.distance_at_folds(points.astype(np.float32)), there, atol=0.15 / 32
+    )
