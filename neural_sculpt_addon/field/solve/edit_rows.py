@@ -230,7 +230,7 @@ def _on_surface(field: Field, surface: Samples, level: int, random: np.random.Ge
         np.zeros_like(f),
         -f,
         np.ones_like(f),
-        surface.points,
+        np.arange(len(f)),
         directions.astype(np.float32),
         slopes.astype(np.float32),
         np.full(len(f), STEEP * spacing(level), np.float32),

@@ -256,7 +256,7 @@ class LocalEdit:
 
         on_surface = rows.targets == 0
         off = count(rows.points[on_surface & (np.abs(rows.residuals) > MISSED)])
-        tilted = count(rows.at[np.abs(rows.slopes) > TILTED])
+        tilted = count(rows.points[rows.at[np.abs(rows.slopes) > TILTED]])
         share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
         most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
         return np.sort(active[most[share[most] > SHARE]])
