@@ -18,6 +18,7 @@ depend on its order, and taking a layer away again leaves no trace. Model space.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -153,11 +154,16 @@ def support(coefficients: Coefficients) -> NDArray[np.int32]:
     size = cells_per_axis(SUPPORT)
     reached = np.zeros(size**3, bool)
     for level, part in coefficients.items():
-        # A node reaches the cells beside its own. Of three fine cells in a row, the outer two lie
-        # in all coarse cells that the row meets.
-        around = 2 * block(0, 2) - 1 if level > SUPPORT else block(-1, 2)
-        cells = (places(part.index, level)[:, None] + around).reshape(-1, 3) - MARGIN
-        cells >>= max(level - SUPPORT, 0)
+        cells = places(part.index, level) - MARGIN
+        if level > SUPPORT:
+            # A node reaches the cells beside its own. Of three fine cells in a row, the outer two
+            # lie in all coarse cells that the row meets.
+            ends = [(cells + side >> level - SUPPORT) + MARGIN for side in (-1, 1)]
+            x, y, z = zip(*((end * (size * size, size, 1)).T for end in ends), strict=True)
+            for corner in product(x, y, z):
+                reached[sum(corner)] = True
+            continue
+        cells = (cells[:, None] + block(-1, 2)).reshape(-1, 3)
         for _ in range(SUPPORT - level):  # the eight children
             cells = np.unique(cells, axis=0)
             cells = (2 * cells[:, None] + block(0, 2)).reshape(-1, 3)
@@ -180,29 +186,31 @@ class Grid:
 
     @staticmethod
     def empty(level: int, dtype: torch.dtype = torch.float32) -> "Grid":
-        """A grid without nodes."""
+        """A grid without nodes. One number stands for all of its table."""
         size = cells_per_axis(level) // BRICK
-        table = torch.full((size,) * 3, -1, dtype=torch.int32)
+        table = torch.full((1, 1, 1), -1, dtype=torch.int32).expand((size,) * 3)
         return Grid(level, table, torch.empty((0, _HALO**3), dtype=dtype))
 
     def plus(self, index: NDArray[np.int32], values: NDArray) -> "Grid":
         """This grid with `values` (N,) added at the nodes `index` (N,), none at its very edge."""
-        cells = places(index, self.level)
-        brick, place = cells // BRICK, cells % BRICK + 1
-        for axis in np.eye(3, dtype=np.int32):  # beside another brick a node lies in its halo, too
-            for end, step in ((1, -1), (BRICK, 1)):
-                some = np.flatnonzero(place @ axis == end)
-                brick = np.concatenate([brick, brick[some] + step * axis])
-                place = np.concatenate([place, place[some] - step * BRICK * axis])
-                values = np.concatenate([values, values[some]])
         table = self.table.numpy().copy()
-        flat = table.reshape(-1)
-        homes = brick @ (len(table) ** 2, len(table), 1)
-        new = np.unique(homes[flat[homes] < 0])
+        size, flat = len(table), table.reshape(-1)
+        x, y, z = places(index, self.level).T
+        home = (x // BRICK * size + y // BRICK) * size + z // BRICK
+        spot = ((x % BRICK + 1) * _HALO + y % BRICK + 1) * _HALO + z % BRICK + 1
+        # Beside another brick a node lies in its halo, too.
+        for stride, step in ((size * size, _HALO * _HALO), (size, _HALO), (1, 1)):
+            place = spot // step % _HALO
+            for end, side in ((1, -1), (BRICK, 1)):
+                some = np.flatnonzero(place == end)
+                home = np.append(home, home[some] + side * stride)
+                spot = np.append(spot, spot[some] - side * BRICK * step)
+                values = np.append(values, values[some])
+        new = np.unique(home[flat[home] < 0])
         flat[new] = len(self.bricks) + np.arange(len(new), dtype=np.int32)
         bricks = np.zeros((len(self.bricks) + len(new), _HALO**3), self.bricks.numpy().dtype)
         bricks[: len(self.bricks)] = self.bricks.numpy()
-        bricks[flat[homes], place @ (_HALO * _HALO, _HALO, 1)] += values
+        bricks.reshape(-1)[flat[home] * _HALO**3 + spot] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
 
     def nodes(self) -> Level:
@@ -247,7 +255,7 @@ def around(grids: Sequence[Grid], x: Tensor) -> Around:
     cell = torch.minimum(place.to(torch.int64), ends - 1)  # (L, 3, N)
     bx, by, bz = (cell // BRICK).unbind(1)  # (L, N) each
     homes = (bx * sizes + by) * sizes + bz
-    rows = torch.stack([g.table.view(-1)[home] for g, home in zip(grids, homes, strict=True)])
+    rows = torch.stack([g.table.reshape(-1)[home] for g, home in zip(grids, homes, strict=True)])
     grid, point = torch.nonzero(rows >= 0, as_tuple=True)
     cell, place = cell[grid, :, point].T, place[grid, :, point].T  # (3, M)
     ix, iy, iz = cell % BRICK

@@ -8,7 +8,6 @@ Model space.
 """
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -18,7 +17,7 @@ from torch import Tensor
 
 from ..common.progress import look
 from .network import Siren
-from .threads import parallel
+from .threads import parallel, shares
 
 CHUNK = 2048
 GRADIENT_CHUNK = 1536  # takes three times the memory
@@ -87,9 +86,7 @@ def _in_chunks(
     evaluate: Callable[[slice], None], count: int, size: int, device: torch.device
 ) -> None:
     """Let `evaluate` do all of `count` points, in equal chunks of `size` at most."""
-    chunks = -(-count // size)
-    ends = [count * number // max(chunks, 1) for number in range(chunks + 1)]
-    parts = [slice(*pair) for pair in pairwise(ends)]
+    parts = shares(count, size)
 
     def task(part: slice) -> None:
         look()

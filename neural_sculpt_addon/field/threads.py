@@ -68,6 +68,15 @@ def parallel(task: Callable[[S], T], parts: Iterable[S]) -> list[T]:
     return [task(part) for part in parts] if in_pool() else list(_ahead(task, list(parts)))
 
 
+def shares(count: int, size: int) -> list[slice]:
+    """`count` points in equal parts of `size` at most. Their number is even where there are more
+    points than PIECE: of three parts two threads do two and one, and one of them waits."""
+    parts = -(-count // size)
+    if count > PIECE:
+        parts += parts % 2
+    return [slice(i * count // parts, (i + 1) * count // parts) for i in range(parts)]
+
+
 def in_pieces(
     task: Callable[[slice], T],
     count: int,
@@ -86,8 +95,7 @@ def in_pieces(
     check()
     if count <= min(size, SMALL):
         return task(slice(0, count))
-    pieces = -(-count // size)
-    parts = [slice(i * count // pieces, (i + 1) * count // pieces) for i in range(pieces)]
+    parts = shares(count, size)
     done = []
     results = (task(part) for part in parts) if light else _ahead(task, parts)
     with closing(results):

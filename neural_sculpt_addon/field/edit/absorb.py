@@ -261,7 +261,8 @@ def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     count = len(rows.at)  # value rows on the surface come first
     off = np.abs(rows.residuals[:count]) > tolerance.distance
     off |= np.abs(rows.slopes) > tolerance.slope
-    cells, place = np.unique(linear(cells_of(rows.at, level), level), return_inverse=True)
+    lies_in = linear(cells_of(rows.points[:count], level), level)
+    cells, place = np.unique(lies_in, return_inverse=True)
     return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
 
 
@@ -416,7 +417,7 @@ def _rows(
         targets=targets,
         residuals=residuals,
         weights=weights.astype(np.float32),
-        at=at,
+        at=np.arange(len(at)),
         along=along,
         slopes=slopes,
         steep=np.full(len(at), SLOPE * h, np.float32),

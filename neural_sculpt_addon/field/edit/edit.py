@@ -18,7 +18,7 @@ from ...common.progress import Progress, rising, silent, sub_progress
 from ...stroke.stroke import Kind, Stroke
 from ..detail import Coefficients, spacing, support
 from ..field import Field
-from ..mesh.pieces import Asked, components, find_islands
+from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, extract, update
 from ..mesh.surface import Samples
 from ..problem import metrics
@@ -162,7 +162,7 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
         seconds, field = time.perf_counter() - started, edit.field
         proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
-        if repairs == REPAIRS or components(proxy) == components(before.proxy):
+        if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
             return done
         held = before.surface.points[problem.untouched(before.surface)]
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))

@@ -251,7 +251,7 @@ def _rows(
         targets=np.concatenate([np.zeros(len(on.points)), target]).astype(np.float32),
         residuals=residuals,
         weights=weights.astype(np.float32),
-        at=on.points,
+        at=np.arange(len(on.points)),
         along=tangent,
         slopes=-(on.gradient * tangent).sum(axis=1),
         steep=np.full(len(on.points), SLOPE * h, np.float32),

@@ -206,7 +206,7 @@ def _rows(
         targets=target,
         residuals=target - values(field, points),
         weights=np.ones(len(points), np.float32),
-        at=none,
+        at=np.empty(0, np.intp),
         along=none,
         slopes=none[:, 0],
         steep=none[:, 0],

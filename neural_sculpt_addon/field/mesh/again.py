@@ -3,7 +3,7 @@
 
 All other cells are kept with the values at their corners. What the search has in common with them
 it takes from them, so the result is exactly that of one lattice: closed wherever the surface is.
-Cells and points are named as in `cells`.
+Cells and points are named as in `lattice`.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
 from ..field import Field
-from .cells import UNKNOWN, ActiveCells, Search, clearance, corner_steps
+from .cells import find_beside
+from .lattice import ActiveCells, corner_steps
 
 
 class FoundAgain(NamedTuple):
@@ -40,45 +41,14 @@ def find_again(
     corners = corner_steps(known.cells)[:, None]  # (8, 1)
     neighbours = np.unique(corners - corners.T)[:, None]  # (27, 1)
     touched = np.isin(known.index, known.index[changed] + neighbours, kind="table")
-    search = _SearchAgain(known, ~touched, field, progress)
-    seeds = search.unseen(np.unique(np.concatenate([known.index[touched], guesses])))
-    corners = seeds + search.corners  # (8, S)
-    search.evaluate(search.distinct(corners))
-    found = search.flood(seeds[clearance(search.flat.take(corners)) < 0])
-
     kept, count = np.flatnonzero(~touched), len(known.index)
-    index = np.concatenate([known.index.take(kept), found.index])
+    held = ActiveCells(known.cells, known.index.take(kept), known.values.take(kept, axis=1))
+    seeds = np.unique(np.concatenate([known.index[touched], guesses]))
+    found = find_beside(held, seeds, field, progress)
+
+    index = np.concatenate([held.index, found.index])
     order = np.argsort(index, kind="stable")  # quick, because they are two rising runs
     source = np.concatenate([kept, count + np.arange(len(found.index))]).take(order)
-    values = np.concatenate([known.values, found.values], axis=1).take(source, axis=1)
+    values = np.concatenate([held.values, found.values], axis=1).take(order, axis=1)
     active = ActiveCells(known.cells, index.take(order), values)
     return FoundAgain(active, source >= count, touched)
-
-
-class _SearchAgain(Search):
-    """A search among `known` cells, of which some are `kept` (A,)."""
-
-    def __init__(
-        self, known: ActiveCells, kept: NDArray[np.bool_], field: Field, progress: Progress
-    ) -> None:
-        super().__init__(field, known.cells, progress)
-        self.known, self.kept = known, kept
-
-    def unseen(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Those of `cells` (A,) that are neither kept nor reached yet."""
-        cells = super().unseen(cells)
-        return cells[~self._find(cells)[1]]
-
-    def evaluate(self, points: NDArray[np.int32]) -> None:
-        """Make the field known at the lattice points (P,), each once: kept values stay."""
-        points = points.compress(self.flat.take(points) == UNKNOWN)
-        for step, value in zip(self.corners.ravel(), self.known.values, strict=True):
-            row, kept = self._find(points - step)
-            self.flat[points[kept]] = value.take(row[kept])
-        super().evaluate(points)
-
-    def _find(self, cells: NDArray[np.int32]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """Where each of `cells` (N,) is among the known ones, and whether it is kept."""
-        row = np.searchsorted(self.known.index, cells)
-        found = self.known.index.take(row, mode="clip") == cells
-        return row, found & self.kept.take(row, mode="clip")

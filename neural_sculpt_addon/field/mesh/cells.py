@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The lattice cells that the surface passes through, found without evaluating all the others.
 
-A lattice of `cells` cells per axis spans the box [-1, 1]^3 of model space. A cell is active when
-its eight corners disagree in sign; marching cubes needs those cells and no other. Two steps find
-them:
+Marching cubes needs the active cells and no other. Two steps find them:
 
 1. An octree over the lattice's own points. A block of cells is divided if its corners change sign,
    or if they are so close to the surface that it may hide between them; of its children those go on
@@ -15,11 +13,9 @@ them:
 
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
-Cells and points are linear indices into the ringed lattice, n = cells + 3 points per axis; a cell
-is named by its lowest corner.
+Cells and points are named as in `lattice`.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +25,7 @@ from ...common.errors import SculptError
 from ...common.progress import Progress, silent
 from ..evaluate import values
 from ..field import Field
+from .lattice import CORNERS, ActiveCells, codes_of, corner_steps, places, steps
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
@@ -36,7 +33,6 @@ WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the desce
 CROSSED, HIDING = 1, 6  # margins of f, in squares of a block's edge, as measured
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
-CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # (8, 3)
 
 # Whether the corners of a face disagree, for each sign code: (axis, side) -> (256,).
 _CODE_BITS = np.arange(256)[:, None] >> np.arange(8) & 1  # (256, 8)
@@ -47,48 +43,29 @@ _MIXED_FACE = {
 }
 
 
-@dataclass(frozen=True)
-class ActiveCells:
-    """All active cells of a lattice of `cells` cells per axis of the box [-1, 1]^3."""
-
-    cells: int
-    index: NDArray[np.int32]  # (A,), rising
-    values: NDArray[np.float32]  # (8, A), f at the corners; never zero
-
-    @property
-    def spacing(self) -> float:
-        """Edge of a cell in model space."""
-        return 2 / self.cells
-
-    @cached_property
-    def codes(self) -> NDArray[np.uint8]:
-        """Signs of the corners (A,): bit c is set when corner c is inside."""
-        return _codes(self.values)
-
-
-def steps(cells: int) -> NDArray[np.int32]:
-    """Index steps along each axis (3,) of a lattice of `cells` cells per axis."""
-    n = cells + 3
-    return np.array([n * n, n, 1], np.int32)
-
-
-def corner_steps(cells: int) -> NDArray[np.int32]:
-    """Index steps (8,) from a cell to its corners."""
-    return (CORNERS @ steps(cells)).astype(np.int32)
-
-
-def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
-    """The three coordinates (3, P) of `points` (P,) in a lattice of `cells` cells per axis."""
-    n = np.int32(cells + 3)
-    column = points // n
-    x = column // n
-    return np.stack([x, column - n * x, points - n * column])
-
-
 def find_active(field: Field, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `field`. SculptError when it yields values that are not finite."""
     search = Search(field, cells, progress)
     return search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
+
+
+def find_beside(
+    kept: ActiveCells, seeds: NDArray[np.int32], field: Field, progress: Progress = silent
+) -> ActiveCells:
+    """The active cells of `field` among `seeds` (S,), rising, and those that a flood finds from
+    there: none of the `kept` ones, which stay as they are, with the values at their corners.
+
+    Away from the seeds and the cells beside them the field must be what it was.
+    """
+    search = Search(field, kept.cells, progress)
+    if len(seeds):
+        beside = int(search.steps.sum())
+        ends = np.searchsorted(kept.index, (seeds[0] - beside, seeds[-1] + beside + 1))
+        index = kept.index[slice(*ends)]
+        search.seen[index] = True
+        for step, known in zip(search.corners.ravel(), kept.values, strict=True):
+            search.flat[index + step] = known[slice(*ends)]
+    return search.flood(search.crossed(search.unseen(seeds)))
 
 
 class Search:
@@ -101,7 +78,7 @@ class Search:
         self.field, self.cells, self.progress = field, cells, progress
         self.n = cells + 3
         self.flat = np.zeros(self.n**3, np.float32)
-        self.seen = np.zeros(self.n**3, bool)  # cells that are active
+        self.seen = np.zeros(self.n**3, bool)  # cells that are known to be active
         self.steps = steps(cells)
         self.corners = corner_steps(cells)[:, None]  # (8, 1)
         self.spacing = 2 / cells
@@ -161,8 +138,11 @@ class Search:
         points = points[self.flat[points] < 0]
         place = places(points, self.cells)
         points = points[((place == 1) | (place == self.cells + 1)).any(axis=0)]
-        cells = np.unique(points - self.corners)
-        corners = cells + self.corners
+        return self.crossed(np.unique(points - self.corners))
+
+    def crossed(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Those of `cells` (A,), each there once, that are active."""
+        corners = cells + self.corners  # (8, A)
         self.evaluate(self.distinct(corners))
         return cells[clearance(self.flat.take(corners)) < 0]
 
@@ -173,7 +153,7 @@ class Search:
         while len(frontier):
             self.seen[frontier] = True
             found.append(frontier)
-            codes = _codes(self.flat.take(frontier + self.corners))  # (A,)
+            codes = codes_of(self.flat.take(frontier + self.corners))  # (A,)
             reached = np.concatenate(
                 [
                     frontier.compress(mixed.take(codes)) + (2 * side - 1) * self.steps[axis]
@@ -228,14 +208,6 @@ def _root_stride(cells: int) -> int:
 
 def _parts(blocks: NDArray[np.int32]) -> list[NDArray[np.int32]]:
     return [blocks[i : i + WIDEST_LEVEL] for i in range(0, len(blocks), WIDEST_LEVEL)]
-
-
-def _codes(value: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Which of the 8 corners, on the first axis, are inside, as bits; zero counts as inside."""
-    codes = np.zeros(value.shape[1:], np.uint8)
-    for corner, row in enumerate(value <= 0):
-        codes |= row.view(np.uint8) << np.uint8(corner)
-    return codes
 
 
 def clearance(value: NDArray[np.float32]) -> NDArray[np.float32]:

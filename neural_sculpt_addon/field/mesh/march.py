@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from .cells import ActiveCells, corner_steps, places, steps
+from .lattice import ActiveCells, corner_steps, places, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
 MOST = 5  # triangles of a cell

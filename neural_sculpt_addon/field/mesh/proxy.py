@@ -30,8 +30,9 @@ from ..detail import spacing as level_spacing
 from ..evaluate import values_and_gradients
 from ..field import Field
 from .again import find_again
-from .cells import ActiveCells, find_active, steps
+from .cells import find_active
 from .components import Components, find_components
+from .lattice import ActiveCells, steps
 from .march import RawMesh, march, weld_caps
 from .specks import find_specks
 from .splice import splice

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .again import FoundAgain
-from .cells import ActiveCells, corner_steps
+from .lattice import ActiveCells, corner_steps
 from .march import CROSSED, RawMesh, march, triangle_table
 
 

@@ -12,6 +12,7 @@ between tubes and their targets, added or taken away. Just outside of what bound
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ...common.progress import Check
 from ..evaluate import values
@@ -30,16 +31,26 @@ ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is see
 FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to 0.5 ms
 
 
-def crossings(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+def crossings(
+    field: Field,
+    before: Samples,
+    after: Samples,
+    check: Check,
+    tree: KDTree | None = None,
+    f: NDArray[np.float32] | None = None,
+) -> NDArray[np.bool_]:
     """Which samples (N,) have run through the surface `before` or `after`, as they show themselves.
 
     Carved ones come out on the other side of a wall, raised ones run into another part. Others come
     closer to some part than it is displaced itself, or are turned over.
+
+    tree: of the samples before
+    f:    (N,), of the field at the samples after
     """
     if not len(before.points):
         return np.zeros(0, bool)
     far = np.linalg.norm(after.points - before.points, axis=1)
-    tree = search_tree(before.points)
+    tree = search_tree(before.points) if tree is None else tree
 
     most = CLOSE * far.max()
     reach = CLOSE * np.append(far, 0)  # the last of the one that the tree names where none is near
@@ -49,7 +60,7 @@ def crossings(field: Field, before: Samples, after: Samples, check: Check) -> ND
         return distance < reach[nearest]
 
     close = in_pieces(is_close, len(far), check, size=SEARCHED)
-    return close | _through(field, before, after, check) | _turned_over(before, after)
+    return close | _through(field, before, after, check, f) | _turned_over(before, after)
 
 
 class SweptVolume:
@@ -132,14 +143,17 @@ def bounding(
     return ~(buried | _through(field, before, after, check) | _turned_over(before, after))
 
 
-def _through(field: Field, before: Samples, after: Samples, check: Check) -> NDArray[np.bool_]:
+def _through(
+    field: Field,
+    before: Samples,
+    after: Samples,
+    check: Check,
+    f: NDArray[np.float32] | None = None,
+) -> NDArray[np.bool_]:
     """Which samples (N,) have come out behind a wall, or run into another part."""
-
-    def is_through(part: slice) -> NDArray[np.bool_]:
-        outward = _outward(before.where(part), after.where(part))
-        return outward * values(field, after.points[part]) < -WRONG_SIDE
-
-    return in_pieces(is_through, len(before.points), check)
+    if f is None:
+        f = in_pieces(lambda part: values(field, after.points[part]), len(before.points), check)
+    return _outward(before, after) * f < -WRONG_SIDE
 
 
 def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:

@@ -54,6 +54,7 @@ from ..field import Field
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples, sample_surface
+from ..nearest import search_tree
 from ..projection import find_surface
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume
@@ -251,7 +252,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """
     distances = []
     surface = join([tube.surface for tube in tubes])
-    gaps = problem.gaps(surface, GAP * problem.preparation.spacing)[1]
+    gaps = problem.gaps(search_tree(surface.points), GAP * problem.preparation.spacing)[1]
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.untouched(surface)]

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ...common.errors import SculptError
 from ...common.progress import Check, go_on
@@ -23,7 +24,7 @@ from ...stroke.curve import Array
 from ...stroke.displacement import displace
 from ...stroke.path import Path, locate
 from ...stroke.stroke import Ends, Stroke
-from ..evaluate import normals
+from ..evaluate import normals, values_and_gradients
 from ..field import Field
 from ..mesh.edges import find_edges
 from ..mesh.subdivide import halved
@@ -62,9 +63,35 @@ class DisplacedTubes(NamedTuple):
     tubes: list[Tube]
     swept: SweptVolume | None
 
-    def joined(self, name: str) -> Samples:
-        """Samples of all tubes: their `surface`, or their `target`."""
-        return join([getattr(tube, name) for tube in self.tubes])
+
+class DisplacedSurface(NamedTuple):
+    """Samples (N,) of all of the surface under a stroke: its tubes and what these lack.
+
+    before, after: where they are, and where they are displaced to
+    f, gradient:   (N,), (N, 3) of the unedited field at the latter
+    swept:         see `DisplacedTubes`
+    """
+
+    before: Samples
+    after: Samples
+    f: NDArray[np.float32]
+    gradient: NDArray[np.float32]
+    swept: SweptVolume | None
+
+
+class _Sampled(NamedTuple):
+    """What `DisplacedSurface` says of the tubes alone, and how their samples are found.
+
+    tree: of all samples before they are displaced, those that were dropped, too
+    """
+
+    tubes: list[Tube]
+    before: Samples
+    after: Samples
+    f: NDArray[np.float32]
+    gradient: NDArray[np.float32]
+    swept: SweptVolume | None
+    tree: KDTree
 
 
 @dataclass(frozen=True)
@@ -111,18 +138,41 @@ class Problem:
 
         SculptError when nothing is left.
         """
+        sampled = self._sample(rows, columns, jitter)
+        return DisplacedTubes(sampled.tubes, sampled.swept)
+
+    def displaced_surface(
+        self, rows: int, columns: int, jitter: np.random.Generator, gap: float, gap_at_folds: float
+    ) -> DisplacedSurface:
+        """The same, and `gaps`: how far from all samples of the tubes these begin, elsewhere and
+        where the displaced surface runs through itself."""
+        _, before, after, f, gradient, swept, tree = self._sample(rows, columns, jitter)
+        gaps = self.gaps(tree, gap) if swept is None else self._gaps_at_folds(after, gap_at_folds)
+        more = values_and_gradients(self.field, gaps[1].points)
+        return DisplacedSurface(*join([(before, after, f, gradient), (*gaps, *more)]), swept)
+
+    def _sample(self, rows: int, columns: int, jitter: np.random.Generator | None) -> _Sampled:
         tubes, swept = self._whole_tubes(rows, columns, jitter), None
-        if crossings(self.field, *join([(t.surface, t.target) for t in tubes]), self.check).any():
+        before, after = join([(tube.surface, tube.target) for tube in tubes])
+
+        def sample(part: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+            return values_and_gradients(self.field, after.points[part])
+
+        f, gradient = in_pieces(sample, len(after.points), self.check)
+        tree = search_tree(before.points)
+        if crossings(self.field, before, after, self.check, tree, f).any():
             swept = self._swept
             tubes = [tube.where(self._bounding(tube.surface, tube.target)) for tube in tubes]
             tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
-        if not any(len(tube.surface.points) for tube in tubes):
+            before, after = join([(tube.surface, tube.target) for tube in tubes])
+            f, gradient = in_pieces(sample, len(after.points), self.check)
+        if not len(before.points):
             raise SculptError(
                 "The stroke leaves nothing of the surface under it: a mask keeps all of it, its"
                 " radius is too small, or its intensity so large that the surface runs through"
                 " itself. Change one of them."
             )
-        return DisplacedTubes(tubes, swept)
+        return _Sampled(tubes, before, after, f, gradient, swept, tree)
 
     def _whole_tubes(
         self, rows: int, columns: int, jitter: np.random.Generator | None = None
@@ -308,9 +358,9 @@ class Problem:
         detail = self.field.detail.up_to(round(-math.log2(GUIDED * self._radius)))
         return replace(self.field, detail=detail)
 
-    def gaps(self, surface: Samples, spacing: float) -> tuple[Samples, Samples]:
-        """Samples of the unedited surface under the stroke of which the tube's samples `surface`
-        are farther than `spacing`, and where they are displaced to.
+    def gaps(self, tree: KDTree, spacing: float) -> tuple[Samples, Samples]:
+        """Samples of the unedited surface under the stroke of which the tube's samples, those of
+        `tree`, are farther than `spacing`, and where they are displaced to.
 
         A tube is projected from tangent planes, and so has gaps where the surface is steep to
         them: around legs and ears. The samples are vertices of the proxy.
@@ -320,13 +370,13 @@ class Problem:
         vertices = vertices.where(
             np.logical_or.reduce([_close(m, vertices.points) for m in self.laid])
         )
-        tree = search_tree(surface.points)
         distance = tree.query(vertices.points, distance_upper_bound=spacing)[0]
         vertices = vertices.where(~np.isfinite(distance))
         vertices = vertices.where(self.nearness(vertices, beyond_flat_ends=False) < INNER)
-        return vertices, self.displaced(vertices)[0]
+        upright = Samples(vertices.points, normals(self.field, vertices.points))
+        return vertices, self.move(upright)[0]
 
-    def gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
+    def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
         """The same where the displaced surface runs through itself, by the displaced samples
         `target` of the tube: without those that bound nothing."""
         surface, moved, _ = self._under

@@ -24,10 +24,10 @@ from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.fold import bounding
-from ..problem.problem import DisplacedTubes, Problem
+from ..problem.problem import DisplacedSurface, Problem
 from ..projection import SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
-from .spline_system import Rows
+from .spline_system import Array, Rows
 
 PRESERVE, AROUND = 2.5, 0.3
 """Weights of rows; a target has 1."""
@@ -63,66 +63,49 @@ class EditedSurface:
     def __init__(
         self,
         problem: Problem,
-        displaced: DisplacedTubes,
-        gaps: tuple[Samples, Samples],
+        displaced: DisplacedSurface,
         active: NDArray[np.int32],
         coarse: NDArray[np.int32],
-        level: int,
-        random: np.random.Generator,
-    ) -> None:
-        """For nodes in the cells `active` of a level and `coarse` of the one above it.
-
-        gaps: what the tubes lack, see `Problem.gaps`
-        """
-        self._problem, self._swept = problem, displaced.swept
-        self.target = join([displaced.joined("target"), gaps[1]])
-        self.kept, self._before = self._preserved(active, coarse, level, random)
-        self._before_and_after = join(
-            [
-                (displaced.joined("surface"), displaced.joined("target")),
-                gaps,
-                (self.kept, self.kept),
-            ]
-        )
-        self._look()
-
-    def rows(
-        self,
-        active: NDArray[np.int32],
         beyond: NDArray[np.int32],
         level: int,
         random: np.random.Generator,
-    ) -> Rows:
-        """All rows, with those around it in the cells `active` of a level and `beyond` of the one
-        above it."""
-        rows = _on_surface(self._problem.field, self.target, level, random)
-        held = np.zeros(len(self.kept.points), np.float32)
-        rows.add(self.kept.points, held, held, PRESERVE)
-        points, wanted = self._around(active, level, self._before)
-        rows.add(points, wanted, wanted - self._before, AROUND)
-        before = values(self._problem.field, centres(places(beyond, level - 1), level - 1))
-        points, wanted = self._around(beyond, level - 1, before)
-        rows.add(points, wanted, wanted - before, AROUND)
-        return rows
+    ) -> None:
+        """For nodes in the cells `active` of a level and `coarse` of the one above it, of which
+        those `beyond` have no active ones.
 
-    def add_finer(
+        rows: all of them
+        """
+        self._problem, self._swept, self.target = problem, displaced.swept, displaced.after
+        self.kept, f0 = self._preserved(active, coarse, level, random)
+        self._before_and_after = join([(displaced.before, displaced.after), (self.kept, self.kept)])
+        self._look()
+        held = np.zeros(len(self.kept.points), np.float32)
+        f0_beyond = values(problem.field, centres(places(beyond, level - 1), level - 1))
+        parts = [
+            (self.kept.points, held, held, np.full_like(held, PRESERVE)),
+            _value_rows(*self._around(active, level, f0), f0),
+            _value_rows(*self._around(beyond, level - 1, f0_beyond), f0_beyond),
+        ]
+        asked = displaced.f, displaced.gradient
+        self.rows = _rows(self.target, asked, level, random, parts)
+
+    def finer(
         self,
-        rows: Rows,
         missed: NDArray[np.int32],
         active: NDArray[np.int32],
         level: int,
         field: Field,
         random: np.random.Generator,
-    ) -> None:
-        """Rows for the cells `active` of a level, too: around, and on the surface in the cells
+    ) -> Rows:
+        """Rows in the cells `active` of a finer level: around the surface, and on it in the cells
         `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
         """
         before, after = self._between(missed, level, random)
         self._before_and_after = join([self._before_and_after, (before, after)])
         self._look()
         points, wanted = self._around(active, level)
-        rows.add(points, wanted, wanted - values(field, points), AROUND)
-        rows.extend(_on_surface(field, after, level, random))
+        around = _value_rows(points, wanted, values(field, points))
+        return _rows(after, values_and_gradients(field, after.points), level, random, [around])
 
     def _look(self) -> None:
         """Have all samples found by where they are."""
@@ -135,9 +118,10 @@ class EditedSurface:
         they were, and where they are."""
         h, problem, (before, after) = spacing(level), self._problem, self._before_and_after
         inside = np.isin(linear(cells_of(after.points, level - 1), level - 1), cells)
-        start = np.repeat(before.where(inside).points, MORE, axis=0)
-        start += random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
-        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        start, normals = (np.repeat(array, MORE, axis=0) for array in before.where(inside))
+        away = random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
+        away -= np.einsum("na,na->n", away, normals)[:, None] * normals
+        found = project(problem.field, start + away, tolerance=ON_SURFACE / 10)
         before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
         after, _ = problem.move(before)
         if self._swept is not None:
@@ -213,18 +197,28 @@ class EditedSurface:
         return samples, before
 
 
-def _on_surface(field: Field, surface: Samples, level: int, random: np.random.Generator) -> Rows:
-    """Target and slope rows that bring the zero level of a field to `surface`."""
-    f, gradient = values_and_gradients(field, surface.points)
+def _value_rows(points: Array, wanted: Array, f: Array) -> tuple[Array, Array, Array, Array]:
+    """Points, targets, residuals and weights of rows (N,) around the surface, where f is so far."""
+    return points, wanted, wanted - f, np.full(len(f), AROUND, np.float32)
+
+
+def _rows(
+    surface: Samples,
+    sampled: tuple[Array, Array],
+    level: int,
+    random: np.random.Generator,
+    parts: list[tuple[Array, Array, Array, Array]],
+) -> Rows:
+    """Target and slope rows that bring the zero level of a field to `surface` (N,), where it has
+    the values and gradients `sampled`; after them the value rows in `parts`."""
+    f, gradient = sampled
     directions = random.normal(size=gradient.shape) + UPRIGHT * surface.normals
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     slopes = np.einsum("na,na->n", surface.normals - gradient, directions)
+    values = join([(surface.points, np.zeros_like(f), -f, np.ones_like(f)), *parts])
     return Rows(
-        surface.points,
-        np.zeros_like(f),
-        -f,
-        np.ones_like(f),
-        surface.points,
+        *values,
+        np.arange(len(f)),
         directions.astype(np.float32),
         slopes.astype(np.float32),
         np.full(len(f), STEEP * spacing(level), np.float32),

@@ -38,8 +38,7 @@ from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.fold import SweptVolume
-from ..problem.problem import DisplacedTubes, Problem
-from ..threads import join
+from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND, BURIED, EditedSurface
 from .spline_system import ITERATIONS, Rows, solve_level
 
@@ -151,28 +150,23 @@ class LocalEdit:
             )
         random = np.random.default_rng(problem.seed)
         progress(0.0, "Sculpting")
-        displaced = _sample(problem, spacing(level), random)
-        surface, target = displaced.joined("surface"), displaced.joined("target")
-        if displaced.swept is None:
-            gaps = problem.gaps(surface, GAP * max(spacing(level), problem.preparation.spacing))
-        else:
-            gaps = problem.gaps_at_folds(target, GAP * spacing(level))
-        surface, target = join([surface, gaps[0]]), join([target, gaps[1]])
-        passed = _passed(surface, target, level)
+        displaced = _sample(problem, level, random)
+        before, after = displaced.before, displaced.after
+        passed = _passed(before, after, level)
         if displaced.swept is not None:
             passed = np.union1d(passed, _changed(problem, displaced.swept, level))
         self._active = dilated(passed, level)
-        far = np.linalg.norm(target.points - surface.points, axis=1) > HIGH * spacing(level)
-        high = _parents(_passed(surface.where(far), target.where(far), level), level)
-        self._coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
+        far = np.linalg.norm(after.points - before.points, axis=1) > HIGH * spacing(level)
+        high = _parents(_passed(before.where(far), after.where(far), level), level)
+        coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
+        beyond = np.setdiff1d(coarse, _parents(self._active, level))
         progress(0.3, "Sculpting")
-        self._problem, self._random = problem, random
+        self._problem, self._random, self._coarse = problem, random, coarse
         self.field = problem.field
         self._surface = EditedSurface(
-            problem, displaced, gaps, self._active, self._coarse, level, random
+            problem, displaced, self._active, coarse, beyond, level, random
         )
-        beyond = np.setdiff1d(self._coarse, _parents(self._active, level))
-        self._rows = self._surface.rows(self._active, beyond, level, random)
+        self._rows = self._surface.rows
         self._layer = dict[int, Level]()
 
     @property
@@ -192,7 +186,7 @@ class LocalEdit:
             level += 1
             cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
-            self._surface.add_finer(self._rows, missed, cells, level, self.field, self._random)
+            self._rows.extend(self._surface.finer(missed, cells, level, self.field, self._random))
             self._add(level, cells)
         level = self.resolution.level
         for _ in range(REPAIRS):
@@ -256,7 +250,7 @@ class LocalEdit:
 
         on_surface = rows.targets == 0
         off = count(rows.points[on_surface & (np.abs(rows.residuals) > MISSED)])
-        tilted = count(rows.at[np.abs(rows.slopes) > TILTED])
+        tilted = count(rows.points[rows.at[np.abs(rows.slopes) > TILTED]])
         share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
         most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
         return np.sort(active[most[share[most] > SHARE]])
@@ -285,13 +279,16 @@ def _feature(problem: Problem) -> float:
     return width * brush.radius * problem.stroke.largest_factor
 
 
-def _sample(problem: Problem, h: float, random: np.random.Generator) -> DisplacedTubes:
-    """The displaced tube of each copy, DENSITY samples in each h^2."""
-    step = h / DENSITY**0.5
+def _sample(problem: Problem, level: int, random: np.random.Generator) -> DisplacedSurface:
+    """The displaced surface, DENSITY samples in each h^2."""
+    h = spacing(level)
     width = 2 * problem.stroke.brush.radius * problem.stroke.largest_factor
     length = max(path.length for _, path in problem.laid)
-    rows, columns = (max(math.ceil(size / step), FEWEST) for size in (length or width, width))
-    return problem.displaced_tubes(rows, columns, random)
+    rows, columns = (
+        max(math.ceil(size * DENSITY**0.5 / h), FEWEST) for size in (length or width, width)
+    )
+    gap = GAP * max(h, problem.preparation.spacing)
+    return problem.displaced_surface(rows, columns, random, gap, GAP * h)
 
 
 def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:

@@ -11,7 +11,7 @@ by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -38,9 +38,9 @@ ITERATIONS, SETTLED = 20, 0.003
 """At most, and the share of the residual that may be left: a coarse level, whose few nodes many
 rows determine, takes half of them. Three times as much makes edits a tenth less close."""
 
-PIECES, PIECE = 2, 1 << 15
-"""Pieces of all rows at least, and rows of one at most. Each has its own sum over all nodes, to be
-added, and so small ones cost more than they save."""
+PIECE = 1 << 15
+"""Rows of a piece, about. Each has its own sum over all nodes, to be added, and is handed to a
+thread in every iteration, so small ones cost more than they save."""
 
 
 @dataclass
@@ -49,20 +49,22 @@ class Rows:
 
     points, targets, weights:    (N, 3), (N,), (N,): what f shall be, and the weights
     residuals:                   (N,): what is still to be added to f
-    at, along, slopes, steep:    (M, 3), (M, 3) unit, (M,), (M,): to grad f . along, and the weights
+    at:                          (M,): at which of the points the slope rows are
+    along, slopes, steep:        (M, 3) unit, (M,), (M,): to grad f . along, and the weights
     """
 
     points: Array
     targets: Array
     residuals: Array
     weights: Array
-    at: Array
+    at: NDArray[np.intp]
     along: Array
     slopes: Array
     steep: Array
 
     def extend(self, more: "Rows") -> None:
         """Append equations."""
+        more = replace(more, at=more.at + len(self.points))
         for part in fields(self):
             both = getattr(self, part.name), getattr(more, part.name)
             setattr(self, part.name, np.concatenate(both))
@@ -113,22 +115,15 @@ def solve_level(
     values = len(rows.points)
     weight = np.square(np.append(rows.weights, rows.steep))
     residuals = np.append(rows.residuals, rows.slopes)
-    parts = max(PIECES, -(-len(residuals) // PIECE))
+    parts = -(-len(residuals) // PIECE)
 
     def piece(number: int) -> _Piece:
-        """As large a share of either kind of rows as of the other."""
-        mine, theirs = (
-            slice(number * count // parts, (number + 1) * count // parts)
-            for count in (values, len(rows.at))
-        )
-        value = _entries(numbers, rows.points[mine], None)
-        slope = _entries(numbers, rows.at[theirs], rows.along[theirs])
-        data = np.append(value.values, slope.values)
-        columns = np.append(value.columns, slope.columns)
-        counts = np.append(value.counts, slope.counts)
-        some = np.append(mine.start + value.some, values + theirs.start + slope.some)
-        ends = np.concatenate([[0], counts.cumsum(dtype=np.int32)])
-        matrix = csr_array((data, columns, ends), shape=(len(some), len(index)))
+        """Of `parts` points in a row always one: of those with a slope as large a share as of the
+        others."""
+        sloped = np.flatnonzero(rows.at % parts == number)
+        at, along = rows.at[sloped] // parts, rows.along[sloped]
+        matrix, value, slope = _matrix(numbers, rows.points[number::parts], at, along, len(index))
+        some = np.append(number + parts * value, values + sloped[slope])
         return _Piece(matrix, matrix.T, weight[some], some)
 
     pieces = list(_each(piece, range(parts), check))
@@ -147,37 +142,42 @@ def solve_level(
 
 def _each(task: Callable[[T], U], parts: Sequence[T], check: Check) -> Iterator[U]:
     """What `task` makes of each of the parts, in order."""
-    for result in map(task, parts) if in_pool() else pool().map(task, parts):
+    for result in map(task, parts) if len(parts) < 2 or in_pool() else pool().map(task, parts):
         check()
         yield result
 
 
-class _Entries(NamedTuple):
-    """The entries (E,) of rows (n,) of the matrix, their columns, how many each row has, and which
-    of the points they belong to."""
+def _matrix(
+    numbers: Grid, points: Array, at: NDArray[np.intp], along: Array, nodes: int
+) -> tuple[csr_array, NDArray[np.intp], NDArray[np.intp]]:
+    """Rows (n, K) of the matrix: the splines at `points` (N, 3), and their slopes `at` (M,) of them
+    in directions `along` (M, 3); beside them which points and which slopes these are.
 
-    values: Array
-    columns: NDArray[np.int32]
-    counts: NDArray[np.int32]
-    some: NDArray[np.int64]
-
-
-def _entries(numbers: Grid, points: Array, along: Array | None) -> _Entries:
-    """Those of the splines at `points` (N, 3), or of their slopes in directions (N, 3)."""
-    some, scale, offset, nodes = around([numbers], torch.from_numpy(points))
+    A slope has the columns of its point.
+    """
+    point, scale, offset, near = around([numbers], torch.from_numpy(points))
+    place = np.full(len(points), -1)
+    place[point.numpy()] = np.arange(len(point))
+    slope = np.flatnonzero(place[at] >= 0)
+    twice = place[at[slope]]
     wx, wy, wz = weights(offset).unbind(1)  # (3, n) each
-    if along is None:
-        value = (wx[:, None] * wy)[:, :, None] * wz  # (3, 3, 3, n)
-    else:
-        sx, sy, sz = slopes(offset).unbind(1)
-        ex, ey, ez = torch.from_numpy(along)[some].T * scale
-        xy = wx[:, None] * wy
-        value = ((sx * ex)[:, None] * wy + wx[:, None] * (sy * ey))[:, :, None] * wz
-        value += xy[:, :, None] * (sz * ez)
-    columns = nodes.T.numpy()  # (n, 27), rising; 0 where there is no node
-    exists = columns > 0
-    entries = value.view(27, -1).T.numpy()[exists], columns[exists] - 1
-    return _Entries(*entries, exists.sum(axis=1, dtype=np.int32), some.numpy())
+    value = (wx[:, None] * wy)[:, :, None] * wz  # (3, 3, 3, n)
+    offset = offset[:, torch.from_numpy(twice)]
+    wx, wy, wz = weights(offset).unbind(1)
+    sx, sy, sz = slopes(offset).unbind(1)
+    ex, ey, ez = torch.from_numpy(along[slope]).T * scale[:1]
+    steep = ((sx * ex)[:, None] * wy + wx[:, None] * (sy * ey))[:, :, None] * wz
+    steep += (wx[:, None] * wy)[:, :, None] * (sz * ez)
+
+    columns = near.T.contiguous().numpy()  # (n, 27), rising; 0 where there is no node
+    columns = np.concatenate([columns, columns.take(twice, axis=0)]) - 1
+    entries = torch.cat([value.view(27, -1).T, steep.view(27, -1).T]).numpy()
+    exists = columns >= 0
+    ends = np.zeros(len(columns) + 1, np.int32)
+    np.cumsum(exists.sum(axis=1, dtype=np.int32), out=ends[1:])
+    some = np.flatnonzero(exists)
+    parts = entries.ravel().take(some), columns.ravel().take(some), ends
+    return csr_array(parts, shape=(len(columns), nodes)), point.numpy(), slope
 
 
 def _solve(

@@ -7,7 +7,7 @@ import trimesh
 from scipy.spatial import KDTree
 from skimage.measure import marching_cubes
 
-from neural_sculpt_addon.field.mesh.cells import CORNERS, ActiveCells
+from neural_sculpt_addon.field.mesh.lattice import CORNERS, ActiveCells
 from neural_sculpt_addon.field.mesh.march import march
 
 

@@ -14,7 +14,8 @@ from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.again import find_again
-from neural_sculpt_addon.field.mesh.cells import CORNERS, find_active
+from neural_sculpt_addon.field.mesh.cells import find_active
+from neural_sculpt_addon.field.mesh.lattice import CORNERS
 from neural_sculpt_addon.field.mesh.march import march
 from neural_sculpt_addon.field.mesh.proxy import Proxy, extract, update
 from neural_sculpt_addon.field.network import Siren

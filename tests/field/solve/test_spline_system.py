@@ -42,7 +42,7 @@ def rows_about(level, index, count, steep=0.05, seed=0):
         numbers[0],
         numbers[1],
         weights[0],
-        points(count),
+        random.permutation(count),
         along.astype(np.float32),
         numbers[2],
         np.float32(steep) * weights[1],
@@ -52,7 +52,7 @@ def rows_about(level, index, count, steep=0.05, seed=0):
 def dense(level, index, rows):
     """The matrix (N + M, K), the weights and the right side (N + M,)."""
     value, _ = basis(rows.points, index, level)
-    _, gradient = basis(rows.at, index, level)
+    _, gradient = basis(rows.points[rows.at], index, level)
     slope = np.einsum("nka,na->nk", gradient, rows.along)
     right = np.concatenate([rows.residuals, rows.slopes]).astype(float)
     return np.concatenate([value, slope]), np.append(rows.weights, rows.steep), right
