@@ -21,7 +21,7 @@ from environment import ROOT
 from neural_sculpt_addon.worker.settings import settle
 
 ROWS = ROOT / "test-output" / "paper"
-TABLES = ("1", "2", "3", "4")
+TABLES = ("1", "2", "3", "4", "beyond")
 
 
 def main() -> None:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from neural_sculpt_addon.common.whole_file import write_whole
 
-from . import shapes, table1, table2, table3, table4
+from . import beyond, shapes, table1, table2, table3, table4
 from .about import about, told
 from .methods import Scene
 from .settings import FULL, QUICK
 from .work import Work, plan
 
-MODULES = {"1": table1, "2": table2, "3": table3, "4": table4}
+MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond}
 PAGE = "README.md"
 
 
