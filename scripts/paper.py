@@ -7,7 +7,7 @@ be compared within one run on a machine with nothing else to do.
 
     --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
     --plan      only tell what is left and how long it takes
-    1 2 3 4 beyond   only these tables
+    1 2 3 4 beyond figures   only these
 """
 
 import argparse
@@ -21,7 +21,7 @@ from environment import ROOT
 from neural_sculpt_addon.worker.settings import settle
 
 ROWS = ROOT / "test-output" / "paper"
-TABLES = ("1", "2", "3", "4", "beyond")
+TABLES = ("1", "2", "3", "4", "beyond", "figures")
 
 
 def main() -> None:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from neural_sculpt_addon.common.whole_file import write_whole
 
-from . import beyond, shapes, table1, table2, table3, table4
+from . import beyond, figures, shapes, table1, table2, table3, table4
 from .about import about, told
 from .methods import Scene
 from .settings import FULL, QUICK
 from .work import Work, plan
 
-MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond}
+MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond, "figures": figures}
 PAGE = "README.md"
 
 
@@ -53,11 +53,12 @@ def run(
     for table in tables:
         write_whole(out / f"{table.name}.csv", table.csv().encode())
         parts.append(table.markdown())
-    for name in chosen:
-        figures = getattr(MODULES[name], "figures", None)
-        for file, picture in (figures(rows) if figures else {}).items():
-            write_whole(out / file, picture.encode())
-            parts.append(f"![{Path(file).stem}]({file})\n")
+    for name, picture in table4.figures(rows).items():
+        write_whole(out / name, picture.encode())
+        parts.append(f"![{Path(name).stem}]({name})\n")
+    for name, caption in figures.pictures(rows).items():
+        write_whole(out / f"{name}.png", (work_folder / f"{name}.png").read_bytes())
+        parts.append(f"![{caption}]({name}.png)\n\n{caption}.\n")
     write_whole(out / PAGE, "\n".join(parts).encode())
     write_whole(out / "about.json", (json.dumps(facts, indent=1) + "\n").encode())
     say(f"Wrote {len(tables)} tables to {out}.")

@@ -24,6 +24,7 @@ class Settings:
     session:       strokes, one upon another
     intensities:   of the strokes that look for where a method tears, in radii
     peaks:         of the profiles that look for what a method can hold
+    pixels:        of one picture of a figure, each way
     """
 
     shapes: tuple[str, ...] = SHAPES
@@ -40,6 +41,7 @@ class Settings:
     session: int = 100
     intensities: tuple[float, ...] = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
     peaks: tuple[int, ...] = (1, 2, 3, 5, 7)
+    pixels: int = 420
     seed: int = 2025
 
     def without(self, shapes: Sequence[str]) -> "Settings":
@@ -69,4 +71,5 @@ QUICK = Settings(
     session=4,
     intensities=(0.75, 2.0),
     peaks=(1, 3),
+    pixels=120,
 )
