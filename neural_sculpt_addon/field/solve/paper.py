@@ -126,7 +126,11 @@ def weigh(tube: Sequence[Tensor], preserve: Sequence[Tensor], box: Tensor) -> li
 
 def loss(network: Siren, part: Part) -> Tensor:
     """What one part adds to L."""
-    value, gradient = network.value_and_gradient(part.points)
+    return loss_of(*network.value_and_gradient(part.points), part)
+
+
+def loss_of(value: Tensor, gradient: Tensor, part: Part) -> Tensor:
+    """The same by the values (N,) and gradients (N, 3) at its points."""
     eikonal = part.eikonal * (gradient.norm(dim=1) - 1).abs().sum()
     if part.normals is None:
         return eikonal + part.value * torch.exp(-100 * value.abs()).sum()

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Repeat the paper's evaluation: python3 scripts/paper.py.
+
+Writes docs/paper/: the tables as Markdown and CSV, the machine, the versions and the seeds. Rows
+that are finished are kept in test-output/paper/, and a later start goes on from there. Times are to
+be compared within one run on a machine with nothing else to do.
+
+    --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
+    --plan      only tell what is left and how long it takes
+    1 2 3 4 beyond figures   only these
+"""
+
+import argparse
+import functools
+import sys
+from pathlib import Path
+
+import environment
+from environment import ROOT
+
+from neural_sculpt_addon.worker.settings import settle
+
+ROWS = ROOT / "test-output" / "paper"
+TABLES = ("1", "2", "3", "4", "beyond", "figures")
+
+
+def main() -> None:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description="Repeat the paper's evaluation.")
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(TABLES))
+    parser.add_argument("--quick", action="store_true", help="a small form, in minutes")
+    parser.add_argument("--plan", action="store_true", help="only tell how long it takes")
+    parser.add_argument("--work", type=Path, help="folder of finished rows")
+    parser.add_argument("--out", type=Path, help="where the tables go (default: docs/paper)")
+    options = parser.parse_args()
+    if unknown := set(options.tables) - set(TABLES):
+        sys.exit(f"There is no table {', '.join(sorted(unknown))}; choose of {', '.join(TABLES)}.")
+    environment.enter("worker")
+    settle()  # before NumPy and torch load
+    from paper import run
+
+    from neural_sculpt_addon.common.errors import SculptError
+
+    form = "quick" if options.quick else "full"
+    out = options.out or (ROWS / "quick" / "tables" if options.quick else ROOT / "docs" / "paper")
+    try:
+        run.run(
+            options.quick,
+            options.tables or TABLES,
+            options.work or ROWS / form,
+            out,
+            functools.partial(print, flush=True),
+            only_plan=options.plan,
+        )
+    except SculptError as error:
+        sys.exit(f"{error}")
+
+
+if __name__ == "__main__":
+    main()

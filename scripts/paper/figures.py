@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of one edit by all methods, drawn from the fields themselves (`field_picture`).
+
+methods  one stroke of radius 0.08 and intensity 0.06, the first random edit of the sphere
+drift    the same, coloured by how far the surface moved where the stroke does not reach: a decade
+         a step of colour, from 1e-6 (white) to 1e-2 (dark red); the stroke itself is grey
+peaks    a stroke whose profile has five peaks
+"""
+
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import field_picture
+import numpy as np
+from PIL import Image, ImageDraw
+
+from neural_sculpt_addon.common.whole_file import write_whole
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.problem.metrics import FAR
+from neural_sculpt_addon.field.problem.problem import Problem, pose
+from neural_sculpt_addon.field.projection import find_surface, project
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.stroke import Stroke
+
+from .beyond import LOW, WIDE, peaked
+from .edits import random_edit
+from .methods import Method, Product, Scene, ours
+from .settings import Settings
+from .surface import FieldSurface
+from .table import Table
+from .three_dns import ThreeDns
+from .work import Row, Task
+
+SHAPE, PEAKS = "sphere", 5
+LABEL = 26  # pixels
+LEAST, MOST = 1e-6, 1e-2  # of the colours of drift
+COLOURS = np.array([[255, 255, 255], [254, 224, 144], [244, 109, 67], [165, 0, 38]], float)
+STROKE_COLOUR = 165.0
+ABOUT = {
+    "methods": "One stroke by all methods",
+    "drift": "How far the surface moved beside it: white 1e-6 or less, dark red 1e-2",
+    "peaks": "A profile of five peaks",
+}
+
+
+def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> list[Task]:
+    """One for each picture."""
+    size = settings.pixels
+    dns = ThreeDns("3DNS", settings.quality), ThreeDns("3DNS union", settings.quality, union=True)
+    stroke = Product("stroke", "paper", settings.quality)
+
+    def first() -> Row:
+        here = scene(SHAPE)
+        edit = random_edit(here.preparation, 0, settings.seed)
+        fields = _edited([stroke, *dns, *ours()], here, edit)
+        problem, camera = pose(here.preparation, edit), _camera(edit)
+        shaded = {n: field_picture.picture(f, camera, size) for n, f in fields.items()}
+        drift = {n: drift_map(problem, f, camera, size) for n, f in fields.items()}
+        _save(folder / "methods.png", shaded)
+        _save(folder / "drift.png", drift)
+        return {"pictures": ["methods", "drift"]}
+
+    def peaks() -> Row:
+        here = scene(SHAPE)
+        points = random_edit(here.preparation, 0, settings.seed).points
+        edit = Stroke(points, Brush(WIDE, LOW, peaked(PEAKS)))
+        fields = _edited([stroke, *ours()], here, edit)
+        camera = _camera(edit)
+        shaded = {n: field_picture.picture(f, camera, size) for n, f in fields.items()}
+        _save(folder / "peaks.png", shaded)
+        return {"pictures": ["peaks"]}
+
+    epoch = 0.08 + 0.17 + 0.17
+    return [
+        Task("figure-methods", settings.quality * epoch + 60, first),
+        Task("figure-peaks", settings.quality * 0.08 + 30, peaks),
+    ]
+
+
+def tables(_rows: Mapping[str, Row]) -> list[Table]:
+    """None."""
+    return []
+
+
+def pictures(rows: Mapping[str, Row]) -> dict[str, str]:
+    """What each picture shows, by the name of its file without suffix."""
+    some = [row for key, row in rows.items() if key.startswith("figure-")]
+    return {name: ABOUT[name] for row in some for name in row["pictures"]}
+
+
+def drift_map(
+    problem: Problem, edited: Field, camera: field_picture.Camera, size: int
+) -> np.ndarray:
+    """The edited field (size, size, 3), coloured by its distance from the unedited one."""
+    axis = (np.arange(size) + 0.5) / size * 2 - 1
+    x, y = np.meshgrid(axis, -axis)
+    points, hit = field_picture.trace(edited, camera, np.stack([x.ravel(), y.ravel()], axis=1))
+    found = project(edited, points[hit])  # rays end up to 2e-4 beside it
+    places = found.points
+    colours = np.full((size * size, 3), 255.0)
+    moved = coloured(find_surface(problem.field, places).distance)
+    moved[problem.distance(places) <= FAR] = STROKE_COLOUR
+    toward = np.clip(found.normals @ camera.axes[2], 0, 1)
+    colours[hit] = moved * (0.55 + 0.45 * toward[:, None])
+    return colours.reshape(size, size, 3).astype(np.uint8)
+
+
+def coloured(distance: np.ndarray) -> np.ndarray:
+    """Colours (N, 3) from 0 to 255 of distances (N,), by their logarithms."""
+    decades = np.log10(np.clip(distance, LEAST, MOST) / LEAST) / np.log10(MOST / LEAST)
+    steps = np.linspace(0, 1, len(COLOURS))
+    return np.stack([np.interp(decades, steps, channel) for channel in COLOURS.T], axis=1)
+
+
+def _edited(methods: list[Method], here: Scene, edit: Stroke) -> dict[str, Field]:
+    found = {}
+    for method in methods:
+        method.prepare(here)
+        surface = method.edit(here, edit).surface
+        assert isinstance(surface, FieldSurface)
+        found[method.name] = surface.field
+    return found
+
+
+def _camera(edit: Stroke) -> field_picture.Camera:
+    """Looks at the middle of the stroke, a little from the side."""
+    x, y, z = edit.points.mean(axis=0)
+    aside = np.cross((x, y, z), (0.0, 0.0, 1.0))
+    seen = np.array([x, y, z]) - 0.35 * aside
+    return field_picture.Camera((float(seen[0]), float(seen[1]), float(seen[2])), half=0.72)
+
+
+def _save(path: Path, cells: Mapping[str, np.ndarray]) -> None:
+    """Pictures beside each other, each with its name below."""
+    size = next(iter(cells.values())).shape[0]
+    page = Image.new("RGB", (size * len(cells), size + LABEL), "white")
+    draw = ImageDraw.Draw(page)
+    for place, (name, cell) in enumerate(cells.items()):
+        page.paste(Image.fromarray(cell), (place * size, 0))
+        draw.text(((place + 0.5) * size, size + LABEL / 2), name, "black", anchor="mm")
+    buffer = io.BytesIO()
+    page.save(buffer, "PNG", optimize=True)
+    write_whole(path, buffer.getvalue())

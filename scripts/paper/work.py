@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finished rows stay: one JSON file each in a folder, and a later run goes on from there."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.common.whole_file import write_whole
+
+Row = dict[str, Any]
+ABOUT = "about.json"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A row that is to be made.
+
+    key:     names its file
+    seconds: that it is expected to take, on two cores with nothing else to do
+    """
+
+    key: str
+    seconds: float
+    make: Callable[[], Row]
+
+
+class Work:
+    """The folder of finished rows."""
+
+    def __init__(self, folder: Path, about: Row) -> None:
+        """Rows made under other conditions than `about` tells are refused. SculptError."""
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / ABOUT
+        if path.is_file():
+            if _read(path) != about:
+                raise SculptError(
+                    f"The rows in {folder} are of another machine, version or size of the run."
+                    " Name another folder by --work, or delete it."
+                )
+        else:
+            write_whole(path, json.dumps(about, indent=1).encode())
+
+    def finished(self, task: Task) -> Row | None:
+        """The row, where it has been made."""
+        path = self._path(task)
+        return _read(path) if path.is_file() else None
+
+    def do(self, tasks: Sequence[Task], say: Callable[[str], None]) -> dict[str, Row]:
+        """All rows by their keys; those that are not there are made, one after another."""
+        left = [task for task in tasks if self.finished(task) is None]
+        say(plan(len(tasks), left))
+        for number, task in enumerate(left, start=1):
+            started = time.monotonic()
+            row = task.make()
+            write_whole(self._path(task), json.dumps(row, indent=1).encode())
+            took = time.monotonic() - started
+            rest = sum(other.seconds for other in left[number:])
+            say(f"{number}/{len(left)} {task.key}: {took:.0f} s; about {_span(rest)} left")
+        rows = {task.key: self.finished(task) for task in tasks}
+        return {key: row for key, row in rows.items() if row is not None}
+
+    def _path(self, task: Task) -> Path:
+        return self._folder / f"{task.key}.json"
+
+
+def plan(count: int, left: Sequence[Task]) -> str:
+    """What a run is going to do, in a sentence."""
+    done = f"{count - len(left)} of {count} rows are finished"
+    if not left:
+        return f"{done}."
+    seconds = sum(task.seconds for task in left)
+    return f"{done}; the others take about {_span(seconds)} on two cores with nothing else to do."
+
+
+def _span(seconds: float) -> str:
+    if seconds < 90:
+        return f"{seconds:.0f} seconds"
+    return f"{seconds / 60:.0f} minutes" if seconds < 5400 else f"{seconds / 3600:.1f} hours"
+
+
+def _read(path: Path) -> Row:
+    return json.loads(path.read_text(encoding="utf-8"))
