@@ -26,7 +26,9 @@ from .mesh_winding import winding
 
 Array = NDArray[np.float64]
 
-BATCH = 8192  # queries between two looks at `progress`
+BATCH = 1 << 14
+"""Queries between two looks at `progress`, at most some 200 ms of one core. libigl asks its tree on
+all cores from 10,000 on."""
 PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
