@@ -148,9 +148,7 @@ def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
         among(linear(cells_of(points, level), level), reached) for points in (rows.points, rows.at)
     )
     some = rows.where(values, slopes)
-    again = solve_level(
-        level, near[among(near, nodes)], some, check, ITERATIONS, DAMPED, LEFT_OUT
-    )
+    again = solve_level(level, near[among(near, nodes)], some, check, ITERATIONS, DAMPED, LEFT_OUT)
     return Level.sum([found, again])
 
 

@@ -92,6 +92,14 @@ class MeshDistance:
             value[where], gradient[where], certain[where] = found
         return Distance(value, gradient, certain)
 
+    def far(self, points: Array, limit: float) -> NDArray[np.intp]:
+        """Which of the points (N, 3), rising, are more than `limit` from the mesh; without winding
+        numbers, which take three times as long where the mesh is near."""
+        order = spatial_order(points)
+        sorted_points = np.ascontiguousarray(points[order])
+        square = self._tree.squared_distance(self.vertices, self.faces, sorted_points)[0]
+        return np.sort(order[np.asarray(square) > limit**2])
+
     def surface(self, count: int, rng: np.random.Generator) -> Surface:
         """`count` points of the mesh, spread evenly, in the order of its faces."""
         corners = self.vertices[self.faces]
