@@ -39,8 +39,8 @@ COARSEST = 5
 """A draft network is within 0.1 h of the mesh there, but for thin parts."""
 
 MISSED = 0.15  # share of a cell's samples
-DENSITY = 6.0
-"""Samples of the mesh for each h^2 of its area; 4 have a tenth more error, 8 a twentieth less."""
+DENSITY = 5.0
+"""Samples of the mesh for each h^2 of its area; 4 have a tenth more error, 8 a tenth less."""
 
 PROBES = 6.0  # samples for each h^2 of the level before that tell where another one is needed
 MOST = 800_000

@@ -42,6 +42,7 @@ ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each pie
 AROUND, RINGS, LOW = 6, 3, 0.4
 """What is hidden is looked for at a place in each cell of this level, in so many rings of cells
 around the surface; |f| below this share of a cell is nearly zero."""
+LARGE = 0.1  # share of the edge of such a cell: a smaller coefficient of that size hides nothing
 LEAST = 0.3  # share of the distance that f must have on its side, or is looked at closely:
 PLACES, WRONG = 64, 0.05  # at so many places around, where the share that is a stray is smaller
 COARSEST, FINEST = 4, 7  # levels that take strays away
@@ -146,13 +147,7 @@ def _find_hidden(
     """Places around the surface, in `reached` cells as of `support` if given, that are far from the
     mesh and have f on the wrong side, or nearly, beside them."""
     h = spacing(AROUND)
-    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
-    for _ in range(RINGS):
-        rings = dilated(rings, AROUND)
-    points = centres(places(rings[~among(rings, near)], AROUND), AROUND)
-    if reached is not None:
-        points = points[_within(points, reached)]
-    points += np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
+    points = _around_surface(field, proxy, reached, rng)
     value = values(field, points)
     low = np.abs(value) < LOW * h
     points, value = points[low], value[low]
@@ -161,6 +156,30 @@ def _find_hidden(
     points, true = points[doubted], true[doubted]
     wrong = _worst_around(field, points, true, rng) < WRONG * np.abs(true)
     return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
+
+
+def _around_surface(
+    field: Field, proxy: Proxy, reached: Cells | None, rng: np.random.Generator
+) -> Points:
+    """A place in each cell around the surface where detail of its size can hide something, and in
+    one of eight elsewhere."""
+    h = spacing(AROUND)
+    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
+    for _ in range(RINGS):
+        rings = dilated(rings, AROUND)
+    rings = rings[~among(rings, near)]
+    large = [np.empty((0, 3), np.float32)]
+    for level, part in field.detail.coefficients.items():
+        if level >= AROUND:
+            nodes = part.index[np.abs(part.values) > LARGE * h]
+            large.append(centres(places(nodes, level), level))
+    detailed = dilated(distinct(cells_of(np.concatenate(large), AROUND), AROUND), AROUND)
+    place = places(rings, AROUND)
+    asked = np.isin(rings, detailed) | (place % 2 == 0).all(axis=1)
+    points = centres(place[asked], AROUND)
+    if reached is not None:
+        points = points[_within(points, reached)]
+    return points + np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
 
 
 def _worst_around(
