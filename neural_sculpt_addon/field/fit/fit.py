@@ -63,7 +63,10 @@ SCHEDULES = {
     (Method.PAPER, Preset.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
     (Method.PAPER, Preset.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
 }
-"""Without detail. With detail the network is always a draft: a longer one saves no level."""
+"""Without detail."""
+
+BENEATH_DETAIL = Schedule(200, 384, 20_000, 1.5e-3)
+"""Of all presets with detail: twice as many steps save neither a level nor coefficients."""
 
 TOLERANCES: dict[str, Tolerance] = {
     Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
@@ -128,7 +131,7 @@ def fit_mesh(
     if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     detail = detail and method is Method.DISTANCE
-    schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
+    schedule = BENEATH_DETAIL if detail else SCHEDULES[method, preset]
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
     mesh, notes = prepare(clean(vertices, triangles), kind, thickness)

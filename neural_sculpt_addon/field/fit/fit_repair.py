@@ -2,10 +2,11 @@
 """No surface where the mesh has none: what a fit left beside it is taken away.
 
 A network learns from samples, and can dip through zero where there were none; splines can swing
-between rows. So vertices of the proxy are asked how far the mesh is, and places around the surface
-where f is nearly zero, for what lies there is thinner than the proxy's cells. Where the mesh is too
-far, and in all of what has the wrong side there, the exact distance is asked for anew on a level of
-its own, as coarse as the mesh is far. Model space.
+between rows. So vertices of the proxy are asked how far the mesh is. Places around the surface
+where f is nearly zero are looked at closely, for what lies there is thinner than the proxy's cells.
+Where the mesh is too far, and in all of what has the wrong side there, the exact distance is asked
+for anew on a level of its own, as coarse as the mesh is far. Then what has changed is looked at
+again, and nothing else. Model space.
 """
 
 from functools import partial
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...common.progress import Check, Progress, silent, sub_progress
 from ..detail import (
+    SUPPORT,
     Coefficients,
     Level,
     cells_of,
@@ -29,7 +31,7 @@ from ..detail import (
 )
 from ..evaluate import values
 from ..field import Field
-from ..mesh.proxy import Proxy, extract, update
+from ..mesh.proxy import Proxy, sketch, update_sketch
 from ..solve.spline_system import Rows, solve_level
 from ..threads import join
 from .fit_detail import among
@@ -40,7 +42,9 @@ ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each pie
 AROUND, RINGS, LOW = 6, 3, 0.4
 """What is hidden is looked for at a place in each cell of this level, in so many rings of cells
 around the surface; |f| below this share of a cell is nearly zero."""
-LEAST = 0.3  # share of the distance that f must have on its side
+LARGE = 0.1  # share of the edge of such a cell: a smaller coefficient of that size hides nothing
+LEAST = 0.3  # share of the distance that f must have on its side, or is looked at closely:
+PLACES, WRONG = 64, 0.05  # at so many places around, where the share that is a stray is smaller
 COARSEST, FINEST = 4, 7  # levels that take strays away
 SHARE = 2.0  # cells of such a level between the mesh and the stray
 SAMPLES = 3  # rows in each cell
@@ -85,57 +89,112 @@ def repaired(
 
     SculptError when the field has no surface at all.
     """
-    proxy = extract(field, cells, sub_progress(progress, 0, 0.5))
+    reached: Cells | None = None  # what has changed since it was looked at
+    proxy = sketch(field, cells, sub_progress(progress, 0, 0.5))
     strays = find_strays(proxy, distance)
     for number in range(ROUNDS if may_add else 0):
         every = strays
         if number < LOOKED:
-            hidden = _find_hidden(field, proxy, distance, rng)
-            every = join([strays, hidden])
+            every = join([strays, _find_hidden(field, proxy, distance, rng, reached)])
         if not len(every.points):
             break
         check = partial(progress, 0.5 + 0.5 * number / ROUNDS, "Removing strays")
         added = _around(field, distance, every, rng, check)
         field = field.plus(added)
-        proxy = update(proxy, field, support(added), lambda *_, check=check: check())
-        strays = find_strays(proxy, distance)
+        reached = support(added)
+        proxy = update_sketch(proxy, field, reached, lambda *_, check=check: check())
+        new = find_strays(proxy, distance, reached)
+        elsewhere = ~_within(strays.points, reached)
+        strays = join([Strays(strays.points[elsewhere], strays.away[elsewhere]), new])
         if len(strays.points) > max(FEW, HELPED * len(every.points)):
             break
     return Repaired(field, proxy, len(strays.points))
 
 
-def find_strays(proxy: Proxy, distance: MeshDistance) -> Strays:
-    """Some vertices of all surface of the proxy that the mesh is not near to."""
+def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = None) -> Strays:
+    """Some vertices of all surface of the proxy, or of that in `reached` cells as of `support`,
+    that the mesh is not near to."""
     count, labels = proxy.components
     sizes = np.bincount(labels, minlength=count)
     starts = np.cumsum(sizes) - sizes
     spread = (np.arange(OF_PIECE) + 0.5) / OF_PIECE
     of_pieces = (starts[:, None] + spread * sizes[:, None]).astype(int)
-    every = np.linspace(0, len(labels) - 1, min(len(labels), ASKED)).astype(int)
+    every = np.arange(len(labels))
+    if reached is not None:
+        every = np.flatnonzero(_within(proxy.vertices, reached))
+    every = every[np.linspace(0, len(every) - 1, min(len(every), ASKED)).astype(int)]
     asked = np.concatenate([every, np.argsort(labels, kind="stable")[of_pieces.ravel()]])
     points = proxy.vertices[np.unique(asked)]
+    limit = NEAR * proxy.active.spacing
+    points = points[distance.far(points.astype(float), limit)]
     away = np.abs(distance(points.astype(float)).value)
-    far = away > NEAR * proxy.active.spacing
+    far = away > limit
     return _known(Strays(points[far], away[far]), distance)
 
 
+def _within(points: Points, reached: Cells) -> NDArray[np.bool_]:
+    """Which of the points (N, 3) are in `reached` cells, as of `support`."""
+    return among(linear(cells_of(points, SUPPORT), SUPPORT), reached)
+
+
 def _find_hidden(
-    field: Field, proxy: Proxy, distance: MeshDistance, rng: np.random.Generator
+    field: Field,
+    proxy: Proxy,
+    distance: MeshDistance,
+    rng: np.random.Generator,
+    reached: Cells | None,
 ) -> Strays:
-    """Places around the surface where f is nearly zero or on the wrong side, far from the mesh."""
+    """Places around the surface, in `reached` cells as of `support` if given, that are far from the
+    mesh and have f on the wrong side, or nearly, beside them."""
     h = spacing(AROUND)
-    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
-    for _ in range(RINGS):
-        rings = dilated(rings, AROUND)
-    points = centres(places(rings[~among(rings, near)], AROUND), AROUND)
-    points += np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
+    points = _around_surface(field, proxy, reached, rng)
     value = values(field, points)
     low = np.abs(value) < LOW * h
     points, value = points[low], value[low]
     true = distance(points.astype(float)).value
-    away = np.abs(true)
-    wrong = (value * np.sign(true) < LEAST * away) & (away > h / 2)
-    return _known(Strays(points[wrong], away[wrong]), distance)
+    doubted = (value * np.sign(true) < LEAST * np.abs(true)) & (np.abs(true) > h / 2)
+    points, true = points[doubted], true[doubted]
+    wrong = _worst_around(field, points, true, rng) < WRONG * np.abs(true)
+    return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
+
+
+def _around_surface(
+    field: Field, proxy: Proxy, reached: Cells | None, rng: np.random.Generator
+) -> Points:
+    """A place in each cell around the surface where detail of its size can hide something, and in
+    one of eight elsewhere."""
+    h = spacing(AROUND)
+    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
+    for _ in range(RINGS):
+        rings = dilated(rings, AROUND)
+    rings = rings[~among(rings, near)]
+    large = [np.empty((0, 3), np.float32)]
+    for level, part in field.detail.coefficients.items():
+        if level >= AROUND:
+            nodes = part.index[np.abs(part.values) > LARGE * h]
+            large.append(centres(places(nodes, level), level))
+    detailed = dilated(distinct(cells_of(np.concatenate(large), AROUND), AROUND), AROUND)
+    place = places(rings, AROUND)
+    asked = np.isin(rings, detailed) | (place % 2 == 0).all(axis=1)
+    points = centres(place[asked], AROUND)
+    if reached is not None:
+        points = points[_within(points, reached)]
+    return points + np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
+
+
+def _worst_around(
+    field: Field, points: Points, true: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.floating]:
+    """The least f (N,) within half the way from points (N, 3) to the mesh, in a ball that is as far
+    on one side as its middle; negative on the wrong side.
+
+    true: the signed distance of the points (N,)
+    """
+    way = rng.standard_normal((len(points), PLACES, 3))
+    way *= rng.random((len(points), PLACES, 1)) ** (1 / 3) / np.linalg.norm(way, axis=2)[..., None]
+    around = points[:, None] + np.abs(true)[:, None, None] / 2 * way
+    value = values(field, around.reshape(-1, 3)).reshape(len(points), PLACES)
+    return (value * np.sign(true)[:, None]).min(axis=1)
 
 
 def _known(strays: Strays, distance: MeshDistance) -> Strays:

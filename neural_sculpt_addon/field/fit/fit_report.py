@@ -5,7 +5,7 @@ Every number is measured on fresh samples, in model space (the shape's longest s
 
 error_mean, error_p95, error_max  distance of points of the mesh to the zero level, by projection
 normal_deg                        mean angle between grad f and the mesh's normals there, degrees
-sign_errors                       share of the box, farther than CLEAR from the mesh, of wrong sign
+sign_errors                       share of the box that has the wrong sign, CLEAR of the mesh
 components, cavities              connected pieces of the zero level, and those that face inward
 mesh_components, mesh_cavities    the same of the surface that the mesh bounds
 lost                              pieces of the mesh that the field has no surface for
@@ -18,7 +18,8 @@ worst                             places of the mesh that are off by most, at le
 What an artist should know of it becomes a sentence, with the preset that would do.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,6 +62,12 @@ class Presets(NamedTuple):
         """The one that counts."""
         return self.tolerances[self.used]
 
+    @property
+    def finer(self) -> dict[str, Tolerance]:
+        """Those that are finer, the coarsest first."""
+        names = list(self.tolerances)
+        return {name: self.tolerances[name] for name in names[names.index(self.used) + 1 :]}
+
 
 class Report(NamedTuple):
     """The measures of the module's docstring, ready for JSON, and sentences."""
@@ -98,9 +105,9 @@ def report(
     progress(0.2, "Measuring the field")
     samples = _measured(field, proxy, distance.surface(SURFACE_SAMPLES, rng))
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
-    truth = distance(volume, lambda part, text: progress(0.2 + 0.5 * part, text))
+    wrong = volume[(values(field, volume) < 0) != distance.inside(volume)]
+    truth = distance(wrong, lambda part, text: progress(0.2 + 0.5 * part, text))
     clear = truth.certain & (np.abs(truth.value) > CLEAR)
-    wrong = (values(field, volume) < 0) != (truth.value < 0)
     progress(0.7, "Comparing pieces")
     pieces = find_pieces(mesh, distance.crossing)
     of_pieces = _measured(field, proxy, _of_pieces(mesh, pieces, distance))
@@ -109,13 +116,13 @@ def report(
     places = np.concatenate([samples.surface.points, of_pieces.surface.points])
     error = np.concatenate([samples.error, of_pieces.error])
     allowed = presets.tolerance.distance
-    thin = {name: _thin(distance, samples, each) for name, each in presets.tolerances.items()}
+    thin = _thin(distance, samples, presets.tolerance)
     measures = {
         **deviation(samples.found, samples.surface.points, samples.surface.normals),
         "error_mean": float(samples.error.mean()),
         "error_p95": float(np.percentile(samples.error, 95)),
         "error_max": float(error.max()),
-        "sign_errors": float(wrong[clear].mean()),
+        "sign_errors": float(clear.sum() / len(volume)),
         "components": solid + cavity,
         "cavities": cavity,
         "mesh_components": int(pieces.counted.sum()),
@@ -123,16 +130,26 @@ def report(
         "lost": len(lost),
         "allowed": allowed,
         "beyond": float((samples.error > allowed).mean()),
-        "thin": float(thin[presets.used].mean()),
+        "thin": float(thin.mean()),
+        "thin_off": float((thin & (samples.error > allowed)).mean()),
         "worst": _worst(places, error, allowed),
     }
-    shares = {name: float(each.mean()) for name, each in thin.items()}
-    spoiled = thin[presets.used] & (samples.error > allowed)
-    measures["thin_off"] = float(spoiled.mean())
     is_open = bool(mesh.repairs.get("openings"))
     is_joined = len(np.unique(mesh.pieces)) > len(pieces.solid)
     known = _Known(not is_open, not is_open and not is_joined)
-    return Report(measures, _notes(measures, presets, shares, lost, mesh.scale, known))
+
+    @cache
+    def would() -> list[str]:
+        """The finer presets that hold what this one does not."""
+        smallest = lost.min(initial=np.inf)
+        limit = max(SOME, measures["thin"] / 4)
+        return [
+            name
+            for name, finer in presets.finer.items()
+            if spacing(finer.finest) < smallest and _thin(distance, samples, finer).mean() <= limit
+        ]
+
+    return Report(measures, _notes(measures, presets, would, mesh.scale, known))
 
 
 def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str, float]:
@@ -229,40 +246,34 @@ def _worst(
 def _notes(
     measures: dict[str, Any],
     presets: Presets,
-    thin: dict[str, float],
-    lost: NDArray[np.floating],
+    would: Callable[[], list[str]],
     unit: float,
     known: _Known,
 ) -> list[str]:
     """Sentences about what the field lacks; lengths in the mesh's `unit`.
 
-    thin:  share of thin parts, for each preset
-    lost:  sizes of pieces that the field lacks
+    would: the presets that hold it
     """
-    names = list(presets.tolerances)
-    finer = names[names.index(presets.used) + 1 :]
-    cells = {name: spacing(presets.tolerances[name].finest) for name in names}
-    smallest = lost.min() if len(lost) else np.inf
-    limit = max(SOME, thin[presets.used] / 4)
-    holds = [name for name in finer if thin[name] <= limit and cells[name] < smallest]
     inner, mesh_inner = measures["cavities"], measures["mesh_cavities"]
     solid, mesh_solid = measures["components"] - inner, measures["mesh_components"] - mesh_inner
     notes = []
     if solid > mesh_solid or (solid < mesh_solid and known.pieces):
-        notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(holds)}")
+        notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(would())}")
     if inner != mesh_inner and known.cavities:
-        notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(holds)}")
-    if len(lost):
-        notes.append(f"Pieces of the mesh that the field lacks: {len(lost)}. {_advice(holds)}")
+        notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(would())}")
+    if measures["lost"]:
+        notes.append(
+            f"Pieces of the mesh that the field lacks: {measures['lost']}. {_advice(would())}"
+        )
     if measures["thin_off"] > SOME:
         notes.append(
-            f"Parts or gaps thinner than {cells[presets.used] * unit:.2g} are off:"
-            f" {measures['thin_off']:.1%} of the surface. {_advice(holds)}"
+            f"Parts or gaps thinner than {spacing(presets.tolerance.finest) * unit:.2g} are off:"
+            f" {measures['thin_off']:.1%} of the surface. {_advice(would())}"
         )
     elif measures["beyond"] > MUCH:
         notes.append(
             f"Off by more than {measures['allowed'] * unit:.2g}: {measures['beyond']:.0%} of the"
-            f" surface. {_advice(finer[:1])}"
+            f" surface. {_advice(list(presets.finer)[:1])}"
         )
     return notes
 

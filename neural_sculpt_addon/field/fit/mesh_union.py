@@ -72,7 +72,8 @@ def cut(
         crossing = np.zeros(len(faces), bool)
         crossing[pairs] = True
         points, pieces, *_ = _cut(corners[crossing], stitch_all=True)
-        corners = np.concatenate([corners[~crossing], np.asarray(points)[np.asarray(pieces)]])
+        parts = _in_order(np.asarray(points)[np.asarray(pieces)])
+        corners = np.concatenate([corners[~crossing], parts])
         corners = corners[areas(corners) > 0]
     sides = np.empty((2, len(corners)))
     for start in range(0, len(corners), BATCH):
@@ -82,6 +83,17 @@ def cut(
     inner = (np.abs(sides.mean(axis=0)) > INNER) & (np.abs(sides).min(axis=0) > HIDDEN)  # (F,)
     open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
     return Parts(corners[~inner], corners[~open_wall])
+
+
+def _in_order(corners: Array) -> Array:
+    """The same triangles (F, 3, 3) in an order of their own: that of CGAL's is another one each
+    time, and with it would be what is sampled."""
+    _, names = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    names = names.reshape(-1, 3)
+    turned = (names.argmin(axis=1)[:, None] + np.arange(3)) % 3
+    names = np.take_along_axis(names, turned, axis=1)
+    corners = np.take_along_axis(corners, turned[:, :, None], axis=1)
+    return corners[np.lexsort(names.T[::-1])]
 
 
 def _beside(corners: Array) -> Array:

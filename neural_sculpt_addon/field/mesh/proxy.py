@@ -8,7 +8,7 @@ plane towards the mean of its neighbours removes them. One Newton step then brin
 within 1e-5 of the surface, and its gradients are the normals.
 
 `extract` does so from nothing; `update` after an edit, and only in the cells that the edit reached:
-nothing else of the field has changed.
+nothing else of the field has changed. `sketch` stops after marching cubes.
 
 Where the surface leaves the box [-1, 1]^3 it is closed off by flat caps on the box faces. The mesh
 is always watertight and wound counter-clockwise seen from outside. All lengths in model space.
@@ -110,21 +110,49 @@ def update(
 
     Errors as from `extract`.
     """
-    known, spacing = proxy.active, proxy.active.spacing
     if np.abs(proxy.vertices).max() >= 1:  # it has caps
-        return extract(field, known.cells, progress)
+        return extract(field, proxy.active.cells, progress)
+    rough, fresh = _again(proxy, field, reached, sub_progress(progress, 0, 0.6))
+    mesh, active = rough
+    if mesh.cap.any():
+        return extract(field, active.cells, sub_progress(progress, 0.6, 1))
+    _relax(mesh, fresh, active.spacing)
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 1))
+    return _proxy(mesh, active, field, progress)
+
+
+def sketch(field: Field, cells: int, progress: Progress = silent) -> Proxy:
+    """The proxy as marching cubes leave it: each vertex is on its edge of the lattice, within a
+    cell of the surface, and no triangle has been improved. It tells all pieces, in half the time.
+
+    Errors as from `extract`.
+    """
+    return _proxy(*find(field, cells, progress), field, progress)
+
+
+def update_sketch(
+    proxy: Proxy, field: Field, reached: NDArray[np.int32], progress: Progress = silent
+) -> Proxy:
+    """As `update`, of a `sketch`."""
+    if not proxy.marched.cap.any():
+        rough, _ = _again(proxy, field, reached, progress)
+        if not rough.mesh.cap.any():
+            return _proxy(*rough, field, progress)
+    return sketch(field, proxy.active.cells, progress)
+
+
+def _again(
+    proxy: Proxy, field: Field, reached: NDArray[np.int32], progress: Progress
+) -> tuple[Rough, NDArray[np.bool_]]:
+    """What is marched after an edit, its caps not welded; which of its vertices are new (V,)."""
+    known = proxy.active
     guesses = _lattice_cells(reached, known.cells)
     changed = np.isin(known.index, guesses, kind="table")
-    again = find_again(known, changed, guesses, field, sub_progress(progress, 0, 0.6))
+    again = find_again(known, changed, guesses, field, progress)
     if not len(again.active.index):
         raise SculptError(NO_SURFACE)
     mesh, source = splice(proxy.marched, known, again)
-    if mesh.cap.any():
-        return extract(field, known.cells, sub_progress(progress, 0.6, 1))
-    fresh = source >= len(proxy.marched.vertices)
-    _relax(mesh, fresh, spacing)
-    _snap(mesh, fresh, field, spacing, sub_progress(progress, 0.7, 1))
-    return _proxy(mesh, again.active, field, progress)
+    return Rough(mesh, again.active), source >= len(proxy.marched.vertices)
 
 
 def check_cells(cells: int) -> None:

@@ -69,6 +69,12 @@ class Rows:
             both = getattr(self, part.name), getattr(more, part.name)
             setattr(self, part.name, np.concatenate(both))
 
+    def where(self, values: NDArray[np.bool_], slopes: NDArray[np.bool_]) -> "Rows":
+        """Some of the value rows (N,) and of the slope rows (M,)."""
+        chosen = [values] * 4 + [slopes] * 4
+        parts = zip(fields(self), chosen, strict=True)
+        return Rows(*(getattr(self, part.name)[some] for part, some in parts))
+
     def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
         """Append value rows (N,) of one weight."""
         self.points = np.concatenate([self.points, points])

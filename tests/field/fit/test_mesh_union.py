@@ -143,3 +143,13 @@ def test_the_field_of_three_boxes_is_one_piece():
     assert fit.report["components"] == 1
     assert fit.report["sign_errors"] == 0
     assert fit.report["error_mean"] < 1.5e-3
+
+
+def test_cutting_gives_the_same_faces_in_the_same_order_each_time():
+    rings = [trimesh.creation.torus(0.5, 0.2).apply_translation([0.4 * i, 0, 0]) for i in range(3)]
+    whole = trimesh.util.concatenate(rings)
+    mesh = clean(whole.vertices, whole.faces)
+    first, *others = (MeshDistance(mesh, np.random.default_rng(0)) for _ in range(3))
+    assert len(first.crossing)
+    for other in others:
+        assert np.array_equal(first.vertices[first.faces], other.vertices[other.faces])
