@@ -26,8 +26,7 @@ from ...stroke.path import Path, locate
 from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals, values_and_gradients
 from ..field import Field
-from ..mesh.edges import find_edges
-from ..mesh.subdivide import halved
+from ..mesh.subdivide import divide
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..projection import ARRIVED, project
@@ -42,7 +41,7 @@ GUIDED = 0.5  # radii: cells of the finest detail whose normals guide a stroke t
 GUIDING = ROWS // 4, COLUMNS // 4  # of the tube that tells whether it does
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
-DIVISIONS, MOST_UNDER = 8, 15_000  # of those, and their vertices about
+MOST_UNDER = 15_000  # vertices of those, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -77,6 +76,15 @@ class DisplacedSurface(NamedTuple):
     f: NDArray[np.float32]
     gradient: NDArray[np.float32]
     swept: SweptVolume | None
+
+
+class _Moved(NamedTuple):
+    """Samples (N,) of the surface, and where they are displaced to."""
+
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]
+    moved: NDArray[np.float32]
+    moved_normals: NDArray[np.float32]
 
 
 class _Sampled(NamedTuple):
@@ -213,32 +221,30 @@ class Problem:
         samples where an edge fans out. So the proxy's triangles are divided until they are fine
         before and after, and their vertices brought to the surface.
         """
-        proxy = self.preparation.proxy
-        corners = proxy.triangles[self._touched]
-        some, triangles = np.unique(corners, return_inverse=True)
-        triangles = triangles.reshape(-1, 3).astype(np.int32)
-        vertices = proxy.vertices[some]
-        before = Samples(vertices, normals(self.field, vertices))
-        after, _ = self.move(before)
-        finest = FINE_EDGE * self._radius
-        for _ in range(DIVISIONS):
-            ends, of_corners = find_edges(triangles)
-            was, is_now = (
-                np.linalg.norm(np.subtract(*side.points[ends.T]), axis=1)
-                for side in (before, after)
-            )
-            long = (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
-            if not long.any() or len(before.points) > MOST_UNDER:
-                break
-            middles = before.points[ends[long]].mean(axis=1)
+        proxy, finest = self.preparation.proxy, FINE_EDGE * self._radius
 
-            def bring(part: slice, start: NDArray[np.float32] = middles) -> Samples:
+        def move(before: Samples) -> _Moved:
+            return _Moved(*before, *self.move(before)[0])
+
+        def is_long(one: _Moved, other: _Moved) -> NDArray[np.bool_]:
+            was = np.linalg.norm(one.points - other.points, axis=1)
+            is_now = np.linalg.norm(one.moved - other.moved, axis=1)
+            return (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
+
+        def middles(one: _Moved, other: _Moved) -> _Moved:
+            start = (one.points + other.points) / 2
+
+            def bring(part: slice) -> Samples:
                 return Samples(*project(self.field, start[part], tolerance=ARRIVED)[:2])
 
-            triangles = halved(triangles, of_corners, long, before.points, middles)
-            new = in_pieces(bring, len(middles), self.check)
-            before, after = join([before, new]), join([after, self.move(new)[0]])
-        return before, after, triangles.astype(np.int64)
+            return move(in_pieces(bring, len(start), self.check))
+
+        some, corners = np.unique(proxy.triangles[self._touched], return_inverse=True)
+        vertices = proxy.vertices[some]
+        found = move(Samples(vertices, normals(self.field, vertices)))
+        triangles = corners.reshape(-1, 3).astype(np.int32)
+        triangles, found = divide(triangles, found, is_long, middles, MOST_UNDER)
+        return Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64)
 
     @cached_property
     def _touched(self) -> NDArray[np.bool_]:
