@@ -29,12 +29,9 @@ SHAPE = "sphere"
 FIRST, OURS = "published", ("network", "local")
 STAGES: dict[tuple[Any, str], str] = {
     (edit, "pose"): "lay on the surface",
-    (Problem, "displaced_tubes"): "tube",
-    (Problem, "gaps"): "gaps of the tube",
-    (Problem, "gaps_at_folds"): "gaps of the tube",
-    (EditedSurface, "__init__"): "untouched samples",
-    (EditedSurface, "rows"): "rows",
-    (EditedSurface, "add_finer"): "rows",
+    (Problem, "displaced_surface"): "displaced surface",
+    (EditedSurface, "__init__"): "untouched surface, rows",
+    (EditedSurface, "finer"): "finer rows",
     (local, "solve_level"): "assemble and solve",
     (gauss_newton, "draw"): "draw residuals",
     (gauss_newton, "solve_linear"): "conjugate gradients",
