@@ -42,6 +42,7 @@ GUIDING = ROWS // 4, COLUMNS // 4  # of the tube that tells whether it does
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
 DIVISIONS, MOST_UNDER = 8, 15_000  # of those, and their vertices about
+THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -81,7 +82,7 @@ class DisplacedSurface(NamedTuple):
 class _Sampled(NamedTuple):
     """What `DisplacedSurface` says of the tubes alone, and how their samples are found.
 
-    tree: of all samples before they are displaced, those that were dropped, too
+    tree: of every other sample before it is displaced, of those that were dropped, too
     """
 
     tubes: list[Tube]
@@ -152,8 +153,10 @@ class Problem:
             return values_and_gradients(self.field, after.points[part])
 
         f, gradient = in_pieces(sample, len(after.points), self.check)
-        tree = search_tree(before.points)
-        if crossings(self.field, before, after, self.check, tree, f).any():
+        some = slice(None, None, THINNED)
+        tree = search_tree(before.points[some])
+        thin = before.where(some), after.where(some), self.check, tree, f[some]
+        if crossings(self.field, *thin).any():
             swept = self._swept
             tubes = [tube.where(self._bounding(tube.surface, tube.target)) for tube in tubes]
             tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
@@ -181,7 +184,7 @@ class Problem:
                 there = tube.surface.points[close], tube.displacement.normals[close]
                 theirs = displace(*other, *there).amount
                 wins[close] &= np.abs(theirs) <= amount[close]
-            tubes.append(tube.where(wins))
+            tubes.append(tube.where(wins) if others else tube)
         return tubes
 
     @cached_property
