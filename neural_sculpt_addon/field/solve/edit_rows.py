@@ -91,21 +91,27 @@ class EditedSurface:
 
     def finer(
         self,
+        rows: Rows,
         missed: NDArray[np.int32],
         active: NDArray[np.int32],
         level: int,
         field: Field,
         random: np.random.Generator,
     ) -> Rows:
-        """Rows in the cells `active` of a finer level: around the surface, and on it in the cells
-        `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
+        """The rows, and more in the cells `active` of a finer level: around the surface, and on it
+        in the cells `missed` of the level above, as dense as elsewhere.
+
+        field: what f is so far
         """
         before, after = self._between(missed, level, random)
         self._before_and_after = join([self._before_and_after, (before, after)])
         self._look()
         points, wanted = self._around(active, level)
         around = _value_rows(points, wanted, values(field, points))
-        return _rows(after, values_and_gradients(field, after.points), level, random, [around])
+        more = _rows(after, values_and_gradients(field, after.points), level, random, [around])
+        more.at += len(rows.points)
+        both = zip(vars(rows).values(), vars(more).values(), strict=True)
+        return Rows(*map(np.concatenate, both))
 
     def _look(self) -> None:
         """Have all samples found by where they are."""

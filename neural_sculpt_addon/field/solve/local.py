@@ -186,7 +186,9 @@ class LocalEdit:
             level += 1
             cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
-            self._rows.extend(self._surface.finer(missed, cells, level, self.field, self._random))
+            self._rows = self._surface.finer(
+                self._rows, missed, cells, level, self.field, self._random
+            )
             self._add(level, cells)
         level = self.resolution.level
         for _ in range(REPAIRS):

@@ -11,7 +11,7 @@ by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -61,13 +61,6 @@ class Rows:
     along: Array
     slopes: Array
     steep: Array
-
-    def extend(self, more: "Rows") -> None:
-        """Append equations."""
-        more = replace(more, at=more.at + len(self.points))
-        for part in fields(self):
-            both = getattr(self, part.name), getattr(more, part.name)
-            setattr(self, part.name, np.concatenate(both))
 
     def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
         """Append value rows (N,) of one weight."""
