@@ -65,7 +65,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "ITERATIONS": (SYSTEM,),
     "SETTLED": (SYSTEM,),
     "GUIDED": (PROBLEM,),
-    "FINE_EDGE": (PROBLEM,),
+    "FINE_EDGE": ("neural_sculpt_addon.field.problem.folded",),
     "WRONG_SIDE": (FOLD,),
     "BESIDE": (FOLD,),
     "NEAR": (FOLD,),

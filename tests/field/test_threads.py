@@ -8,7 +8,15 @@ import pytest
 import torch
 
 from neural_sculpt_addon.common.errors import Cancelled
-from neural_sculpt_addon.field.threads import PIECE, in_pieces, one_thread, parallel, pool, threads
+from neural_sculpt_addon.field.threads import (
+    PIECE,
+    in_pieces,
+    one_thread,
+    parallel,
+    pool,
+    shares,
+    threads,
+)
 
 
 def test_its_threads_leave_torch_one_thread_each():
@@ -38,6 +46,17 @@ def test_no_piece_is_larger_than_asked_for(count, light):
 
     sizes = in_pieces(task, count, light=light, size=32)
     assert len(sizes) == count and sizes.max() <= 32
+
+
+@pytest.mark.parametrize("count", [PIECE + 1, 3 * PIECE, 5 * PIECE + 7])
+def test_two_threads_do_as_much_each(count):
+    sizes = [part.stop - part.start for part in shares(count, PIECE)]
+    assert sum(sizes) == count and max(sizes) <= PIECE
+    assert len(sizes) % 2 == 0 and max(sizes) - min(sizes) <= 1
+
+
+def test_few_points_are_one_part():
+    assert shares(PIECE, PIECE) == [slice(0, PIECE)] and shares(0, PIECE) == []
 
 
 @pytest.mark.parametrize("light", [False, True])

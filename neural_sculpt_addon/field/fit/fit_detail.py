@@ -144,10 +144,7 @@ def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
     for _ in range(RINGS):
         near = dilated(near, level)
     reached = dilated(near, level)
-    values, slopes = (
-        among(linear(cells_of(points, level), level), reached) for points in (rows.points, rows.at)
-    )
-    some = rows.where(values, slopes)
+    some = rows.where(among(linear(cells_of(rows.points, level), level), reached))
     again = solve_level(level, near[among(near, nodes)], some, check, ITERATIONS, DAMPED, LEFT_OUT)
     return Level.sum([found, again])
 

@@ -290,7 +290,7 @@ def _reverse_at_folds(
     volume, however near to untouched surface: a film that is left where a sheet was carved away.
     """
     vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
-    surface, triangles, displaced = problem.asked_triangles()
+    surface, triangles, displaced = problem.folded.triangles()
     for tube in tubes:  # which are finer where a profile bends
         triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
         surface = join([surface, tube.target])

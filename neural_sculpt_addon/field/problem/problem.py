@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
@@ -26,12 +25,11 @@ from ...stroke.path import Path, locate
 from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals, values_and_gradients
 from ..field import Field
-from ..mesh.subdivide import divide
 from ..mesh.surface import Samples
 from ..nearest import search_tree
-from ..projection import ARRIVED, project
-from ..threads import SEARCHED, in_pieces, join
-from .fold import SweptVolume, bounding, crossings
+from ..threads import in_pieces, join
+from .fold import SweptVolume, crossings
+from .folded import Folded
 from .lay import lay
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
@@ -39,9 +37,7 @@ from .tube import COLUMNS, ROWS, Tube, displaced, sample_rim, sample_tube
 FARTHEST = 2.5  # radii, of what nearness tells apart
 GUIDED = 0.5  # radii: cells of the finest detail whose normals guide a stroke that folds
 GUIDING = ROWS // 4, COLUMNS // 4  # of the tube that tells whether it does
-FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
-SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
-MOST_UNDER = 15_000  # vertices of those, about
+THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -78,19 +74,10 @@ class DisplacedSurface(NamedTuple):
     swept: SweptVolume | None
 
 
-class _Moved(NamedTuple):
-    """Samples (N,) of the surface, and where they are displaced to."""
-
-    points: NDArray[np.float32]  # (N, 3)
-    normals: NDArray[np.float32]
-    moved: NDArray[np.float32]
-    moved_normals: NDArray[np.float32]
-
-
 class _Sampled(NamedTuple):
     """What `DisplacedSurface` says of the tubes alone, and how their samples are found.
 
-    tree: of all samples before they are displaced, those that were dropped, too
+    tree: of every other sample before it is displaced, of those that were dropped, too
     """
 
     tubes: list[Tube]
@@ -167,10 +154,12 @@ class Problem:
             return values_and_gradients(self.field, after.points[part])
 
         f, gradient = in_pieces(sample, len(after.points), self.check)
-        tree = search_tree(before.points)
-        if crossings(self.field, before, after, self.check, tree, f).any():
-            swept = self._swept
-            tubes = [tube.where(self._bounding(tube.surface, tube.target)) for tube in tubes]
+        some = slice(None, None, THINNED)
+        tree = search_tree(before.points[some])
+        thin = before.where(some), after.where(some), self.check, tree, f[some]
+        if crossings(self.field, *thin).any():
+            swept = self.folded.swept
+            tubes = [tube.where(self.folded.bounding(tube.surface, tube.target)) for tube in tubes]
             tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
             before, after = join([(tube.surface, tube.target) for tube in tubes])
             f, gradient = in_pieces(sample, len(after.points), self.check)
@@ -196,7 +185,7 @@ class Problem:
                 there = tube.surface.points[close], tube.displacement.normals[close]
                 theirs = displace(*other, *there).amount
                 wins[close] &= np.abs(theirs) <= amount[close]
-            tubes.append(tube.where(wins))
+            tubes.append(tube.where(wins) if others else tube)
         return tubes
 
     @cached_property
@@ -208,100 +197,19 @@ class Problem:
         return [[self.laid[other] for other in np.flatnonzero(row)] for row in meets]
 
     @cached_property
-    def _swept(self) -> SweptVolume:
-        """What the surface sweeps over."""
-        surface, moved, triangles = self._under
-        return SweptVolume(self.field, surface, moved, triangles, self._radius, self.check)
-
-    @cached_property
-    def _under(self) -> tuple[Samples, Samples, NDArray[np.int64]]:
-        """The surface under the stroke, where it is displaced to, and its triangles (T, 3).
-
-        A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
-        samples where an edge fans out. So the proxy's triangles are divided until they are fine
-        before and after, and their vertices brought to the surface.
-        """
-        proxy, finest = self.preparation.proxy, FINE_EDGE * self._radius
-
-        def move(before: Samples) -> _Moved:
-            return _Moved(*before, *self.move(before)[0])
-
-        def is_long(one: _Moved, other: _Moved) -> NDArray[np.bool_]:
-            was = np.linalg.norm(one.points - other.points, axis=1)
-            is_now = np.linalg.norm(one.moved - other.moved, axis=1)
-            return (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
-
-        def middles(one: _Moved, other: _Moved) -> _Moved:
-            start = (one.points + other.points) / 2
-
-            def bring(part: slice) -> Samples:
-                return Samples(*project(self.field, start[part], tolerance=ARRIVED)[:2])
-
-            return move(in_pieces(bring, len(start), self.check))
-
-        some, corners = np.unique(proxy.triangles[self._touched], return_inverse=True)
-        vertices = proxy.vertices[some]
-        found = move(Samples(vertices, normals(self.field, vertices)))
-        triangles = corners.reshape(-1, 3).astype(np.int32)
-        triangles, found = divide(triangles, found, is_long, middles, MOST_UNDER)
-        return Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64)
-
-    @cached_property
-    def _touched(self) -> NDArray[np.bool_]:
-        """Which triangles (T,) of the proxy have a corner under the stroke."""
+    def folded(self) -> Folded:
+        """What is asked for where the displaced surface runs through itself."""
         proxy = self.preparation.proxy
         near = self.nearness(Samples(proxy.vertices, proxy.normals), beyond_flat_ends=False) < 1
-        return near[proxy.triangles].any(axis=1)
-
-    def asked_triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
-        """The surface that is asked for where it runs through itself: vertices, triangles (T, 3),
-        and which of these (T,) are displaced.
-
-        The proxy's triangles, those under the stroke divided: without those that bound nothing, and
-        those of other sheets that the stroke swallows.
-        """
-        proxy, (_, moved, triangles) = self.preparation.proxy, self._under
-        displaced = triangles[self._under_bounds[triangles].any(axis=1)]
-        held = proxy.triangles[~self._touched].astype(np.int64)
-        left = ~self._swept.swallows(proxy.vertices)
-        held = held[left[held].any(axis=1)]
-        vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
-        both = np.concatenate([displaced, held + len(moved.points)])
-        return vertices, both, np.arange(len(both)) < len(displaced)
-
-    def distance_at_folds(self, points: NDArray[np.float32]) -> Array:
-        """Distance (N,) of any points (N, 3) from the surface that is asked for, where that runs
-        through itself."""
-        tree, vertices, triangles = self._asked_tree
-
-        def measure(part: slice) -> Array:
-            square = tree.squared_distance(vertices, triangles, points[part].astype(float))[0]
-            return np.sqrt(np.asarray(square))
-
-        return in_pieces(measure, len(points), self.check, light=True, size=SEARCHED)
-
-    @cached_property
-    def _asked_tree(self) -> tuple[igl.AABB, Array, NDArray[np.int64]]:
-        """Of `asked_triangles`, with its vertices and triangles."""
-        surface, triangles, _ = self.asked_triangles()
-        tree, vertices = igl.AABB(), surface.points.astype(float)
-        self.check()
-        tree.init(vertices, triangles)
-        return tree, vertices, triangles
-
-    def bounding_nothing(self) -> tuple[Samples, Samples]:
-        """Vertices of the surface under the stroke that bound nothing once they are displaced, and
-        where they are then. What they pass on their way is added or carved all the same."""
-        surface, moved, _ = self._under
-        return surface.where(~self._under_bounds), moved.where(~self._under_bounds)
-
-    @cached_property
-    def _under_bounds(self) -> NDArray[np.bool_]:
-        """Which vertices of `_under` bound something once they are displaced."""
-        return self._bounding(*self._under[:2])
-
-    def _bounding(self, surface: Samples, moved: Samples) -> NDArray[np.bool_]:
-        return bounding(self.field, self._swept, surface, moved, self.check)
+        touched = near[proxy.triangles].any(axis=1)
+        return Folded(
+            self.field,
+            proxy,
+            touched,
+            lambda surface: self.move(surface)[0],
+            self.stroke.brush.radius * self.stroke.largest_factor,
+            self.check,
+        )
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
@@ -313,7 +221,7 @@ class Problem:
         surface = Samples(surface.points, normals(self.field, surface.points))
         moved, stretch = self.move(surface)
         if crossings(self.field, surface, moved, self.check).any():
-            stretch[~self._bounding(surface, moved)] = 0
+            stretch[~self.folded.bounding(surface, moved)] = 0
         return moved, stretch
 
     def move(self, surface: Samples) -> tuple[Samples, Array]:
@@ -385,10 +293,10 @@ class Problem:
     def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
         """The same where the displaced surface runs through itself, by the displaced samples
         `target` of the tube: without those that bound nothing."""
-        surface, moved, _ = self._under
+        surface, moved, _ = self.folded.under
         tree = search_tree(target.points)
         far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
-        far &= self._under_bounds
+        far &= self.folded.bounds
         surface, moved = surface.where(far), moved.where(far)
         inner = self.nearness(surface, beyond_flat_ends=False) < INNER
         return surface.where(inner), moved.where(inner)

@@ -23,7 +23,6 @@ from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
-from ..problem.fold import bounding
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
@@ -91,21 +90,27 @@ class EditedSurface:
 
     def finer(
         self,
+        rows: Rows,
         missed: NDArray[np.int32],
         active: NDArray[np.int32],
         level: int,
         field: Field,
         random: np.random.Generator,
     ) -> Rows:
-        """Rows in the cells `active` of a finer level: around the surface, and on it in the cells
-        `missed` of the level above, as dense as elsewhere. `field` is what f is so far.
+        """The rows, and more in the cells `active` of a finer level: around the surface, and on it
+        in the cells `missed` of the level above, as dense as elsewhere.
+
+        field: what f is so far
         """
         before, after = self._between(missed, level, random)
         self._before_and_after = join([self._before_and_after, (before, after)])
         self._look()
         points, wanted = self._around(active, level)
         around = _value_rows(points, wanted, values(field, points))
-        return _rows(after, values_and_gradients(field, after.points), level, random, [around])
+        more = _rows(after, values_and_gradients(field, after.points), level, random, [around])
+        more.at += len(rows.points)
+        both = zip(vars(rows).values(), vars(more).values(), strict=True)
+        return Rows(*map(np.concatenate, both))
 
     def _look(self) -> None:
         """Have all samples found by where they are."""
@@ -125,7 +130,7 @@ class EditedSurface:
         before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
         after, _ = problem.move(before)
         if self._swept is not None:
-            left = bounding(problem.field, self._swept, before, after, problem.check)
+            left = problem.folded.bounding(before, after)
             before, after = before.where(left), after.where(left)
         return before, after
 
@@ -155,7 +160,7 @@ class EditedSurface:
             inside = (f0_near < 0) + self._swept.winding(points[near]) > BURIED
             sides = np.where(inside, -1, 1)
             most = np.maximum(sides * f0_near, spacing(level))
-            wanted[near] = sides * np.minimum(self._problem.distance_at_folds(points[near]), most)
+            wanted[near] = sides * np.minimum(self._problem.folded.distance(points[near]), most)
         return points, wanted.astype(np.float32)
 
     def _preserved(

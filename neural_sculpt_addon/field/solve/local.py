@@ -186,7 +186,9 @@ class LocalEdit:
             level += 1
             cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
-            self._rows.extend(self._surface.finer(missed, cells, level, self.field, self._random))
+            self._rows = self._surface.finer(
+                self._rows, missed, cells, level, self.field, self._random
+            )
             self._add(level, cells)
         level = self.resolution.level
         for _ in range(REPAIRS):
@@ -307,7 +309,7 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
 def _changed(problem: Problem, swept: SweptVolume, level: int) -> NDArray[np.int32]:
     """Of the cells that samples pass which bound nothing in the end, those whose middles change
     sides: a plug that is carved away, a gap that is filled. Beyond, all stays what it was."""
-    cells = _passed(*problem.bounding_nothing(), level)
+    cells = _passed(*problem.folded.bounding_nothing(), level)
     middles = centres(places(cells, level), level)
     inside = values(problem.field, middles) < 0
     return cells[inside != (inside + swept.winding(middles) > BURIED)]

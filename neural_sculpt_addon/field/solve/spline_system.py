@@ -11,7 +11,7 @@ by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -62,18 +62,19 @@ class Rows:
     slopes: Array
     steep: Array
 
-    def extend(self, more: "Rows") -> None:
-        """Append equations."""
-        more = replace(more, at=more.at + len(self.points))
-        for part in fields(self):
-            both = getattr(self, part.name), getattr(more, part.name)
-            setattr(self, part.name, np.concatenate(both))
-
-    def where(self, values: NDArray[np.bool_], slopes: NDArray[np.bool_]) -> "Rows":
-        """Some of the value rows (N,) and of the slope rows (M,)."""
-        chosen = [values] * 4 + [slopes] * 4
-        parts = zip(fields(self), chosen, strict=True)
-        return Rows(*(getattr(self, part.name)[some] for part, some in parts))
+    def where(self, chosen: NDArray[np.bool_]) -> "Rows":
+        """The chosen value rows (N,), and the slope rows at their points."""
+        slopes, number = chosen[self.at], np.cumsum(chosen) - 1
+        return Rows(
+            self.points[chosen],
+            self.targets[chosen],
+            self.residuals[chosen],
+            self.weights[chosen],
+            number[self.at[slopes]],
+            self.along[slopes],
+            self.slopes[slopes],
+            self.steep[slopes],
+        )
 
     def add(self, points: Array, targets: Array, residuals: Array, weight: float) -> None:
         """Append value rows (N,) of one weight."""

@@ -306,5 +306,5 @@ def test_distances_in_a_hole_are_those_from_its_wall():
     points = np.stack([np.linspace(0, 0.08, 9), np.zeros(9), np.linspace(0.03, -0.03, 9)], axis=1)
     there = np.hypot(points[:, :1] - away[left], points[:, 2:] - floor[left]).min(axis=1)
     np.testing.assert_allclose(
-        problem.distance_at_folds(points.astype(np.float32)), there, atol=0.15 / 32
+        problem.folded.distance(points.astype(np.float32)), there, atol=0.15 / 32
     )

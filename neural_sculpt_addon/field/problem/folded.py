@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The surface that is asked for where it runs through itself, as triangles.
+
+    proxy under the stroke -> divided until it is fine -> swept volume -> what bounds something
+
+Model space. See docs/method.md, section 2.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Check
+from ...stroke.curve import Array
+from ..evaluate import normals
+from ..field import Field
+from ..mesh.proxy import Proxy
+from ..mesh.subdivide import divide
+from ..mesh.surface import Samples
+from ..projection import ARRIVED, project
+from ..threads import SEARCHED, in_pieces, join
+from .fold import SweptVolume, bounding
+
+FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
+SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
+MOST = 15_000  # vertices of those, about
+
+
+class Under(NamedTuple):
+    """The surface under a stroke, where it is displaced to, and its triangles (T, 3)."""
+
+    before: Samples
+    after: Samples
+    triangles: NDArray[np.int64]
+
+
+class _Moved(NamedTuple):
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]
+    moved: NDArray[np.float32]
+    moved_normals: NDArray[np.float32]
+
+
+class Folded:
+    """What a stroke asks for where the displaced surface runs through itself."""
+
+    def __init__(
+        self,
+        field: Field,
+        proxy: Proxy,
+        touched: NDArray[np.bool_],
+        move: Callable[[Samples], Samples],
+        radius: float,
+        check: Check,
+    ) -> None:
+        """Of a field and its proxy.
+
+        touched: which of its triangles (T,) have a corner under the stroke
+        move:    where samples of the surface are displaced to
+        radius:  of the stroke
+        """
+        self._field, self._proxy, self._touched = field, proxy, touched
+        self._move, self._radius, self._check = move, radius, check
+
+    @cached_property
+    def under(self) -> Under:
+        """The surface under the stroke.
+
+        A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
+        samples where an edge fans out. So the proxy's triangles are divided until they are fine
+        before and after, and their vertices brought to the surface.
+        """
+        finest = FINE_EDGE * self._radius
+
+        def move(before: Samples) -> _Moved:
+            return _Moved(*before, *self._move(before))
+
+        def is_long(one: _Moved, other: _Moved) -> NDArray[np.bool_]:
+            was = np.linalg.norm(one.points - other.points, axis=1)
+            is_now = np.linalg.norm(one.moved - other.moved, axis=1)
+            return (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
+
+        def middles(one: _Moved, other: _Moved) -> _Moved:
+            start = (one.points + other.points) / 2
+
+            def bring(part: slice) -> Samples:
+                return Samples(*project(self._field, start[part], tolerance=ARRIVED)[:2])
+
+            return move(in_pieces(bring, len(start), self._check))
+
+        some, corners = np.unique(self._proxy.triangles[self._touched], return_inverse=True)
+        vertices = self._proxy.vertices[some]
+        found = move(Samples(vertices, normals(self._field, vertices)))
+        triangles = corners.reshape(-1, 3).astype(np.int32)
+        triangles, found = divide(triangles, found, is_long, middles, MOST)
+        return Under(Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64))
+
+    @cached_property
+    def swept(self) -> SweptVolume:
+        """What the surface sweeps over."""
+        return SweptVolume(self._field, *self.under, self._radius, self._check)
+
+    def bounding(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
+        """Which displaced samples (N,) bound something."""
+        return bounding(self._field, self.swept, before, after, self._check)
+
+    @cached_property
+    def bounds(self) -> NDArray[np.bool_]:
+        """Which vertices of `under` bound something once they are displaced."""
+        return self.bounding(*self.under[:2])
+
+    def bounding_nothing(self) -> tuple[Samples, Samples]:
+        """Vertices of `under` that bound nothing once they are displaced, and where they are then.
+        What they pass on their way is added or carved all the same."""
+        return self.under.before.where(~self.bounds), self.under.after.where(~self.bounds)
+
+    def triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
+        """The surface that is asked for: vertices, triangles (T, 3), and which of these (T,) are
+        displaced.
+
+        The proxy's triangles, those under the stroke divided: without those that bound nothing, and
+        those of other sheets that the stroke swallows.
+        """
+        proxy, (_, moved, triangles) = self._proxy, self.under
+        displaced = triangles[self.bounds[triangles].any(axis=1)]
+        held = proxy.triangles[~self._touched].astype(np.int64)
+        left = ~self.swept.swallows(proxy.vertices)
+        held = held[left[held].any(axis=1)]
+        vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
+        both = np.concatenate([displaced, held + len(moved.points)])
+        return vertices, both, np.arange(len(both)) < len(displaced)
+
+    def distance(self, points: NDArray[np.float32]) -> Array:
+        """Distance (N,) of any points (N, 3) from those triangles."""
+        tree, vertices, triangles = self._tree
+
+        def measure(part: slice) -> Array:
+            square = tree.squared_distance(vertices, triangles, points[part].astype(float))[0]
+            return np.sqrt(np.asarray(square))
+
+        return in_pieces(measure, len(points), self._check, light=True, size=SEARCHED)
+
+    @cached_property
+    def _tree(self) -> tuple[igl.AABB, Array, NDArray[np.int64]]:
+        surface, triangles, _ = self.triangles()
+        tree, vertices = igl.AABB(), surface.points.astype(float)
+        self._check()
+        tree.init(vertices, triangles)
+        return tree, vertices, triangles
