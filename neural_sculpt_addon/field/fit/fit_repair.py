@@ -38,6 +38,9 @@ from .fit_detail import among
 from .mesh_distance import MeshDistance
 
 NEAR = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
+NO_PIECE = (
+    0.25  # cells that the vertices of a piece are off on average when the mesh has none there
+)
 ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
 AROUND, RINGS, LOW = 6, 3, 0.4
 """What is hidden is looked for at a place in each cell of this level, in so many rings of cells
@@ -113,7 +116,7 @@ def repaired(
 
 def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = None) -> Strays:
     """Some vertices of all surface of the proxy, or of that in `reached` cells as of `support`,
-    that the mesh is not near to."""
+    that the mesh is not near to, and those of pieces that it does not have."""
     count, labels = proxy.components
     sizes = np.bincount(labels, minlength=count)
     starts = np.cumsum(sizes) - sizes
@@ -124,11 +127,12 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
         every = np.flatnonzero(_within(proxy.vertices, reached))
     every = every[np.linspace(0, len(every) - 1, min(len(every), ASKED)).astype(int)]
     asked = np.concatenate([every, np.argsort(labels, kind="stable")[of_pieces.ravel()]])
-    points = proxy.vertices[np.unique(asked)]
-    limit = NEAR * proxy.active.spacing
-    points = points[distance.far(points.astype(float), limit)]
-    away = np.abs(distance(points.astype(float)).value)
-    far = away > limit
+    asked = np.unique(asked)
+    points, piece = proxy.vertices[asked], labels[asked]
+    away = distance.away(points.astype(float))
+    mean = np.bincount(piece, away, count) / np.bincount(piece, minlength=count)
+    cell = proxy.active.spacing
+    far = (away > NEAR * cell) | (mean > NO_PIECE * cell)[piece]
     return _known(Strays(points[far], away[far]), distance)
 
 
