@@ -59,7 +59,7 @@ CONSTANTS: dict[str, tuple[str, ...]] = {
     "UPRIGHT": (ROWS,),
     "TRIES": (ROWS,),
     "MORE": (ROWS,),
-    "BURIED": (ROWS,),
+    "BURIED": ("neural_sculpt_addon.field.problem.folded",),
     "DAMPING": (SYSTEM,),
     "LEAST_TOUCHED": (SYSTEM,),
     "ITERATIONS": (SYSTEM,),

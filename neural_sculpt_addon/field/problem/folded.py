@@ -28,6 +28,7 @@ from .fold import SweptVolume, bounding
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
 MOST = 15_000  # vertices of those, about
+BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
 class Under(NamedTuple):
@@ -103,6 +104,19 @@ class Folded:
     def swept(self) -> SweptVolume:
         """What the surface sweeps over."""
         return SweptVolume(self._field, *self.under, self._radius, self._check)
+
+    def inside(self, points: NDArray[np.float32], f: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Which of any points (N, 3), where the field was f (N,), are inside of the new surface.
+
+        Between the old surface and its triangles the field and the winding number tell different
+        sides of it: there both are taken a little farther on the field's side.
+        """
+        aside = self.swept.beside
+        some = np.flatnonzero(np.abs(f) < aside)
+        asked = points.copy()
+        way = aside * np.where(f[some] < 0, -1, 1).astype(np.float32)
+        asked[some] += way[:, None] * normals(self._field, points[some])
+        return (f < 0) + self.swept.winding(asked) > BURIED
 
     def bounding(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
         """Which displaced samples (N,) bound something."""

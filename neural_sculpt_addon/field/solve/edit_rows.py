@@ -52,9 +52,6 @@ MORE = 3
 ON_SURFACE = 1e-3
 """What projection may leave; farther away it has lost its way."""
 
-BURIED = 0.5
-"""Winding number of the new shape, from which on a point lies in it."""
-
 
 class EditedSurface:
     """Samples of the surface after the stroke: where it is displaced, and where it is untouched."""
@@ -157,8 +154,7 @@ class EditedSurface:
         if self._swept is not None:
             near = np.flatnonzero(self._swept.near(points))
             f0_near = was(near)
-            inside = (f0_near < 0) + self._swept.winding(points[near]) > BURIED
-            sides = np.where(inside, -1, 1)
+            sides = np.where(self._problem.folded.inside(points[near], f0_near), -1, 1)
             most = np.maximum(sides * f0_near, spacing(level))
             wanted[near] = sides * np.minimum(self._problem.folded.distance(points[near]), most)
         return points, wanted.astype(np.float32)

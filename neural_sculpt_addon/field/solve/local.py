@@ -37,9 +37,8 @@ from ..evaluate import values
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..nearest import search_tree
-from ..problem.fold import SweptVolume
 from ..problem.problem import DisplacedSurface, Problem
-from .edit_rows import AROUND, BURIED, EditedSurface
+from .edit_rows import AROUND, EditedSurface
 from .spline_system import ITERATIONS, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
@@ -154,7 +153,7 @@ class LocalEdit:
         before, after = displaced.before, displaced.after
         passed = _passed(before, after, level)
         if displaced.swept is not None:
-            passed = np.union1d(passed, _changed(problem, displaced.swept, level))
+            passed = np.union1d(passed, _changed(problem, level))
         self._active = dilated(passed, level)
         far = np.linalg.norm(after.points - before.points, axis=1) > HIGH * spacing(level)
         high = _parents(_passed(before.where(far), after.where(far), level), level)
@@ -306,13 +305,13 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
     return merged(np.concatenate(found))
 
 
-def _changed(problem: Problem, swept: SweptVolume, level: int) -> NDArray[np.int32]:
+def _changed(problem: Problem, level: int) -> NDArray[np.int32]:
     """Of the cells that samples pass which bound nothing in the end, those whose middles change
     sides: a plug that is carved away, a gap that is filled. Beyond, all stays what it was."""
     cells = _passed(*problem.folded.bounding_nothing(), level)
     middles = centres(places(cells, level), level)
-    inside = values(problem.field, middles) < 0
-    return cells[inside != (inside + swept.winding(middles) > BURIED)]
+    f = values(problem.field, middles)
+    return cells[(f < 0) != problem.folded.inside(middles, f)]
 
 
 def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
