@@ -210,7 +210,7 @@ def brushed(job, progress):
     fields["report"] = {"error_mean": 0.0}
     shown = proxy(field + layer, job.fields["resolution"])
     snapped = {"snapped": shown["vertices"], "snapped_normals": shown["normals"]}
-    return Payload(fields, {"layer": data, **(shown if job.fields["remesh"] else snapped)})
+    return Payload(fields, {"layer": data, **snapped, **(shown if job.fields["remesh"] else {})})
 
 
 def boolean(job, progress):

@@ -152,8 +152,11 @@ def test_vertices_that_a_brush_stroke_moves_need_normals():
     for wrong in (np.zeros((3, 3), np.float32), np.full((4, 3), np.nan, np.float32)):
         with pytest.raises(ProtocolError, match="snapped_normals"):
             answers.check(JobKind.BRUSHED, result(ABSORBED, snapped() | {"snapped_normals": wrong}))
-    with pytest.raises(ProtocolError, match="vertices"):
+    with pytest.raises(ProtocolError, match="snapped"):
         answers.check(JobKind.BRUSHED, result(ABSORBED, {"layer": np.ones(3, np.uint8)}))
+    with pytest.raises(ProtocolError, match="normals"):  # of another proxy, which may be there
+        some = {"vertices": np.zeros((4, 3), np.float32)}
+        answers.check(JobKind.BRUSHED, result(ABSORBED, snapped() | some))
 
 
 def test_a_large_proxy_is_looked_at_by_numpy_alone():

@@ -167,8 +167,8 @@ class Jobs:
     def brushed(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, remesh, result_revision <before, after, triangles: of the proxy, what
         a brush moved and two rings around it> -> revision, layer, context, report <layer> and
-        <snapped, snapped_normals>: the vertices on the new field, or <proxy> when `remesh` says so,
-        or the triangles do not show the field well.
+        <snapped, snapped_normals>: the vertices on the new field; <proxy>, too, when `remesh` says
+        so, or the triangles do not show the field well.
         """
         from ...field.edit.brushed import Brushed, absorb_brushed
 
@@ -181,12 +181,12 @@ class Jobs:
         state, solved = before.absorbed(result)
         fields, arrays = _layer(solved)
         fields["report"] = result.report
-        if result.snapped is None or read(job, "remesh", bool):
+        arrays |= zip(SNAPPED, result.snapped, strict=True)
+        if read(job, "remesh", bool) or not result.is_shown:
             return self._answer(state, fields, arrays, job, progress)
         revision = read(job, "result_revision", str)
         self._store.keep(revision, state)
-        snapped = dict(zip(SNAPPED, result.snapped, strict=True))
-        return Payload({"revision": revision, **fields}, {**arrays, **snapped})
+        return Payload({"revision": revision, **fields}, arrays)
 
     def boolean(self, job: Task, progress: Progress) -> Payload:
         """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),
