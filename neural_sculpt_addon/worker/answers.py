@@ -24,6 +24,9 @@ SNAPPED = "snapped", "snapped_normals"
 _STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
+_PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
+"""The arrays of a mesh."""
+
 _NOTHING = np.empty(0, bool)  # of a kind that no result has
 
 
@@ -95,8 +98,9 @@ def _check_state(
     _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
     if job is JobKind.BRUSHED:
+        _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    if job is not JobKind.BRUSHED or is_remade(arrays):
+    if job is not JobKind.BRUSHED or not _PROXY.isdisjoint(arrays):
         _check_proxy(arrays)
 
 

@@ -20,7 +20,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ...common.errors import SculptError
-from ...worker.answers import SNAPPED, is_remade
+from ...worker.answers import SNAPPED
 from ...worker.client import Message
 from . import sculpt_steps, stroke_list
 from .mesh import carried, preview, proxy_mesh
@@ -125,7 +125,7 @@ def add_brushed(
     begin_change()
     mesh = _own_mesh(ob)
     proxy_mesh.move(mesh, positions, vertices, normals)
-    if is_remade(result.arrays):
+    if fields["stretched"]:
         mesh[proxy_mesh.STRETCHED] = True
     group = field_of(ob)
     group.revision, group.report = fields["revision"], json.dumps(fields["report"])

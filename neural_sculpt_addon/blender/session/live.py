@@ -22,7 +22,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from ...common.errors import SculptError
-from ...worker.answers import SNAPPED, is_remade
+from ...worker.answers import SNAPPED
 from ...worker.client import JobKind, Message
 from .. import notice
 from ..scene import native_steps, sculpt_steps
@@ -179,7 +179,8 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
         asked = states.request(ob, **shown_as(field_of(ob)), result_revision=new_revision())
         fields, held = dict(asked.fields), dict(asked.held)
         remesh = proxy_mesh.STRETCHED in proxy_mesh.mesh_of(ob)
-        for earlier in proxy.known[: proxy.known.index(stroke)]:
+        place = proxy.known.index(stroke)
+        for earlier in proxy.known[:place]:
             if (result := earlier.result) is None:
                 raise SculptError("The brush stroke before it could not be absorbed.")
             layer = result.arrays["layer"].tobytes()
@@ -187,10 +188,11 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             fields["state"] = {**fields["state"], "layers": named}
             fields["revision"] = result.fields["revision"]
             held[result.fields["layer"]] = lambda layer=layer: layer
-            remesh |= is_remade(result.arrays)
+            remesh |= result.fields["stretched"]
         part = stroke.part
         arrays = {"before": part.before, "after": part.after, "triangles": part.triangles}
-        return replace(asked, fields={**fields, "remesh": remesh}, held=held, arrays=arrays)
+        fields |= {"remesh": remesh, "keep": place + 1 < len(proxy.known)}
+        return replace(asked, fields=fields, held=held, arrays=arrays)
 
     def apply(result: Message) -> None:
         if len(result.arrays[SNAPPED[0]]) != len(stroke.part.vertices):
