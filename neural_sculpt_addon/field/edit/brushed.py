@@ -225,7 +225,7 @@ def _snap(found: Projection, brushed: Brushed, changed: NDArray[np.bool_]) -> Sn
 def _is_bent(snapped: Snapped, brushed: Brushed) -> bool:
     """Whether triangles are stretched, or fold."""
     before, _, triangles = brushed
-    corners = snapped.vertices[triangles]  # (T, 3, 3)
+    corners = snapped.vertices[triangles].astype(float)  # (T, 3, 3)
     edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
     facing = np.einsum("ti,tci->tc", normals(corners), snapped.normals[triangles])
