@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Brush strokes that wait for the scene get there one at a time, whatever comes between them."""
 
-# pyright: reportAttributeAccessIssue=false
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
 
 import os
 import signal
+from contextlib import AbstractContextManager
 from unittest.mock import patch
 
 import bpy
@@ -36,7 +37,7 @@ class BrushResults(BrushCase):
         self.sculpted = vertices(self.ob())
         self.assertEqual(self.names(), [])
 
-    def at_work(self) -> object:
+    def at_work(self) -> AbstractContextManager[object]:
         """While the artist's hand does not rest."""
         return patch.object(self.results, "is_at_work", lambda: True)
 
