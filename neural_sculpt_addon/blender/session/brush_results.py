@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 from numpy.typing import NDArray
 
@@ -47,6 +48,7 @@ LOST = 3e-4
 ROUNDING = 1e-7
 """What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
 
+UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
 _AT_WORK = ("SCULPT_OT_", "TRANSFORM_OT_", "NEURAL_SCULPT_OT_draw")
 
 
@@ -106,7 +108,7 @@ class BrushedProxy:
         self.known.append(stroke)
         self.count, self.rests = self.count + 1, False
 
-    def keep(self, count: int, why: str = "Cancelled.") -> None:
+    def keep(self, count: int, why: str = UNDONE) -> None:
         """Forget all strokes but the first ones."""
         dropped = self.known[count:]
         del self.known[count:]
