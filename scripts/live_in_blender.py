@@ -38,7 +38,8 @@ STAGES = ("noticed", "asked", "answered", "in the scene")
 """Of a stroke, after Blender's brush has ended: the extension looks at the mesh, the worker has the
 job, its answer is there, the undo step is made."""
 TIMED = {
-    "blender.session.live": ("_look_later", "look", "_finish"),
+    "blender.session.live": ("_look_later", "look"),
+    "blender.session.brush_results": ("take",),
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
 }
@@ -77,30 +78,29 @@ def timed(owner: Any, name: str) -> None:
 
 def instrument() -> None:
     """Time the calls, and keep what strokes were."""
-    live = module("blender.session.live")
-    commit = live._commit
+    live, results = module("blender.session.live"), module("blender.session.brush_results")
+    enter_next = results._enter_next
 
-    def kept(ob: Any, stroke: Any, result: Any, base: Any) -> Any:
-        given = {"part": stroke.part, "report": result.fields["report"], "name": stroke.name}
-        brushed.append({**given, "remade": "vertices" in result.arrays, "base": base})
-        return commit(ob, stroke, result, base)
+    def kept(target: Any, proxy: Any) -> None:
+        stroke, base = proxy.strokes[0], proxy.positions
+        given = {"part": stroke.part, "report": stroke.result.fields["report"]}
+        remade = proxy.count == 1 and "vertices" in stroke.result.arrays
+        enter_next(target, proxy)
+        brushed.append({**given, "name": stroke.name, "remade": remade, "base": base})
 
-    live._commit = kept
+    results._enter_next = kept
     for name, functions in TIMED.items():
         for function in functions:
             timed(module(name), function)
-    for owner in ("blender.session.live", "blender.scene.native_steps"):  # what imported it by name
-        if hasattr(module(owner), "push_undo"):
-            module(owner).push_undo = module("blender.scene.commit").push_undo
     session = module("blender.session.worker_session").session
     timed(session, "poll_once")
     look, hear, is_at_work = live.look, session._hear, live.is_at_work
 
     def looked() -> None:
-        reached["noticed"], jobs = time.perf_counter(), len(session.jobs)
+        now, jobs = time.perf_counter(), len(session.jobs)
         look()
         if len(session.jobs) > jobs:
-            reached["asked"] = time.perf_counter()
+            reached["noticed"], reached["asked"] = now, time.perf_counter()
 
     def heard(message: Any) -> None:
         if message.kind == "result":
@@ -163,7 +163,7 @@ def measure(name: str, generator: np.random.Generator, session: Any) -> Steps:
         yield from stroke(generator)
         yield from hand.until(lambda: bool(brushed), SECONDS, f"{name} in the field")
         yield from hand.until(lambda: not session.jobs, SECONDS, "an idle worker")
-        reached["in the scene"] = ended["finish"]
+        reached["in the scene"] = ended["take"]
         stages = [reached[stage] - reached["ended"] for stage in STAGES]
         solving = brushed[0]["report"]["seconds"]
         results.append((*compare(brushed[0]), *stages, solving))
@@ -242,8 +242,8 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     drawn = time.perf_counter() - started
 
     def rests() -> bool:
-        live = module("blender.session.live")
-        return not session.jobs and not any(proxy.strokes for proxy in live._proxies.values())
+        proxies = module("blender.session.brush_results").proxies
+        return session.rests and not any(proxy.strokes for proxy in proxies.values())
 
     yield from hand.until(rests, SECONDS, "all strokes in the field")
     total, added = time.perf_counter() - started, len(fields()[0].neural_sculpt.strokes) - before

@@ -121,7 +121,7 @@ def _frame(asked: str, job: int, random: Random) -> bytes:
     fields, arrays = {
         "edit": ({**layer, "seconds": 1.0}, {"layer": some, **mesh}),
         "replay": ({"revision": "new", "layers": layers}, {"layer.1": some, **mesh}),
-        "brushed": ({**layer, "report": report}, snapped),
+        "brushed": ({**layer, "report": report, "stretched": False}, snapped),
         "boolean": ({**layer, "report": report}, {"layer": some, **mesh}),
         "consolidate": (
             {"revision": "new", "id": "id", "report": report},

@@ -233,7 +233,7 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "fit": ({"resolution": 16, **fit}, box),
         "absorb": (made, {**held, **box}),
         "smooth": ({"stroke": smooth, "solver": "local", **made}, held),
-        "brushed": ({**made, "remesh": False}, {**held, **brushed}),
+        "brushed": ({**made, "remesh": False, "keep": False}, {**held, **brushed}),
         "boolean": ({**unite, **other}, held),
         "boolean mesh": (unite, {**held, **tetrahedron}),
         "load": ({"path": "in.safetensors", "resolution": 16}, {}),

@@ -18,7 +18,7 @@ from .scene import native_steps, sculpt_steps
 from .scene.commit import in_edit_mode, in_window, push_undo
 from .scene.mesh import preview
 from .scene.sculpt_steps import BORDER, Step
-from .session import live, reports, saved_strokes
+from .session import brush_results, live, reports, saved_strokes
 from .session.job import Job
 from .session.worker_session import session
 
@@ -38,6 +38,8 @@ def prepare_undo(*_: object) -> None:
     """
     if native_steps.is_ours():
         return
+    if not _State.passing:
+        brush_results.finish()
     preview.hide()
     if _State.passing:
         return
@@ -54,6 +56,8 @@ def prepare_redo(*_: object) -> None:
     """Before redo: go to a border first."""
     if native_steps.is_ours():
         return
+    if not _State.passing:
+        brush_results.finish(unless_undone=True)
     preview.hide()
     if not _State.passing and sculpt_steps.redo_passes():
         _pass(bpy.ops.ed.redo)

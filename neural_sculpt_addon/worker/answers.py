@@ -19,12 +19,20 @@ _LAYERS = frozenset({JobKind.ABSORB, JobKind.BRUSHED, JobKind.BOOLEAN})
 """Jobs whose result is one more layer, with a report."""
 
 SNAPPED = "snapped", "snapped_normals"
-"""The arrays of a result that moves a part of the proxy instead of replacing all of it."""
+"""The arrays of a result that can move a part of the proxy instead of replacing all of it."""
 
 _STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
+_PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
+"""The arrays of a mesh."""
+
 _NOTHING = np.empty(0, bool)  # of a kind that no result has
+
+
+def is_remade(arrays: Mapping[str, Any]) -> bool:
+    """Whether a result brings another proxy."""
+    return "vertices" in arrays
 
 
 def why_malformed(message: Message) -> str:
@@ -89,9 +97,10 @@ def _check_state(
     _require(_is_name(fields.get("revision")), "revision")
     _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
-    if job is JobKind.BRUSHED and SNAPPED[0] in arrays:
+    if job is JobKind.BRUSHED:
+        _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    else:
+    if job is not JobKind.BRUSHED or not _PROXY.isdisjoint(arrays):
         _check_proxy(arrays)
 
 

@@ -95,8 +95,8 @@ class SculptCase(unittest.TestCase):
             time.sleep(0.005)
 
     def finish(self) -> None:
-        """Poll the worker until it is idle."""
-        self.pump(lambda: not self.session.jobs)
+        """Poll the worker until it is idle, and all is in the scene."""
+        self.pump(lambda: self.session.rests)
 
 
 class SteeredCase(SculptCase):

@@ -68,12 +68,15 @@ def take(name: str) -> bool:
     return taken == {"FINISHED"}
 
 
-class Live(SculptCase):
+class BrushCase(SculptCase):
+    """A sphere field in Sculpt Mode, and what the timer does when a stroke has ended."""
+
     def setUp(self) -> None:
         super().setUp()
         if bpy.app.version < (4, 3):
             self.skipTest("this Blender's brushes are no assets")
         self.live = module("blender.session.live")
+        self.results = module("blender.session.brush_results")
         self.addCleanup(self.live.forget)
         bpy.context.preferences.addons[EXTENSION].preferences.resolution = 96
         add("SPHERE").scale = (8, 8, 8)  # so that a brush covers a part of it
@@ -103,6 +106,8 @@ class Live(SculptCase):
     def edited(self) -> bool:
         return module("blender.scene.mesh.native_edits").edited(self.ob())
 
+
+class Live(BrushCase):
     def test_a_stroke_is_an_entry_and_an_undo_step(self) -> None:
         states = [state(self.ob())]
         with self.as_in_a_window():
@@ -178,22 +183,31 @@ class Live(SculptCase):
             once = vertices(self.ob())
             self.look()
             brush("Grab", 40)
+            twice = vertices(self.ob())
             self.look()
             undo()
-            np.testing.assert_array_equal(vertices(self.ob()), once)
-            self.assertFalse(self.session.jobs)
-            self.look()
-            self.assertFalse(self.session.jobs)
-            redo()
-            self.look()
-            self.assertFalse(self.session.jobs)
+            for there in (once, twice, once):
+                np.testing.assert_array_equal(vertices(self.ob()), there)
+                self.look()
+                self.finish()
+                self.assertEqual(self.names(), [])
+                (redo if there is once else undo)()
+            for _ in range(2):
+                undo()
+            self.assertEqual(state(self.ob()), before)
+            for _ in range(2):
+                redo()
+            np.testing.assert_array_equal(vertices(self.ob()), twice)
             undo()
-            brush("Clay", 0)
+            brush("Smooth", 0)
             self.look()
             self.finish()
-        self.assertEqual(self.names(), ["Clay"])
+        self.assertEqual(self.names(), ["Clay", "Smooth"])
         self.assertFalse(self.edited())
-        undo()
+        for count in (1, 0):
+            undo()
+            self.assertEqual(len(self.names()), count)
+            self.assertFalse(self.edited())
         self.assertEqual(state(self.ob()), before)
 
     def test_a_stroke_meanwhile_waits_for_the_first(self) -> None:
@@ -201,7 +215,7 @@ class Live(SculptCase):
         with self.as_in_a_window():
             brush("Clay", -40)
             self.look()
-            with patch.object(self.live, "is_at_work", lambda: True):
+            with patch.object(self.results, "is_at_work", lambda: True):
                 self.finish()
                 self.assertEqual(self.names(), [])
                 brush("Grab", 40)

@@ -207,10 +207,11 @@ def brushed(job, progress):
     layer = np.rint(job.arrays["after"][:-1].ravel()).astype("<i4") - field
     name, data = named(layer)
     fields = {"revision": job.fields["result_revision"], "layer": name, "context": "absorbed"}
-    fields["report"] = {"error_mean": 0.0}
+    fields |= {"report": {"error_mean": 0.0}, "stretched": job.fields["remesh"]}
     shown = proxy(field + layer, job.fields["resolution"])
     snapped = {"snapped": shown["vertices"], "snapped_normals": shown["normals"]}
-    return Payload(fields, {"layer": data, **(shown if job.fields["remesh"] else snapped)})
+    another = job.fields["remesh"] and not job.fields["keep"]
+    return Payload(fields, {"layer": data, **snapped, **(shown if another else {})})
 
 
 def boolean(job, progress):

@@ -28,6 +28,7 @@ import harness
 import numpy as np
 from bpy.types import Object
 
+brush_results = harness.module("blender.session.brush_results")
 live = harness.module("blender.session.live")
 preview = harness.module("blender.scene.mesh.preview")
 native_edits = harness.module("blender.scene.mesh.native_edits")
@@ -48,7 +49,7 @@ WEIGHTS = {
     **{"edit": 2, "dialog": 2, "base": 1, "remesh": 2, "absorb": 3, "sculpt": 3, "brush": 2},
     **{"boolean": 1, "consolidate": 1, "choose": 1},
     **{"object_mode": 3, "edit_mode": 2, "sculpt_mode": 2, "link": 1, "remove": 1, "transform": 1},
-    **{"save": 1, "kill": 1, "cancel": 1},
+    **{"save": 1, "kill": 1, "cancel": 1, "piece": 2},
 }
 FIRST = "draw", "draw", "draw", "deliver"
 """What each sequence begins with, so that there is a history."""
@@ -61,10 +62,12 @@ Steps = Generator[float, None, None]
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A field at a moment: what it is made of, and the true vertices (V, 3) of its proxy."""
+    """A field at a moment: what it is made of, the vertices (V, 3) of its proxy that Blender's
+    history has, and those that are seen without a preview."""
 
     made_of: tuple[object, ...]
     positions: np.ndarray
+    shown: np.ndarray
 
     def same(self, other: "Seen") -> bool:
         """Whether it is as another one."""
@@ -171,7 +174,8 @@ class Sequence:
         if word not in ("undo", "redo", "sculpt", "brush"):
             done = [job for job in ended if job.status == "done"]
             taken = {job.target for job in done if job.kind in TAKE_IN}
-            check_native(before, [name for name, targets in natively if taken.isdisjoint(targets)])
+            left = [name for name, targets in natively if taken.isdisjoint(targets)]
+            check_native(before, [name for name in left if not comes_in(before[name], name)])
         check_strokes(ended)
 
     def _choose(self) -> None:
@@ -186,12 +190,13 @@ class Sequence:
         """See what the scene is after an operation or a result, and keep it by its step."""
         self.jobs += [job for job in self.session.jobs if job not in self.jobs]
         (before, _), now, (place, count) = self.last, scene(), steps()
-        known, self.steps = self.steps, sculpt_steps.steps()[0]
+        past, self.steps = self.steps, sculpt_steps.steps()[0]
         self.last = now, place
-        pairs = enumerate(zip(known, self.steps, strict=False))
-        new = next((step for step, (one, two) in pairs if one != two), len(known))
+        pairs = enumerate(zip(past, self.steps, strict=False))
+        new = next((step for step, (one, two) in pairs if one != two), len(past))
         if place < new:
-            same(now, [before], "was changed without a step in the history")
+            known = [before, *self.possible.get(place, ())]
+            same(now, known, "was changed without a step in the history")
         taken_back = self.possible.get(new - 1, [])  # what the steps that gave way were done to
         between = [] if several(before, now) else [*taken_back, before, now]
         for step in range(new, place + 1):
@@ -360,6 +365,10 @@ class Sequence:
             self.sculpt()
             live.look()
 
+    def piece(self) -> None:
+        """One brush stroke that has its result gets a little nearer to the scene."""
+        self.session.poll_once()
+
     def boolean(self) -> None:
         """Unite two fields, of which one is hidden then."""
         others = [ob for ob in bpy.data.objects if ob != active() and ob.visible_get()]
@@ -486,7 +495,10 @@ def scene() -> Scene:
 def seen(ob: Object) -> Seen:
     """One field; reports come when they come."""
     weights, base, listed, revision, _, _, place = harness.state(ob)
-    return Seen((weights, base, listed, revision, place), positions(ob))
+    shown, proxy = positions(ob), brush_results.proxies.get(ob.session_uid)
+    is_there = proxy and proxy.half_way and proxy.step == sculpt_steps.active()
+    kept = proxy.positions if is_there else shown
+    return Seen((weights, base, listed, revision, place), kept, shown)
 
 
 def positions(ob: Object) -> np.ndarray:
@@ -541,11 +553,18 @@ def check_sum(ob: Object) -> None:
     assert np.array_equal(found, total), f"{ob.name}: its mesh is not the sum of its history"
 
 
+def comes_in(before: Seen, name: str) -> bool:
+    """Whether brush strokes that had their results got into a history."""
+    ob = bpy.data.objects.get(name)
+    added = () if ob is None else [*ob.neural_sculpt.strokes][len(before.made_of[2]) :]
+    return any(item.context == "absorbed" for item in added)
+
+
 def check_native(before: Scene, names: list[str]) -> None:
     """What Blender's own tools made of fields is as it was."""
     for name in names:
         if (ob := bpy.data.objects.get(name)) is not None:
-            kept, found = before[name].positions, positions(ob)
+            kept, found = before[name].shown, positions(ob)
             assert kept.shape == found.shape, f"the native edit of {name} is gone"
             assert close(kept, found), f"the native edit of {name} is gone"
 

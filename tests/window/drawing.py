@@ -63,7 +63,7 @@ class WindowCase(harness.SculptCase):
 
     def is_idle(self) -> bool:
         """Whether every job has ended, and the last stroke is measured."""
-        return not self.session.jobs and self.session.behind is None
+        return self.session.rests and self.session.behind is None
 
     def arc(self, tilt: float = 0.0, spread: float = 0.5) -> Array:
         """Points (15, 3) over the front of the sphere from left to right; `tilt` is upward."""

@@ -53,7 +53,7 @@ GOOD = [
     (JobKind.REPLAY, {"revision": "r", "base": "b"}, model()),
     (JobKind.ABSORB, ABSORBED, layered()),
     (JobKind.BOOLEAN, ABSORBED, layered()),
-    (JobKind.BRUSHED, ABSORBED, layered()),
+    (JobKind.BRUSHED, ABSORBED | {"stretched": True}, layered() | snapped()),
     (JobKind.FIT, PLACED, model()),
     (JobKind.LOAD, {"id": "b"}, model()),
     (JobKind.FLATTEN, {"id": "b"}, {"field": np.ones(5, "u1")}),
@@ -148,12 +148,18 @@ def test_messages_without_what_belongs_to_them(message):
 
 
 def test_vertices_that_a_brush_stroke_moves_need_normals():
-    answers.check(JobKind.BRUSHED, result(ABSORBED, snapped()))
+    brushed = ABSORBED | {"stretched": False}
+    answers.check(JobKind.BRUSHED, result(brushed, snapped()))
+    with pytest.raises(ProtocolError, match="stretched"):
+        answers.check(JobKind.BRUSHED, result(ABSORBED, snapped()))
     for wrong in (np.zeros((3, 3), np.float32), np.full((4, 3), np.nan, np.float32)):
         with pytest.raises(ProtocolError, match="snapped_normals"):
-            answers.check(JobKind.BRUSHED, result(ABSORBED, snapped() | {"snapped_normals": wrong}))
-    with pytest.raises(ProtocolError, match="vertices"):
-        answers.check(JobKind.BRUSHED, result(ABSORBED, {"layer": np.ones(3, np.uint8)}))
+            answers.check(JobKind.BRUSHED, result(brushed, snapped() | {"snapped_normals": wrong}))
+    with pytest.raises(ProtocolError, match="snapped"):
+        answers.check(JobKind.BRUSHED, result(brushed, {"layer": np.ones(3, np.uint8)}))
+    with pytest.raises(ProtocolError, match="normals"):  # of another proxy, which may be there
+        some = {"vertices": np.zeros((4, 3), np.float32)}
+        answers.check(JobKind.BRUSHED, result(brushed, snapped() | some))
 
 
 def test_a_large_proxy_is_looked_at_by_numpy_alone():

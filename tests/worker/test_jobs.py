@@ -192,16 +192,20 @@ def test_a_brush_stroke_is_one_more_layer_and_moves_the_vertices_it_names():
         "after": after[used],
         "triangles": corners.reshape(-1, 3).astype(np.int32),
     }
-    asked = ob.fields(result_revision="2", remesh=False)
+    asked = ob.fields(result_revision="2", remesh=False, keep=False)
     result = run(jobs, JobKind.BRUSHED, asked, ob.bytes | part)
-    assert "vertices" not in result.arrays
+    assert "vertices" not in result.arrays and not result.fields["stretched"]
     answers.check(JobKind.BRUSHED, Message(MessageKind.RESULT, 1, result.fields, result.arrays))
     assert np.linalg.norm(result.arrays["snapped"] - part["after"], axis=1).mean() < 1e-4
-    again = run(jobs, JobKind.BRUSHED, ob.fields(result_revision="3", remesh=True), ob.bytes | part)
+    stretched = asked | {"result_revision": "3", "remesh": True}
+    again = run(jobs, JobKind.BRUSHED, stretched, ob.bytes | part)
+    kept = run(jobs, JobKind.BRUSHED, stretched | {"keep": True}, ob.bytes | part)
+    assert again.fields["stretched"] and kept.fields["stretched"] and "vertices" not in kept.arrays
     assert again.fields["layer"] == result.fields["layer"]
     ob.add(None, result)
     assert distance_from(field_of(ob), again.arrays["vertices"]) < 1e-5
-    assert distance_from(field_of(ob), result.arrays["snapped"]) < 1e-4
+    for each in (result, again):
+        assert distance_from(field_of(ob), each.arrays["snapped"]) < 1e-4
     broken = part | {"triangles": part["triangles"] + len(used)}
     with pytest.raises(SculptError, match="does not have"):
         run(jobs, JobKind.BRUSHED, asked, ob.bytes | broken)

@@ -76,7 +76,7 @@ class Display(Watcher):
         told, self._told = self._told, (slow, status_bar.strokes_that_wait())
         if told != self._told or (slow and (heard or now is not before)):
             status_bar.refresh()
-        busy = session.jobs or session.behind or now is WorkerState.STARTING
+        busy = not session.rests or session.behind or now is WorkerState.STARTING
         return TICK if busy else None
 
 

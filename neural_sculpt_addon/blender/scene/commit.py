@@ -110,8 +110,8 @@ def add_brushed(
     vertices: NDArray[np.intp],
     positions: NDArray[np.float32],
 ) -> None:
-    """Append an entry of a brush stroke, after which the proxy keeps its triangles. Blender draws
-    it after `Mesh.update`, which is for the last of many.
+    """Append an entry of a brush stroke, after which the proxy keeps its triangles, for others
+    follow or they show the field well. Blender draws it after `Mesh.update`.
 
     vertices:  (P,) those that have new normals
     positions: (V, 3) of all
@@ -123,7 +123,10 @@ def add_brushed(
     entry = replace(entry, layer=fields["layer"], context=fields["context"])
     normals = result.arrays[SNAPPED[1]]
     begin_change()
-    proxy_mesh.move(_own_mesh(ob), positions, vertices, normals)
+    mesh = _own_mesh(ob)
+    proxy_mesh.move(mesh, positions, vertices, normals)
+    if fields["stretched"]:
+        mesh[proxy_mesh.STRETCHED] = True
     group = field_of(ob)
     group.revision, group.report = fields["revision"], json.dumps(fields["report"])
     stroke_list.append(ob, (entry,), {entry.layer: layer})

@@ -16,6 +16,7 @@ from bpy.types import Mesh
 
 from . import sculpt_steps
 from .mesh import brush_attributes
+from .sculpt_steps import Step
 
 _OURS = "ours"
 _state: set[str] = set()
@@ -35,24 +36,25 @@ def names() -> list[str]:
     return [step.name for step in takewhile(sculpt_steps.is_native, reversed(before))]
 
 
-def take_back(mesh: Callable[[], Mesh], is_back: Callable[[], bool]) -> bool:
-    """Undo steps of Sculpt Mode until something is so: whether it came to be.
+def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
+    """Undo the last step of Blender's history if that is one of Sculpt Mode after step `first`;
+    whether it was. Vertices are then where that step found them, in its part of the mesh.
 
-    Otherwise all is as before. mesh: the mesh that is sculpted, which undo makes another reference
+    mesh: the mesh that is sculpted, which undo makes another reference
     """
-    kept, taken = brush_attributes.read(mesh()), 0
+    before, _ = sculpt_steps.steps()
+    if first not in before[:-1] or not sculpt_steps.is_native(before[-1]):
+        return False
+    kept, count = brush_attributes.read(mesh()), len(mesh().vertices)
     with _ours():
-        for _ in names():
-            if is_back():
-                break
-            bpy.ops.ed.undo()
-            taken += 1
-        back = is_back()
-        for _ in range(0 if back else taken):
+        bpy.ops.ed.undo()
+        if sculpt_steps.active() == before[-1]:  # Blender has forgotten what was before it
+            return False
+        if len(mesh().vertices) != count:  # of another topology, which is not the brushes' doing
             bpy.ops.ed.redo()
-    if back and taken:
-        brush_attributes.write(mesh(), kept)
-    return back
+            return False
+    brush_attributes.write(mesh(), kept)
+    return True
 
 
 @contextmanager

@@ -28,6 +28,7 @@ from ..scene.commit import in_edit_mode
 from ..scene.mesh import carried, proxy_mesh
 from ..scene.objects import find
 from ..scene.properties import field_of
+from .arrivals import Arrivals
 from .job import Job, JobStatus
 from .session_watcher import Watcher
 
@@ -45,9 +46,15 @@ class JobQueue:
         self.behind: Job | None = None
         """The job that waits for all others to end."""
         self.watcher = Watcher()
+        self.arrivals = Arrivals()
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether no job waits for its result, and no result for the scene."""
+        return not self.jobs and not self.arrivals.wait()
 
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
@@ -86,8 +93,14 @@ class JobQueue:
         """Tell the first job of each object what it builds on."""
         for target, job in self.firsts().items():
             ob = find(target)
-            if not job.base and ob is not None:
+            if not job.base and ob is not None and not self.arrivals.hold(job):
                 job.base = field_of(ob).revision
+
+    def forget_bases(self, target: int) -> None:
+        """The jobs on an object that have not begun build on another state of it."""
+        for job in self.pending(target):
+            if job.status is JobStatus.QUEUED:
+                job.base = ""
 
     def tell_waiting(self) -> None:
         """Tell which strokes have no result yet; none where operators wait."""

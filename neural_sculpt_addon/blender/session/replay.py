@@ -33,7 +33,7 @@ def change_history(ob: Object, label: str, change: Change) -> Job | None:
     SculptError when the change cannot be made.
     """
     target = ob.session_uid
-    pending = session.pending(target)
+    pending = session.pending(target) or session.arrivals.wait()
     listed = stroke_list.entries(ob)
     wanted = change(listed)
     if not pending and stroke_list.heard(wanted) == stroke_list.heard(listed):

@@ -122,7 +122,7 @@ class Session(JobQueue):
         """After undo and redo: cancel the jobs whose object or base is gone."""
         for target, first in self.firsts().items():
             ob = find(target)
-            if ob is None or field_of(ob).revision != first.base:
+            if ob is None or (first.base and field_of(ob).revision != first.base):
                 for job in self.pending(target):
                     self.cancel_job(job, f"{first.label:.100} was cancelled: its field was undone.")
 
@@ -152,6 +152,8 @@ class Session(JobQueue):
             self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
+        if not read and self.arrivals.take():
+            heard = read = True  # likewise
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
@@ -216,6 +218,8 @@ class Session(JobQueue):
             self.fail(self.jobs[0], self.jobs[0].failure)
         self.tell_bases()
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
+            if self.arrivals.hold(self.jobs[0]) and not self._let_by():
+                break
             self.attempt(self.jobs[0], partial(self._start, self.jobs[0]))
             self.tell_bases()  # when that could not begin, the next one is the first
         behind = self.behind
@@ -224,6 +228,15 @@ class Session(JobQueue):
                 self._try_behind(behind, partial(self._begin, behind))
             else:  # it is gone with all that it knew
                 self.behind = None
+
+    def _let_by(self) -> bool:
+        """A brush stroke goes ahead of a job that waits for it; whether there is one."""
+        stroke = next((job for job in self.jobs if job.kind is JobKind.BRUSHED), None)
+        if stroke is not None:
+            self.jobs.remove(stroke)
+            self.jobs.appendleft(stroke)
+            self.tell_bases()
+        return stroke is not None
 
     def _start(self, job: Job) -> None:
         self._ensure_worker()

@@ -64,14 +64,15 @@ class Snapped(NamedTuple):
 class AbsorbedStroke(NamedTuple):
     """The field that has taken in what a brush did, and the layer that does it.
 
-    report:  as of `absorb.Absorbed`
-    snapped: None when the triangles do not show the new surface well
+    report:   as of `absorb.Absorbed`
+    is_shown: whether the triangles show the new surface well
     """
 
     preparation: Preparation
     layer: Coefficients
     report: dict[str, Any]
-    snapped: Snapped | None
+    snapped: Snapped
+    is_shown: bool
 
 
 def absorb_brushed(
@@ -106,8 +107,10 @@ def absorb_brushed(
         "components_after": done.proxy.components.total,
         "seconds": time.monotonic() - start,
     }
-    vertices = found.where(np.arange(len(points)) < len(brushed.after))
-    return AbsorbedStroke(done, solution.layer, report, _snap(vertices, brushed))
+    of_vertices = found.where(np.arange(len(points)) < len(brushed.after))
+    snapped = _snap(of_vertices, brushed)
+    is_shown = bool((of_vertices.distance < ARRIVED).all()) and not _is_bent(snapped, brushed)
+    return AbsorbedStroke(done, solution.layer, report, snapped, is_shown)
 
 
 def _finest(field: Field, surface: BrushedSurface) -> int:
@@ -212,20 +215,21 @@ def _with_rest(surface: BrushedSurface, proxy: Proxy) -> Patch:
     )
 
 
-def _snap(found: Projection, brushed: Brushed) -> Snapped | None:
-    """The vertices on the zero level, as `found`; None when triangles are stretched, or fold
-    there."""
-    before, after, triangles = brushed
-    vertices = np.where(brushed.changed[:, None], found.points, after)
-    corners = vertices[triangles]  # (T, 3, 3)
+def _snap(found: Projection, brushed: Brushed) -> Snapped:
+    """The vertices on the zero level, as `found`; where that was not, as the brush left them."""
+    moves = brushed.changed & (found.distance < ARRIVED)
+    return Snapped(np.where(moves[:, None], found.points, brushed.after), found.normals)
+
+
+def _is_bent(snapped: Snapped, brushed: Brushed) -> bool:
+    """Whether triangles are stretched, or fold."""
+    before, _, triangles = brushed
+    corners = snapped.vertices[triangles].astype(float)  # (T, 3, 3)
     edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
-    facing = np.einsum("ti,tci->tc", normals(corners), found.normals[triangles])
+    facing = np.einsum("ti,tci->tc", normals(corners), snapped.normals[triangles])
     folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
-    arrived = (found.distance < ARRIVED).all()
-    if not arrived or (edges > STRETCHED * np.maximum(usual, was)).any() or folded > usual**2:
-        return None
-    return Snapped(vertices, found.normals)
+    return bool((edges > STRETCHED * np.maximum(usual, was)).any() or folded > usual**2)
 
 
 def _edges(corners: Array) -> Array:

@@ -147,7 +147,7 @@ def _reshape(problem: Problem, solver: Solver, started: float, progress: Progres
             f"A stroke that is to {problem.stroke.kind} adds detail, which the solver {solver} does"
             " not. Use the solver local; in Blender, choose Detail for the field."
         )
-    (preparation, layer, _, _), goal, height = reshape(problem, progress)
+    (preparation, layer, *_), goal, height = reshape(problem, progress)
     seconds = time.perf_counter() - started
     field, proxy = preparation.field, preparation.proxy
     return Edit(problem, solver, field, layer, proxy, seconds, goal, height)

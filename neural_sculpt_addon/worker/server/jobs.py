@@ -165,10 +165,11 @@ class Jobs:
         return self._one_more(before, result, job, progress)
 
     def brushed(self, job: Payload, progress: Progress) -> Payload:
-        """state, resolution, remesh, result_revision <before, after, triangles: of the proxy, what
-        a brush moved and two rings around it> -> revision, layer, context, report <layer> and
-        <snapped, snapped_normals>: the vertices on the new field, or <proxy> when `remesh` says so,
-        or the triangles do not show the field well.
+        """state, resolution, remesh, keep, result_revision <before, after, triangles: of the proxy,
+        what a brush moved and two rings around it> -> revision, layer, context, report, stretched
+        <layer> and <snapped, snapped_normals>: the vertices on the new field. The proxy is
+        `stretched` when `remesh` says that it was, or the triangles do not show the field well:
+        then <proxy> comes, too, unless it is to `keep` them.
         """
         from ...field.edit.brushed import absorb_brushed
         from ...field.edit.brushed_surface import Brushed
@@ -182,12 +183,13 @@ class Jobs:
         state, solved = before.absorbed(result)
         fields, arrays = _layer(solved)
         fields["report"] = result.report
-        if result.snapped is None or read(job, "remesh", bool):
+        arrays |= zip(SNAPPED, result.snapped, strict=True)
+        fields["stretched"] = read(job, "remesh", bool) or not result.is_shown
+        if fields["stretched"] and not read(job, "keep", bool):
             return self._answer(state, fields, arrays, job, progress)
         revision = read(job, "result_revision", str)
         self._store.keep(revision, state)
-        snapped = dict(zip(SNAPPED, result.snapped, strict=True))
-        return Payload({"revision": revision, **fields}, {**arrays, **snapped})
+        return Payload({"revision": revision, **fields}, arrays)
 
     def boolean(self, job: Task, progress: Progress) -> Payload:
         """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),

@@ -93,7 +93,7 @@ def test_vertices_are_put_onto_the_field(shape):
     _, brushed = cut(proxy.vertices, after, proxy.triangles)
     done = absorb_brushed(preparation, brushed)
     snapped = done.snapped
-    assert snapped is not None
+    assert done.is_shown
     assert np.abs(values(done.preparation.field, snapped.vertices)).max() < 1e-4
     still = (brushed.before == brushed.after).all(axis=1)
     assert np.abs(snapped.vertices - brushed.after)[still].max() < 1e-4
@@ -105,7 +105,10 @@ def test_stretched_triangles_are_not_kept(shape):
     center = proxy.vertices[np.argmax(proxy.vertices[:, 2])]
     after = proxy.vertices + 4 * (grabbed(proxy, center, 0.08) - proxy.vertices)
     _, brushed = cut(proxy.vertices, after, proxy.triangles)
-    assert absorb_brushed(preparation, brushed).snapped is None
+    done = absorb_brushed(preparation, brushed)
+    assert not done.is_shown
+    off = np.linalg.norm(done.snapped.vertices - brushed.after, axis=1)
+    assert off.mean() < 3e-4
 
 
 def test_what_cannot_be_absorbed_says_why(shape):

@@ -20,6 +20,9 @@ CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
 FILLED = "neural_sculpt_filled"
 """Custom property of a proxy's mesh: the fingerprint of the vertices that it was filled with."""
 
+STRETCHED = "neural_sculpt_stretched"
+"""Custom property of a proxy's mesh whose triangles do not show the field well any more."""
+
 
 def why_locked(ob: Object) -> str:
     """Why the object's mesh cannot be replaced now, as a sentence; empty when it can."""
@@ -120,6 +123,8 @@ def fill(mesh: Mesh, new: Geometry) -> None:
         _write(mesh, "custom_normal", "vector", new.normals)
     brush_attributes.write(mesh, new.painted)
     mesh[FILLED] = new.filled
+    if STRETCHED in mesh:
+        del mesh[STRETCHED]
     mesh.update()
 
 

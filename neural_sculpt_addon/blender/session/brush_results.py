@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The way of absorbed brush strokes into the scene: one piece of work at a time, so that Blender
+answers meanwhile, however many there are.
+
+    a brush's undo step is taken back; ...; the first stroke becomes an undo step of ours; ...
+
+It begins when all strokes have their results and the artist's hand rests. Between two pieces the
+proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo and
+redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed meanwhile is
+one more stroke. A file that is saved half-way has the rest on its mesh alone, as sculpted.
+
+What undo takes from the mesh stays here as long as redo can bring it back, and nothing comes in
+before the next stroke, since a new step would cut off what can be redone.
+"""
+
+import logging
+import time
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Object
+from numpy.typing import NDArray
+
+from ...common.errors import SculptError
+from ...worker.answers import SNAPPED, is_remade
+from ...worker.client import JobKind, Message
+from .. import notice
+from ..scene import native_steps, sculpt_steps
+from ..scene.commit import add_brushed, add_entry, in_edit_mode
+from ..scene.mesh import preview, proxy_mesh
+from ..scene.mesh.brushed import Part
+from ..scene.objects import find, found
+from ..scene.sculpt_steps import Step
+from ..scene.stroke_list import Entry
+from .arrivals import Arrivals
+from .job import Job, JobStatus
+from .worker_session import session
+
+log = logging.getLogger(__name__)
+
+Vectors = NDArray[np.float32]
+
+LOST = 3e-4
+"""Mean distance, model units, from which on the artist is told that a stroke was too fine."""
+
+ROUNDING = 1e-7
+"""What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
+
+UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
+_AT_WORK = ("SCULPT_OT_", "TRANSFORM_OT_", "NEURAL_SCULPT_OT_draw")
+
+
+@dataclass(eq=False)
+class BrushStroke:
+    """A brush stroke that is on its way into the field.
+
+    seen:  all vertices (V, 3) after it
+    after: the same, without what moved too little
+    """
+
+    name: str
+    part: Part
+    seen: Vectors
+    after: Vectors
+    job: Job | None = None
+    result: Message | None = None
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it could not be absorbed, or was cancelled."""
+        ends = JobStatus.FAILED, JobStatus.CANCELLED
+        return self.job is not None and self.job.status in ends
+
+
+@dataclass(eq=False)
+class BrushedProxy:
+    """A proxy as the field made it, and what brushes did since.
+
+    filled:    its fingerprint
+    positions: (V, 3)
+    corners:   (3, F), see `brushed.cut`
+    step:      of Blender's history at which it was so
+    known:     the strokes, in order, and those that undo took from the mesh
+    count:     how many of them the mesh has
+    half_way:  how many of them the mesh has alone, and not Blender's history as well
+    rests:     whether something may be redone, which the next step would cut off
+    """
+
+    filled: str
+    positions: Vectors
+    corners: NDArray[np.int32]
+    step: Step | None
+    known: list[BrushStroke] = field(default_factory=list)
+    count: int = 0
+    half_way: int = 0
+    rests: bool = False
+
+    @property
+    def strokes(self) -> list[BrushStroke]:
+        """Those that the mesh has."""
+        return self.known[: self.count]
+
+    def add(self, stroke: BrushStroke) -> None:
+        """One more, instead of what could be redone."""
+        self.keep(self.count)
+        self.known.append(stroke)
+        self.count, self.rests = self.count + 1, False
+
+    def keep(self, count: int, why: str = UNDONE) -> None:
+        """Forget all strokes but the first ones."""
+        dropped = self.known[count:]
+        del self.known[count:]
+        self.count, self.half_way = min(self.count, count), min(self.half_way, count)
+        for stroke in dropped:
+            if stroke.job is not None and stroke.job.pending:
+                session.cancel_job(stroke.job, why)
+
+
+proxies: dict[int, BrushedProxy] = {}
+"""By session_uid of the object."""
+
+
+def is_at_work() -> bool:
+    """Whether a brush, or something else that moves vertices, is being used."""
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith(_AT_WORK) for w in windows for op in w.modal_operators)
+
+
+def is_back(now: Vectors, then: Vectors) -> bool:
+    """Whether vertices (V, 3) are those that they were, but for ROUNDING."""
+    return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
+
+
+def follow(ob: Object, positions: Vectors) -> BrushedProxy:
+    """From now on follow what brushes do to a proxy of triangles, whose vertices are these (V, 3),
+    as the field made them."""
+    mesh = proxy_mesh.mesh_of(ob)
+    corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
+    filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
+    proxies[ob.session_uid] = proxy = BrushedProxy(filled, positions, corners, step)
+    return proxy
+
+
+def find_place(ob: Object, proxy: BrushedProxy) -> None:
+    """After undo and redo: how many of the strokes the mesh has now.
+
+    What is half-way it keeps: of that, Blender's history may have brought back what it has itself.
+    """
+    mesh = proxy_mesh.mesh_of(ob)
+    if mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
+        proxy.keep(0)
+        return
+    now, least = proxy_mesh.positions(ob), proxy.half_way
+    states = [proxy.positions, *(stroke.seen for stroke in proxy.known)]
+    places = (i for i in reversed(range(least, len(states))) if is_back(now, states[i]))
+    place = next(places, least if least and now.shape == proxy.positions.shape else None)
+    if place is None:
+        proxy.keep(0)
+        return
+    proxy.count, proxy.rests = place, True
+    if not np.array_equal(now, states[place]):
+        proxy_mesh.put(mesh, states[place])
+        mesh.update()
+
+
+def finish(unless_undone: bool = False) -> None:
+    """Let what is half-way come into the scene at once.
+
+    unless_undone: not where something can be redone
+    """
+    for target, proxy in [*proxies.items()]:
+        if proxy.half_way and not (unless_undone and proxy.rests):
+            proxy.rests = False
+            while is_ready(target, proxy):
+                take(target, proxy)
+    session.tell_bases()
+
+
+def is_ready(target: int, proxy: BrushedProxy) -> bool:
+    """Whether a piece of work can be done. What was brushed since must be known first."""
+    strokes, ob = proxy.strokes, find(target)
+    if not strokes or proxy.rests or any(stroke.result is None for stroke in strokes):
+        return False
+    if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
+        return False
+    return shows(ob, proxy)
+
+
+def shows(ob: Object, proxy: BrushedProxy) -> bool:
+    """Whether the mesh of an object has the strokes, and nothing else was done to it."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if not proxy.count or mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
+        return False
+    return np.array_equal(preview.true_positions(mesh), proxy.strokes[-1].seen)
+
+
+BUDGET = 0.008
+"""Seconds after which no more work is begun before the window is drawn: a step that is taken back
+costs 4 ms and more, one that is made some 35 ms, of which Blender itself takes 30."""
+
+
+class BrushResults(Arrivals):
+    """Those of the strokes on all proxies."""
+
+    def wait(self) -> bool:
+        """Whether there is a piece that `take` would bring into the scene now."""
+        return any(is_ready(*each) for each in proxies.items())
+
+    def take(self) -> bool:
+        """Bring a piece of the first proxy that has one into the scene, and small ones together;
+        whether there was one."""
+        begun = time.perf_counter()
+        taken = False
+        while not taken or time.perf_counter() - begun < BUDGET:
+            ready = next((each for each in [*proxies.items()] if is_ready(*each)), None)
+            if ready is None:
+                break
+            take(*ready)
+            taken = True
+        return taken
+
+    def hold(self, job: Job) -> bool:
+        """Whether a job must wait, for it is to know of strokes that are on their way."""
+        ob, proxy = find(job.target or 0), proxies.get(job.target or 0)
+        if ob is None or proxy is None or job.kind is JobKind.BRUSHED:
+            return False
+        if not proxy.count or proxy.rests or any(stroke.has_failed for stroke in proxy.strokes):
+            return False
+        return is_at_work() or shows(ob, proxy)
+
+
+def take(target: int, proxy: BrushedProxy) -> None:
+    """One piece of work."""
+    proxy.keep(proxy.count)
+    proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
+    try:
+        with preview.hidden(), session.history_grows():
+            if not native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step):
+                _enter_next(target, proxy)
+            if proxy.count:
+                proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
+    except Exception as error:  # the jobs to come must not suffer for it
+        if not isinstance(error, SculptError):  # a defect
+            log.exception("brush strokes cannot come into the scene")
+        ob = find(target)
+        if ob is not None and proxy_mesh.positions(ob).shape == seen.shape:
+            proxy_mesh.put(proxy_mesh.mesh_of(ob), seen)  # as sculpted by other brushes
+        proxy.keep(0)
+        why = str(error) if isinstance(error, SculptError) else "The system console says why."
+        notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
+
+
+def _enter_next(target: int, proxy: BrushedProxy) -> None:
+    """The first stroke becomes an undo step. Only the last one may bring another proxy."""
+    stroke, result = proxy.strokes[0], proxy.strokes[0].result
+    assert result is not None
+    entry, now = Entry("", stroke.name), proxy.positions.copy()
+    now[stroke.part.vertices] = result.arrays[SNAPPED[0]]
+    if sculpt_steps.active() == proxy.step:  # of which a border may be made
+        proxy_mesh.put(proxy_mesh.mesh_of(found(target)), proxy.positions)
+    if proxy.count == 1 and is_remade(result.arrays):
+        add_entry(found(target), entry, result, stroke.name)
+    else:
+        add_brushed(found(target), entry, result, stroke.part.vertices, now)
+    session.forget_bases(target)
+    _tell_lost(stroke.name, result)
+    if proxy.count == 1:
+        proxy.keep(0)
+        proxy_mesh.mesh_of(found(target)).update()
+        follow(found(target), proxy_mesh.positions(found(target)))  # the next may come at once
+        return
+    proxy.positions, proxy.step = now, sculpt_steps.active()
+    proxy.filled = proxy_mesh.mesh_of(found(target))[proxy_mesh.FILLED]
+    del proxy.known[0]
+    proxy.count, proxy.half_way = proxy.count - 1, proxy.half_way - 1
+
+
+def _tell_lost(name: str, result: Message) -> None:
+    """Tell the artist when the field has not got all of a stroke."""
+    fields = result.fields
+    if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST:
+        notice.tell(
+            f"The field cannot hold all of {name}: details finer than its finest level were left"
+            " out. The proxy shows what it holds."
+        )
