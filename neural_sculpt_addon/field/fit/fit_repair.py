@@ -130,9 +130,13 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     asked = np.unique(asked)
     points, piece = proxy.vertices[asked], labels[asked]
     away = distance.away(points.astype(float))
-    mean = np.bincount(piece, away, count) / np.bincount(piece, minlength=count)
     cell = proxy.active.spacing
-    far = (away > NEAR * cell) | (mean > NO_PIECE * cell)[piece]
+    far = away > NEAR * cell
+    far[far] = distance.known(points[far].astype(float))
+    mesh = far | (away <= NEAR * cell)  # no film
+    points, piece, away, far = points[mesh], piece[mesh], away[mesh], far[mesh]
+    mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
+    far |= (mean > NO_PIECE * cell)[piece]
     return _known(Strays(points[far], away[far]), distance)
 
 
