@@ -33,8 +33,8 @@ def told(facts: dict[str, Any]) -> str:
     """The same as a paragraph."""
     versions = ", ".join(f"{name} {facts[name]}" for name in LIBRARIES)
     return (
-        f"Neural Sculpt {facts['version']}; {facts['processor']}, {facts['cores']} cores, no graphics"
-        f" card; {facts['system']}, Python {facts['python']}, {versions};"
+        f"Neural Sculpt {facts['version']}; {facts['processor']}, {facts['cores']} cores, no"
+        f" graphics card; {facts['system']}, Python {facts['python']}, {versions};"
         f" seed {facts['settings']['seed']}."
     )
 
