@@ -22,13 +22,16 @@ LIGHTS = (  # from, size in radii of the field, power per radius squared, color
 )
 
 
-def set_up(ob: bpy.types.Object) -> bpy.types.Object:
-    """Give the field a material and put lights and a camera about it, which is returned."""
+def set_up(ob: bpy.types.Object, seen_from: Vector = SEEN_FROM) -> bpy.types.Object:
+    """Give the field a material and put lights and a camera about it, which is returned.
+
+    seen_from: unit direction from the field to the camera
+    """
     bpy.context.view_layer.update()
     center, radius = _bounds(ob)
     assert isinstance(ob.data, bpy.types.Mesh)
     ob.data.materials.append(_clay())
-    camera = _camera(center, radius)
+    camera = _camera(center, radius, seen_from)
     for number, (direction, size, power, color) in enumerate(LIGHTS):
         light = bpy.data.lights.new(f"Light {number + 1}", "AREA")
         assert isinstance(light, bpy.types.AreaLight)
@@ -64,11 +67,11 @@ def _bounds(ob: Any) -> tuple[Vector, float]:
     return center, max((corner - center).length for corner in corners)
 
 
-def _camera(center: Vector, radius: float) -> bpy.types.Object:
+def _camera(center: Vector, radius: float, seen_from: Vector) -> bpy.types.Object:
     lens = bpy.data.cameras.new("Camera")
     lens.lens = LENS
     camera = bpy.data.objects.new(lens.name, lens)
-    _aim(camera, center + SEEN_FROM * DISTANCE * radius, center)
+    _aim(camera, center + seen_from * DISTANCE * radius, center)
     bpy.context.scene.camera = camera
     return camera
 

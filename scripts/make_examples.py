@@ -183,9 +183,9 @@ def hair() -> list[Data]:
             stroke(
                 f"Strand {row + 1}",
                 strand,
-                *(0.05, 0.045 if row % 2 else 0.03),
+                *(0.034, 0.034 if row % 2 else 0.024),
                 mirror="X",
-                profile=BRAID,
+                profile={"name": "cubic"},
                 modulation={"points": [[0, 0.4], [0.3, 1], [0.8, 0.8], [1, 0]]},
                 radius_factors=[1, 1, 1, 0.95, 0.9, 0.8, 0.6],
             )

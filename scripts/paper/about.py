@@ -3,18 +3,23 @@
 
 import os
 import platform
+import tomllib
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from environment import ROOT
+
 from .settings import Settings
 
+MANIFEST = ROOT / "blender_manifest.toml"
 LIBRARIES = ("torch", "numpy", "scipy", "trimesh", "libigl")
 
 
 def about(settings: Settings) -> dict[str, Any]:
     """All of it, ready for JSON."""
     return {
+        "version": tomllib.loads(MANIFEST.read_text(encoding="utf-8"))["version"],
         "processor": processor(),
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.machine()}",
@@ -28,8 +33,9 @@ def told(facts: dict[str, Any]) -> str:
     """The same as a paragraph."""
     versions = ", ".join(f"{name} {facts[name]}" for name in LIBRARIES)
     return (
-        f"{facts['processor']}, {facts['cores']} cores, no graphics card; {facts['system']},"
-        f" Python {facts['python']}, {versions}; seed {facts['settings']['seed']}."
+        f"Neural Sculpt {facts['version']}; {facts['processor']}, {facts['cores']} cores, no"
+        f" graphics card; {facts['system']}, Python {facts['python']}, {versions};"
+        f" seed {facts['settings']['seed']}."
     )
 
 

@@ -33,17 +33,13 @@ class Work:
 
     def __init__(self, folder: Path, about: Row) -> None:
         """Rows made under other conditions than `about` tells are refused. SculptError."""
-        self._folder = folder
-        folder.mkdir(parents=True, exist_ok=True)
+        self._folder, self._about = folder, about
         path = folder / ABOUT
-        if path.is_file():
-            if _read(path) != about:
-                raise SculptError(
-                    f"The rows in {folder} are of another machine, version or size of the run."
-                    " Name another folder by --work, or delete it."
-                )
-        else:
-            write_whole(path, json.dumps(about, indent=1).encode())
+        if path.is_file() and _read(path) != about:
+            raise SculptError(
+                f"The rows in {folder} are of another machine, version or size of the run."
+                " Name another folder by --work, or delete it."
+            )
 
     def finished(self, task: Task) -> Row | None:
         """The row, where it has been made."""
@@ -54,6 +50,8 @@ class Work:
         """All rows by their keys; those that are not there are made, one after another."""
         left = [task for task in tasks if self.finished(task) is None]
         say(plan(len(tasks), left))
+        self._folder.mkdir(parents=True, exist_ok=True)
+        write_whole(self._folder / ABOUT, json.dumps(self._about, indent=1).encode())
         for number, task in enumerate(left, start=1):
             started = time.monotonic()
             row = task.make()

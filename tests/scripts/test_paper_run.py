@@ -56,7 +56,7 @@ def test_a_row_that_fails_leaves_the_others(tmp_path):
 
 
 def test_rows_of_another_machine_are_refused(tmp_path):
-    Work(tmp_path, {"processor": "one"})
+    Work(tmp_path, {"processor": "one"}).do([], quiet)
     with pytest.raises(SculptError, match="another machine"):
         Work(tmp_path, {"processor": "two"})
 

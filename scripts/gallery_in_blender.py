@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What gallery.py does in Blender: render each mesh in the demo's studio. Needs bpy."""
+
+import sys
+from pathlib import Path
+from typing import cast
+
+import bpy
+import demo_picture
+from bpy.types import Mesh
+from mathutils import Vector
+
+SIZE = (480, 400)
+SEEN_FROM = {  # by the names of the files
+    "ring": (0.1, -1.0, 0.75),
+    "scales": (0.2, -0.75, 1.0),
+    "hair": (0.6, -1.0, 0.75),
+    "robot": (0.3, -1.0, 0.15),
+}
+OTHERS = (0.2, -1.0, 0.28)
+
+
+def main(paths: list[Path]) -> None:
+    """Write a picture beside each mesh."""
+    for path in paths:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.ply_import(filepath=str(path))
+        ob = bpy.context.active_object
+        assert ob is not None
+        cast(Mesh, ob.data).shade_smooth()
+        demo_picture.set_up(ob, Vector(SEEN_FROM.get(path.stem, OTHERS)).normalized())
+        render = bpy.context.scene.render
+        render.resolution_x, render.resolution_y = SIZE
+        demo_picture.render(path.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    main([Path(argument) for argument in sys.argv[1:]])
