@@ -50,6 +50,7 @@ LEAST = 0.3  # share of the distance that f must have on its side, or is looked 
 PLACES, WRONG = 64, 0.05  # at so many places around, where the share that is a stray is smaller
 COARSEST, FINEST = 4, 7  # levels that take strays away
 SHARE = 2.0  # cells of such a level between the mesh and the stray
+WIDE = 2.0  # cells, from which on a spline is as good as zero
 SAMPLES = 3  # rows in each cell
 MOST = 1 << 14  # cells that are looked through for the wrong side
 BUDGET = 1 << 16
@@ -233,6 +234,9 @@ def _around(
             if len(reached) <= BUDGET:
                 break
             points, wrong = points[: len(points) // 2], wrong[: len(wrong) // 2]
+        if level < FINEST:  # the mesh's own surface stays as it is
+            middles = centres(places(nodes, level), level).astype(float)
+            nodes = nodes[distance.away(middles) > WIDE * spacing(level)]
         rows = _rows(field, distance, reached, level, rng, check)
         found[level] = solve_level(level, nodes, rows, check)
         field = field.plus({level: found[level]})
