@@ -32,7 +32,9 @@ from ..fit.mesh_distance import MeshDistance
 from ..mesh.edges import find_edges
 from ..mesh.proxy import Proxy, extract
 from ..projection import project
-from .absorb import Absorbed, Absorption, Patch, find_moved, measure
+from .absorb import Absorbed, find_moved, measure
+from .absorption import Absorption
+from .patch import Patch
 
 CELLS, FINEST = 256, 7
 """Of the mesh that is taken in, per axis, and the level that takes it in: four samples, vertices

@@ -33,8 +33,10 @@ from ..mesh.proxy import Proxy, update
 from ..mesh.surface import spatial_order
 from ..problem.prepare import Preparation
 from ..projection import ARRIVED, Projection, project
-from .absorb import Absorption, Patch, Tolerance, bent, finest_level, refuse_outside
+from .absorb import refuse_outside
+from .absorption import Absorption, Tolerance
 from .brushed_surface import Brushed, BrushedSurface, brushed_surface
+from .patch import Patch, bent, finest_level
 
 Array = NDArray[np.float32]
 

@@ -20,7 +20,7 @@ from ..mesh.edges import find_edges
 from ..mesh.subdivide import divide, rows
 from ..projection import ARRIVED, project
 from ..threads import join
-from .absorb import HELD, Patch, bend
+from .patch import HELD, Patch, bend
 
 Array = NDArray[np.float32]
 
@@ -41,11 +41,12 @@ class Brushed(NamedTuple):
 
 
 class BrushedSurface(NamedTuple):
-    """What the brush asks for.
+    """The surface that a brush asks for.
 
-    brushed: the triangles, divided; the vertices that there were come first
-    patch:   the vertices and then the middles of edges, with those moved that are near what was
-    origins: (M, 3), where the moved points of the patch were
+    brushed: the divided triangles; their first vertices are those of the proxy
+    patch:   samples of the surface: the vertices, then the middles of edges. They count as moved
+             beside vertices that were moved, too
+    origins: (M, 3), where the moved samples were
     """
 
     brushed: Brushed
@@ -76,11 +77,12 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
 
 
 class _Vertices(NamedTuple):
-    """What is known of vertices, and of the middles of edges.
+    """Vertices, or middles of edges, before and after the stroke.
 
-    upright:    the unit normals that are asked for
-    was, is_now: unit normals of the triangles before and after
-    kept:        the share of the shape around them that the brush has left
+    upright: unit normals of the surface that is asked for
+    was:     unit normals of the triangles before
+    is_now:  unit normals of the triangles after
+    kept:    the share of the surface's shape around a vertex that the stroke has left
     """
 
     before: Array  # (N, 3)
@@ -103,8 +105,11 @@ def _vertices(field: Field, brushed: Brushed) -> _Vertices:
 
 
 def _middles(field: Field, one: _Vertices, other: _Vertices) -> _Vertices:
-    """The middles of edges, by both ends: bent as the normals say, and as far off that as the field
-    was before, by the share that is kept."""
+    """The middles of edges, from both ends.
+
+    The edge is bent as its normals say. The surface before the stroke was a little off such a bent
+    edge: the share of that which the brush has kept is added.
+    """
     halfway = _Vertices(*((a + b) / 2 for a, b in zip(one, other, strict=True)))
     true = project(field, halfway.before, tolerance=ARRIVED)
     was, is_now, kept = unit(halfway.was), unit(halfway.is_now), halfway.kept
@@ -125,8 +130,11 @@ def _middles(field: Field, one: _Vertices, other: _Vertices) -> _Vertices:
 
 
 def _kept_shape(before: Array, after: Array, triangles: NDArray[np.int32]) -> Array:
-    """The share (P,), at most 1, of the shape around vertices that is left: how far they are from
-    the middle of their neighbours, all in a ring together."""
+    """The share (P,) of the shape around each vertex that is left, at most 1.
+
+    The shape is how far vertices are from the middle of their neighbours, for the vertex and those
+    beside it together.
+    """
     around = igl.adjacency_matrix(triangles)
     count = np.asarray(around.sum(axis=1)).ravel()[:, None]
 

@@ -108,8 +108,9 @@ class Folded:
     def inside(self, points: NDArray[np.float32], f: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which of any points (N, 3), where the field was f (N,), are inside of the new surface.
 
-        Between the old surface and its triangles the field and the winding number tell different
-        sides of it: there both are taken a little farther on the field's side.
+        The old surface and its triangles are not the same: a point between both is outside by one
+        and inside by the other. So winding numbers of points close to the old surface are taken a
+        little farther away from it, on the side that f tells.
         """
         aside = self.swept.beside
         some = np.flatnonzero(np.abs(f) < aside)

@@ -159,10 +159,11 @@ class Problem:
         thin = before.where(some), after.where(some), self.check, tree, f[some]
         if crossings(self.field, *thin).any():
             swept = self.folded.swept
-            tubes = [tube.where(self.folded.bounding(tube.surface, tube.target)) for tube in tubes]
-            tubes = [tube.where(tube.in_cells()) for tube in tubes]  # single samples bound nothing
-            before, after = join([(tube.surface, tube.target) for tube in tubes])
-            f, gradient = in_pieces(sample, len(after.points), self.check)
+            kept = [self._bounding(tube) for tube in tubes]
+            tubes = [tube.where(chosen) for tube, chosen in zip(tubes, kept, strict=True)]
+            bounding = np.concatenate(kept)
+            before, after = before.where(bounding), after.where(bounding)
+            f, gradient = f[bounding], gradient[bounding]
         if not len(before.points):
             raise SculptError(
                 "The stroke leaves nothing of the surface under it: a mask keeps all of it, its"
@@ -170,6 +171,12 @@ class Problem:
                 " itself. Change one of them."
             )
         return _Sampled(tubes, before, after, f, gradient, swept, tree)
+
+    def _bounding(self, tube: Tube) -> NDArray[np.bool_]:
+        """Which samples of a tube bound the result, without single ones, which bound nothing."""
+        kept = self.folded.bounding(tube.surface, tube.target)
+        kept[kept] = tube.where(kept).in_cells()
+        return kept
 
     def _whole_tubes(
         self, rows: int, columns: int, jitter: np.random.Generator | None = None

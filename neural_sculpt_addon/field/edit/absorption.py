@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The layer that brings the zero level of a field to the surface of a mesh.
+
+    samples of the mesh -> rows, on the mesh and off it -> coefficients, the coarsest level first
+
+It is used by all that comes as a mesh: sculpted proxies, brush strokes, Booleans. Model space. See
+docs/method.md, section 6.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import ArrayLike, NDArray
+
+from ...common.progress import Progress, silent
+from ..detail import (
+    Coefficients,
+    Detail,
+    Level,
+    cells_of,
+    centres,
+    children,
+    dilated,
+    linear,
+    places,
+    quantised,
+    spacing,
+)
+from ..evaluate import values
+from ..field import Field, Sampled
+from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
+from ..fit.mesh_cleanup import unit
+from ..mesh.pieces import Islands
+from ..nearest import search_tree
+from ..projection import project
+from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
+from .patch import Patch
+
+Array = NDArray[np.float32]
+
+LARGEST = 3
+"""Level of the largest cells, for what has moved far."""
+
+DEPTH = 2.0
+"""Cells of the coarsest level that the surface may pass on its way. Finer levels could not hold
+what f was deep inside beside what it shall be on the new surface: it would swing, and leave
+crumbs."""
+
+CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
+"""Level on which islands are taken away, how far in its cells, and the weight of that."""
+
+BESIDE = 3
+"""Samples of what was moved for each that has a row beside it, as in a fit."""
+
+KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
+STEP = 0.7  # of h, between places on the way of a vertex
+Signed = Callable[[Array, Array, NDArray[np.bool_]], ArrayLike]
+"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,): where a third
+array (N,) is false, any number is one that has the right sign."""
+
+
+class Tolerance(NamedTuple):
+    """What is close enough."""
+
+    distance: float  # model units
+    slope: float  # of the gradient, along any direction
+
+
+class Absorption:
+    """The layer that brings the zero level of a field to a patch.
+
+    Where the surface has moved far, levels coarser than usual hold the smooth rest of it.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        patch: Patch,
+        signed: Signed,
+        finest: int,
+        rng: np.random.Generator,
+        progress: Progress = silent,
+        origins: Array | None = None,
+        tolerance: Tolerance | None = None,
+    ) -> None:
+        """Solve it, from the coarsest level to the finest.
+
+        signed:    the signed distance to the new surface
+        finest:    level
+        origins:   (M, 3) where the moved points were; projected onto the field unless given
+        tolerance: what is close enough for finer levels to be left out; everywhere without one
+        """
+        self._check = partial(progress, 0.5, "Absorbing")
+        self._check()
+        self._field, self._layer = field, dict[int, Level]()
+        moved = patch.points[patch.moved]
+        between = _ways(moved, project(field, moved).points if origins is None else origins)
+        there = field.sample(moved)
+        on_way = between[len(moved) : -len(moved)]  # from there to where the field is 0
+        passed = np.append(there.f, values(field, on_way))
+        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(COARSEST))
+        coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
+        if coarsest < COARSEST:
+            within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
+            between = _changed(field, signed, within)
+        everywhere = range(coarsest, 1 + (finest if tolerance is None else COARSEST))
+        asked = _Asked(field, signed, patch)
+        self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
+        for level in everywhere:
+            damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
+            self._add(level, nodes[level], damped)
+        for level in range(everywhere.stop, finest + 1):
+            assert tolerance is not None
+            missed = _missed(self._rows, level, tolerance)
+            if not len(missed):
+                break
+            some = dilated(missed, level)
+            self._add_around(asked, _apart(some, patch, level))
+            self._add(level, some)
+
+    @property
+    def layer(self) -> Coefficients:
+        """What the field gets."""
+        return self._layer
+
+    def forbid(self, islands: Islands) -> None:
+        """Take away surface where `islands` are, which came out though nobody asked for it.
+
+        Rows are added at their vertices, and those that lie close by are brought to the same side.
+        """
+        rows, level = self._rows, min(CLEARED, max(self._layer))
+        clear = np.float32(CLEAR * spacing(level))
+        side = np.sign(islands.distance).astype(np.float32)  # (N,)
+        tree = search_tree(islands.points)
+        near = np.asarray(tree.query(rows.points, distance_upper_bound=spacing(level))[1])
+        near[: len(rows.at)] = len(side)  # the surface itself stays
+        some = np.flatnonzero(near < len(side))
+        now, there = rows.targets[some], side[near[some]]
+        wanted = np.where(now * there > 0, now, clear * there)
+        rows.residuals[some] += wanted - now
+        rows.targets[some] = wanted
+        before = values(self._field.plus(self._layer), islands.points)
+        rows.add(islands.points, clear * side, clear * side - before, HEAVIER)
+        cells = np.unique(linear(cells_of(islands.points, level), level))
+        self._add(level, dilated(cells, level), LEAST_TOUCHED)
+
+    def _add_around(self, asked: "_Asked", points: Array) -> None:
+        """More rows off the surface, at `points` (N, 3)."""
+        target, value = asked(points)
+        added = torch.zeros(len(points))
+        Detail.of(self._layer).add_value(torch.from_numpy(points), added)
+        self._rows.add(points, target, target - value - added.numpy(), EMPTY)
+
+    def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
+        """Solve one level for what is left of the rows, and add it to the layer."""
+        found = solve_level(level, nodes, self._rows, self._check, ITERATIONS, damped)
+        if level in self._layer:
+            total = Level.sum([self._layer[level], found])
+            found = Level(total.index, quantised(total.values))  # within the bound of coefficients
+        self._layer[level] = found
+
+
+class _Asked:
+    """What the field shall be off the surface: the signed distance where the moved surface is the
+    nearest, or the side has changed, and elsewhere what it was."""
+
+    def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
+        self.field, self.patch = field, patch
+        self._signed, self._tree = signed, search_tree(patch.points)
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        """What it shall be at `points` (N, 3), and what it was."""
+        value = values(self.field, points)
+        near = self.patch.moved[self._tree.query(points)[1]]
+        truth = np.asarray(self._signed(points, value, near))
+        target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
+        return target.astype(np.float32), value
+
+
+def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
+    """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
+    count = len(rows.at)  # value rows on the surface come first
+    off = np.abs(rows.residuals[:count]) > tolerance.distance
+    off |= np.abs(rows.slopes) > tolerance.slope
+    lies_in = linear(cells_of(rows.points[:count], level), level)
+    cells, place = np.unique(lies_in, return_inverse=True)
+    return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
+
+
+def _apart(reached: NDArray[np.int32], patch: Patch, level: int) -> Array:
+    """The middles (N, 3) of those of the cells `reached` of a level that have no surface."""
+    apart = np.setdiff1d(reached, linear(cells_of(patch.points, level), level))
+    return centres(places(apart, level), level)
+
+
+def _ways(points: Array, origins: Array) -> Array:
+    """Points (K, 3) on the straight ways of `points` (N, 3) to where they were."""
+    way = origins - points
+    longest = float(np.linalg.norm(way, axis=1).max())
+    steps = max(int(np.ceil(longest / (STEP * spacing(COARSEST)))), 1)
+    return np.concatenate(
+        [points + np.float32(part) * way for part in np.linspace(0, 1, steps + 1)]
+    )
+
+
+def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Array:
+    """The middles (K, 3) of all cells of the coarsest level that change sides, in the box around
+    points `within` (B, 3)."""
+    h = spacing(COARSEST)
+    middles = np.arange(h / 2 - 1, 1, h, dtype=np.float32)
+    low, high = within.min(axis=0) - h, within.max(axis=0) + h
+    axes = [middles[(middles > a) & (middles < b)] for a, b in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    value = values(field, points)
+    sides = np.asarray(signed(points, value, np.zeros(len(points), bool)))
+    return points[(value < 0) != (sides < 0)]
+
+
+def _rows(
+    asked: _Asked,
+    there: Sampled,
+    levels: range,
+    h: float,
+    between: Array,
+    rng: np.random.Generator,
+) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
+    """The equations of levels that are everywhere, and the nodes of each.
+
+    there: the field at the moved points
+    h:     spacing of the finest level that there may be
+    """
+    field, patch = asked.field, asked.patch
+    points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
+    nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
+    for level in levels:
+        shown = patch.moved  # and, where the largest cells reach, what has not moved
+        if levels[0] < COARSEST and level < levels[-1]:
+            shown = shown | inside
+        touched = patch.points[shown]
+        if level <= COARSEST:
+            touched = np.concatenate([touched, between])
+        cells = linear(cells_of(touched, level), level)
+        nodes[level] = dilated(np.unique(cells), level)
+        reached = dilated(nodes[level], level)
+        inside |= among(linear(cells_of(patch.points, level), level), reached)
+        for larger in range(level, COARSEST):  # a row in each of the usual cells
+            reached = children(reached, larger)
+        empty.append(_apart(reached, patch, max(level, COARSEST)))
+    kept = patch.points[inside & ~patch.moved]
+
+    some = slice(None, None, BESIDE)
+    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
+    beside = points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
+    off = np.concatenate([beside, *empty])
+    target, value = asked(off)
+    f, gradient = there
+    at = np.concatenate([points, kept])
+    along = rng.standard_normal(at.shape, np.float32)
+    along = unit(along)
+    slopes = np.zeros(len(at), np.float32)
+    n = len(points)
+    slopes[:n] = ((wanted - gradient) * along[:n]).sum(axis=1)
+    targets = np.concatenate([np.zeros(n), values(field, kept), target]).astype(np.float32)
+    residuals = np.concatenate([-f, np.zeros(len(kept)), target - value]).astype(np.float32)
+    weights = np.repeat([1, KEPT, SIDE, EMPTY], [n, len(kept), len(beside), len(off) - len(beside)])
+    rows = Rows(
+        points=np.concatenate([at, off]),
+        targets=targets,
+        residuals=residuals,
+        weights=weights.astype(np.float32),
+        at=np.arange(len(at)),
+        along=along,
+        slopes=slopes,
+        steep=np.full(len(at), SLOPE * h, np.float32),
+    )
+    return rows, nodes
