@@ -91,7 +91,10 @@ class SweptVolume:
         start, way = before.points[crossed], (after.points - before.points)[crossed]
         longest = np.linalg.norm(way, axis=1).max(initial=0)
         shares = np.linspace(0, 1, int(longest / self._reach) + 2, dtype=np.float32)
-        self._ways = search_tree(np.concatenate([start + share * way for share in shares]))
+        ways = np.concatenate([start + share * way for share in shares])
+        self._low = ways.min(axis=0, initial=np.inf) - self._reach
+        self._high = ways.max(axis=0, initial=-np.inf) + self._reach
+        self._ways = search_tree(ways)
         size = len(before.points)
         first, last = _rim(triangles).T
         walls = (last, first, first + size), (last, first + size, last + size)
@@ -107,10 +110,18 @@ class SweptVolume:
         """At which of points (N, 3) the surface may run through itself: elsewhere its normals tell
         the sides."""
 
-        def is_near(part: slice) -> NDArray[np.bool_]:
-            return np.isfinite(self._ways.query(points[part], distance_upper_bound=self._reach)[0])
+        near = self.in_box(points)
+        some = points[near]
 
-        return in_pieces(is_near, len(points), self._check, size=SEARCHED)
+        def is_near(part: slice) -> NDArray[np.bool_]:
+            return np.isfinite(self._ways.query(some[part], distance_upper_bound=self._reach)[0])
+
+        near[near] = in_pieces(is_near, len(some), self._check, size=SEARCHED)
+        return near
+
+    def in_box(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Which of points (N, 3) lie in the box around all that is near."""
+        return ((points > self._low) & (points < self._high)).all(axis=1)
 
     def winding(self, points: NDArray[np.float32]) -> NDArray[np.float64]:
         """Winding numbers (N,) at points (N, 3)."""

@@ -150,7 +150,10 @@ class Folded:
         return vertices, both, np.arange(len(both)) < len(displaced)
 
     def distance(self, points: NDArray[np.float32]) -> Array:
-        """Distance (N,) of any points (N, 3) from those triangles."""
+        """Distance (N,) of points (N, 3) near where it runs through itself from those triangles.
+
+        Of those that are held only the ones in the box around what is near are looked at.
+        """
         tree, vertices, triangles = self._tree
 
         def measure(part: slice) -> Array:
@@ -161,7 +164,9 @@ class Folded:
 
     @cached_property
     def _tree(self) -> tuple[igl.AABB, Array, NDArray[np.int64]]:
-        surface, triangles, _ = self.triangles()
+        surface, triangles, displaced = self.triangles()
+        held = self.swept.in_box(surface.points)[triangles].any(axis=1)
+        triangles = triangles[displaced | held]
         tree, vertices = igl.AABB(), surface.points.astype(float)
         self._check()
         tree.init(vertices, triangles)
