@@ -26,16 +26,23 @@ from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume, bounding
 
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
-SHORTEST = 1 / 8  # of that: edges that get no shorter, as where a profile jumps
+CUT = 1 / 32  # radii: of those between what bounds something and what does not
+SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
 MOST = 15_000  # vertices of those, about
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
 class Under(NamedTuple):
-    """The surface under a stroke, where it is displaced to, and its triangles (T, 3)."""
+    """The surface under a stroke.
+
+    before, after: its vertices (N,), and where they are displaced to
+    bounds:        (N,), which of them bound something once they are displaced
+    triangles:     (T, 3)
+    """
 
     before: Samples
     after: Samples
+    bounds: NDArray[np.bool_]
     triangles: NDArray[np.int64]
 
 
@@ -44,6 +51,14 @@ class _Moved(NamedTuple):
     normals: NDArray[np.float32]
     moved: NDArray[np.float32]
     moved_normals: NDArray[np.float32]
+
+
+class _Bounding(NamedTuple):
+    points: NDArray[np.float32]  # (N, 3)
+    normals: NDArray[np.float32]
+    moved: NDArray[np.float32]
+    moved_normals: NDArray[np.float32]
+    bounds: NDArray[np.bool_]
 
 
 class Folded:
@@ -69,7 +84,29 @@ class Folded:
 
     @cached_property
     def under(self) -> Under:
-        """The surface under the stroke.
+        """The surface under the stroke, whose edges are short where one end bounds something and
+        the other one does not: such a triangle would hang over."""
+        finest = CUT * self._radius
+
+        def is_cut(one: _Bounding, other: _Bounding) -> NDArray[np.bool_]:
+            length = np.linalg.norm(one.moved - other.moved, axis=1)
+            return (one.bounds != other.bounds) & (length > finest)
+
+        def middles(one: _Bounding, other: _Bounding) -> _Bounding:
+            return with_bounds(self._halfway(one.points, other.points))
+
+        def with_bounds(some: _Moved) -> _Bounding:
+            before, after = Samples(*some[:2]), Samples(*some[2:])
+            return _Bounding(*some, self.bounding(before, after))
+
+        triangles, found = self._divided
+        triangles, found = divide(triangles, with_bounds(found), is_cut, middles, MOST)
+        before, after = Samples(*found[:2]), Samples(*found[2:4])
+        return Under(before, after, found.bounds, triangles.astype(np.int64))
+
+    @cached_property
+    def _divided(self) -> tuple[NDArray[np.int32], _Moved]:
+        """Triangles and vertices of the surface under the stroke, of which little is known yet.
 
         A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
         samples where an edge fans out. So the proxy's triangles are divided until they are fine
@@ -77,33 +114,39 @@ class Folded:
         """
         finest = FINE_EDGE * self._radius
 
-        def move(before: Samples) -> _Moved:
-            return _Moved(*before, *self._move(before))
-
         def is_long(one: _Moved, other: _Moved) -> NDArray[np.bool_]:
             was = np.linalg.norm(one.points - other.points, axis=1)
             is_now = np.linalg.norm(one.moved - other.moved, axis=1)
             return (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
 
         def middles(one: _Moved, other: _Moved) -> _Moved:
-            start = (one.points + other.points) / 2
-
-            def bring(part: slice) -> Samples:
-                return Samples(*project(self._field, start[part], tolerance=ARRIVED)[:2])
-
-            return move(in_pieces(bring, len(start), self._check))
+            return self._halfway(one.points, other.points)
 
         some, corners = np.unique(self._proxy.triangles[self._touched], return_inverse=True)
         vertices = self._proxy.vertices[some]
-        found = move(Samples(vertices, normals(self._field, vertices)))
+        found = self._moved(Samples(vertices, normals(self._field, vertices)))
         triangles = corners.reshape(-1, 3).astype(np.int32)
-        triangles, found = divide(triangles, found, is_long, middles, MOST)
-        return Under(Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64))
+        return divide(triangles, found, is_long, middles, MOST)
+
+    def _halfway(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> _Moved:
+        """The middles of edges, brought to the surface."""
+        start = (one + other) / 2
+
+        def bring(part: slice) -> Samples:
+            return Samples(*project(self._field, start[part], tolerance=ARRIVED)[:2])
+
+        return self._moved(in_pieces(bring, len(start), self._check))
+
+    def _moved(self, before: Samples) -> _Moved:
+        return _Moved(*before, *self._move(before))
 
     @cached_property
     def swept(self) -> SweptVolume:
         """What the surface sweeps over."""
-        return SweptVolume(self._field, *self.under, self._radius, self._check)
+        triangles, found = self._divided
+        before, after = Samples(*found[:2]), Samples(*found[2:])
+        triangles = triangles.astype(np.int64)
+        return SweptVolume(self._field, before, after, triangles, self._radius, self._check)
 
     def inside(self, points: NDArray[np.float32], f: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which of any points (N, 3), where the field was f (N,), are inside of the new surface.
@@ -123,15 +166,11 @@ class Folded:
         """Which displaced samples (N,) bound something."""
         return bounding(self._field, self.swept, before, after, self._check)
 
-    @cached_property
-    def bounds(self) -> NDArray[np.bool_]:
-        """Which vertices of `under` bound something once they are displaced."""
-        return self.bounding(*self.under[:2])
-
     def bounding_nothing(self) -> tuple[Samples, Samples]:
         """Vertices of `under` that bound nothing once they are displaced, and where they are then.
         What they pass on their way is added or carved all the same."""
-        return self.under.before.where(~self.bounds), self.under.after.where(~self.bounds)
+        nothing = ~self.under.bounds
+        return self.under.before.where(nothing), self.under.after.where(nothing)
 
     def triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
         """The surface that is asked for: vertices, triangles (T, 3), and which of these (T,) are
@@ -140,8 +179,8 @@ class Folded:
         The proxy's triangles, those under the stroke divided: without those that bound nothing, and
         those of other sheets that the stroke swallows.
         """
-        proxy, (_, moved, triangles) = self._proxy, self.under
-        displaced = triangles[self.bounds[triangles].any(axis=1)]
+        proxy, (_, moved, bounds, triangles) = self._proxy, self.under
+        displaced = triangles[bounds[triangles].any(axis=1)]
         held = proxy.triangles[~self._touched].astype(np.int64)
         left = ~self.swept.swallows(proxy.vertices)
         held = held[left[held].any(axis=1)]

@@ -300,10 +300,10 @@ class Problem:
     def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
         """The same where the displaced surface runs through itself, by the displaced samples
         `target` of the tube: without those that bound nothing."""
-        surface, moved, _ = self.folded.under
+        surface, moved, bounds, _ = self.folded.under
         tree = search_tree(target.points)
         far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
-        far &= self.folded.bounds
+        far &= bounds
         surface, moved = surface.where(far), moved.where(far)
         inner = self.nearness(surface, beyond_flat_ends=False) < INNER
         return surface.where(inner), moved.where(inner)

@@ -51,8 +51,8 @@ COARSEST = 4
 """Level below which a stroke would wash out what it covers: it is refused."""
 
 DENSITY = 6.0
-"""Tube samples for each cell's face: fewer leave nodes that no sample tells apart. With 8 edits are a
-tenth closer and take a tenth longer."""
+"""Tube samples for each cell's face: fewer leave nodes that no sample tells apart. With 8 edits are
+a tenth closer and take a tenth longer."""
 
 ROWS, NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
