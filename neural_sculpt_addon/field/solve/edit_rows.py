@@ -9,10 +9,10 @@ around    f(x) = signed distance     in the middle of each active cell, and of c
                  of the new surface  where the displaced surface is nearest; f0 elsewhere
 
 The middle of a cell is where its node is: a spline is far better determined there than by random
-points, between which it can swing. The distance is that from the plane of the nearest sample.
-Where the displaced surface runs through itself, winding numbers tell the sides (see `fold`), and it
-is the distance from the triangles asked for: at most a cell, or f0 where its side stays. Model
-space.
+points, between which it can swing. The distance is that from the plane of the nearest sample, or,
+beyond a crease, from the sample. Where the displaced surface runs through itself, winding numbers
+tell the sides (see `fold`), and it is the distance from the triangles asked for: at most a cell, or
+f0 where its side stays. Model space.
 """
 
 import numpy as np
@@ -42,6 +42,12 @@ NEAR = 0.9
 
 STEEPEST = 2.0
 """|grad f|, beyond which a cell that the surface just meets may be missed."""
+
+BEYOND = 0.5
+"""Cells aside of its nearest sample, from which on a point may lie beyond a crease."""
+
+CLOSE = 4
+"""Samples that tell how far samples are apart there, and which side of a crease a point is on."""
 
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
@@ -143,9 +149,12 @@ class EditedSurface:
             return values(self._problem.field, points[some]) if f0 is None else f0[some]
 
         def measure(part: slice) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            nearest = np.asarray(self._tree.query(points[part])[1])
+            away, nearest = map(np.asarray, self._tree.query(points[part]))
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
+            aside = np.sqrt(np.maximum(away**2 - plane**2, 0))
+            some = np.flatnonzero(aside > BEYOND * spacing(level))
+            plane[some] = self._beyond(points[part][some], nearest[some], plane[some], aside[some])
             return plane, (sample.points != before.points[nearest]).any(axis=1)
 
         wanted, moved = in_pieces(measure, len(points), self._problem.check)
@@ -158,6 +167,26 @@ class EditedSurface:
             most = np.maximum(sides * f0_near, spacing(level))
             wanted[near] = sides * np.minimum(self._problem.folded.distance(points[near]), most)
         return points, wanted.astype(np.float32)
+
+    def _beyond(
+        self, points: Array, nearest: NDArray[np.intp], plane: Array, aside: Array
+    ) -> Array:
+        """Signed distances (N,) of points (N, 3) that do not lie over their nearest samples.
+
+        plane, aside: how far they are from these along and across their normals
+
+        Beyond a crease a plane goes on, and the surface does not.
+        """
+        after = self._before_and_after[1]
+        if not len(points) or len(after.points) < CLOSE:
+            return plane
+        apart = self._tree.query(after.points[nearest], CLOSE)[0][:, -1]  # (N,)
+        across = np.maximum(aside - apart, 0)
+        away, close = self._tree.query(points, CLOSE)  # (N, CLOSE)
+        planes = ((points[:, None] - after.points[close]) * after.normals[close]).sum(axis=2)
+        planes[away > away[:, :1] + apart[:, None]] = 0
+        best = np.take_along_axis(planes, np.abs(planes).argmax(axis=1)[:, None], axis=1)[:, 0]
+        return np.where(across > 0, np.copysign(np.hypot(plane, across), best), plane)
 
     def _preserved(
         self,

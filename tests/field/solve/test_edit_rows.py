@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an edit asks for beside the displaced surface, against a surface in closed form."""
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from neural_sculpt_addon.field.detail import cells_of, distinct, spacing
+from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.solve.edit_rows import AROUND, EditedSurface
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Stroke
+
+EDGE = Profile("linear")
+RADIUS, LEVEL = 0.1, 6
+
+
+def section(intensity):
+    """The meridian of a ball of radius 1/2 with a belt: (N, 2), distance from the axis and height;
+    and that of its crease."""
+    latitude = np.linspace(-0.6, 0.6, 200_001)
+    across = np.minimum(np.abs(2 * 0.5 * np.sin(latitude / 2)) / RADIUS, 1)
+    radius = 0.5 + intensity * (1 - across)
+    return radius[:, None] * np.stack([np.cos(latitude), np.sin(latitude)], axis=1)
+
+
+def inside(points, intensity):
+    """Which points (N, 2) of that half plane are inside of it."""
+    length = np.hypot(*points.T)
+    across = np.minimum(2 * 0.5 * np.abs(np.sin(np.arctan2(*points.T[::-1]) / 2)) / RADIUS, 1)
+    return length < 0.5 + intensity * (1 - across)
+
+
+@pytest.mark.parametrize("intensity", [-0.12, 0.12])
+def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, intensity):
+    """Under the bottom of a groove and above a ridge, with sides of 50 degrees."""
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    circle = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    problem = pose(preparation, Stroke(circle, Brush(RADIUS, intensity, EDGE), closed=True))
+    random, h = np.random.default_rng(0), spacing(LEVEL)
+    displaced = problem.displaced_surface(600, 60, random, h, h)
+    assert displaced.swept is None
+    near = random.uniform(-3 * h, 3 * h, (30_000, 3)) + (0.5 + intensity) / 0.5 * circle[:1]
+    active = distinct(cells_of(near.astype(np.float32), LEVEL), LEVEL)
+    nothing = np.empty(0, np.int32)
+    rows = EditedSurface(problem, displaced, active, nothing, nothing, LEVEL, random).rows
+    around = rows.weights == np.float32(AROUND)
+    points, targets = rows.points[around].astype(float), rows.targets[around]
+    half = np.stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]], axis=1)
+    true = KDTree(section(intensity)).query(half)[0] * np.where(inside(half, intensity), -1, 1)
+    beyond = np.abs(half[:, 1]) < (half[:, 0] - 0.5 - intensity) * np.sign(intensity) / 2
+    assert beyond.sum() > 10
+    assert (np.sign(targets) == np.sign(true))[beyond].all()
+    np.testing.assert_allclose(targets[beyond], true[beyond], atol=0.5 * h)
