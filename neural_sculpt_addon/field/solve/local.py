@@ -39,7 +39,7 @@ from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND, EditedSurface
-from .spline_system import ITERATIONS, Rows, solve_level
+from .spline_system import ITERATIONS, Array, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
 """Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
@@ -269,16 +269,24 @@ def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 
 
 def _feature(problem: Problem) -> float:
-    """Width of the narrowest rise or fall of the profile, if all were alike, or that of the alpha
-    if that is less, in model units."""
+    """Width of the narrowest rise or fall of the profile across the stroke or the modulation along
+    it, if all were alike, or that of the alpha if that is less, in model units."""
     brush = problem.stroke.brush
-    slopes = np.sign(np.diff(brush.profile(np.linspace(-1, 1, 257))))
-    slopes = slopes[slopes != 0]
-    turns = np.count_nonzero(np.diff(slopes))
-    width = 2 / max(turns + 1, 2)
+    radius = brush.radius * problem.stroke.largest_factor
+    rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1
+    width = 2 * radius / max(rises, 2)
+    if turns := _turns(brush.modulation(np.linspace(0, 1, 257))):
+        length = max(path.length for _, path in problem.laid)
+        width = min(width, max(length, radius) / (turns + 1))
     if brush.alpha is not None:
-        width = min(width, brush.alpha.feature)
-    return width * brush.radius * problem.stroke.largest_factor
+        width = min(width, radius * brush.alpha.feature)
+    return width
+
+
+def _turns(heights: Array) -> int:
+    """How often samples (N,) of a curve turn from rising to falling or back."""
+    slopes = np.sign(np.diff(heights))
+    return int(np.count_nonzero(np.diff(slopes[slopes != 0])))
 
 
 def _sample(problem: Problem, level: int, random: np.random.Generator) -> DisplacedSurface:

@@ -19,6 +19,7 @@ from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.field.solve.local import LocalEdit, resolution
 from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball, ellipsoid, thin_lens
@@ -216,6 +217,17 @@ def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
     rise = 2 * radius / (2 * peaks)
     assert 2**-found.wanted < 0.75 * rise
     assert found.level == found.wanted
+    assert found.wanted == 6 or 2**-found.wanted > rise / 8
+
+
+@pytest.mark.parametrize("peaks", [4, 9, 18])
+def test_a_modulation_is_held_as_well_as_a_profile(preparation, peaks):
+    """Beads along an arc: each of them rises within half of its length."""
+    x = np.linspace(0, 1, 2 * peaks + 1)
+    beads = Modulation(points=tuple((a, float(number % 2)) for number, a in enumerate(x)))
+    found = resolution(pose(preparation, arc(Brush(0.1, 0.002, modulation=beads))))
+    rise = 0.5 * np.cos(0.4) * 0.6 / (2 * peaks)
+    assert 2**-found.wanted < 0.75 * rise
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
 
 
