@@ -39,7 +39,7 @@ from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND, EditedSurface
-from .spline_system import ITERATIONS, Array, Rows, solve_level
+from .spline_system import ITERATIONS, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
 """Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
@@ -283,7 +283,7 @@ def _feature(problem: Problem) -> float:
     return width
 
 
-def _turns(heights: Array) -> int:
+def _turns(heights: NDArray[np.floating]) -> int:
     """How often samples (N,) of a curve turn from rising to falling or back."""
     slopes = np.sign(np.diff(heights))
     return int(np.count_nonzero(np.diff(slopes[slopes != 0])))
