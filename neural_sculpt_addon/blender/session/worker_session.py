@@ -132,7 +132,7 @@ class Session(JobQueue):
         self.drop_behind()
 
     def poll_once(self) -> bool:
-        """Take what the worker sent: whether there was news.
+        """Take what the worker sent: whether there was news; how far a quick job is, is none.
 
         Never blocks, but for the time that it takes to read a result, or to show it. Raises
         nothing: Blender would drop the timer, and all jobs wait forever.
@@ -152,14 +152,14 @@ class Session(JobQueue):
             self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
-        if not read and self.arrivals.take():
-            heard = read = True  # likewise
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
-            heard = True
+            heard |= message.kind is not MessageKind.PROGRESS or self.slow_job() is not None
             if message.arrays:
                 break  # likewise
+        if not read and self.arrivals.take():
+            heard = True
         if self.hangs and self.jobs:
             self.jobs[0].message = n_("The worker gives no sign of life")
         self._advance()
