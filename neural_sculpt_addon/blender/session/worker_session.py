@@ -73,8 +73,14 @@ class Session(JobQueue):
         self.queue_again(job)
         self.submit(job)
 
-    def submit_behind(self, job: Job) -> None:
-        """Have a job done when nothing else waits, instead of the one that was to be."""
+    def submit_behind(self, job: Job, start: bool = False) -> None:
+        """Have a job done when nothing else waits, instead of the one that was to be.
+
+        start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
+               job is forgotten then
+        """
+        if start:
+            self._ensure_worker()
         self.drop_behind()
         self.behind = job
         self.watcher.work_came()
@@ -343,6 +349,8 @@ class Session(JobQueue):
         elif message.kind in {MessageKind.ERROR, MessageKind.CANCELLED}:
             log.info("%s: %s", job.label, message.fields.get("message", message.kind))
             self.behind = None
+            if job.told_why is not None and message.kind is MessageKind.ERROR:
+                job.told_why(message.fields["message"])
 
     def _apply_behind(self, job: Job, message: Message) -> None:
         answers.check(job.kind, message)
