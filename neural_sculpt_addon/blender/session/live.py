@@ -132,6 +132,7 @@ def leave() -> None:
 
 def forget() -> None:
     """Before another file is loaded."""
+    _State.brushes = False
     proxies.clear()
     _left.clear()
 
