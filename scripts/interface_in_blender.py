@@ -73,6 +73,7 @@ def instrument() -> None:
     overlay, draw = module("blender.viewport.overlay"), module("blender.operators.strokes.draw")
     overlay.unregister()
     timed(overlay, "_draw_stroke", lambda _: "overlay: stroke")
+    overlay._handler = module("blender.viewport.draw_handler").DrawHandler(overlay._draw_stroke)
     timed(overlay, "_draw_brush", lambda _: "overlay: brush")
     overlay.register()
     timed(draw.NEURAL_SCULPT_OT_draw, "modal", lambda given: f"event: {given[2].type.lower()}")

@@ -33,6 +33,7 @@ SIZE = 30  # pixels, radius of the brushes: 0.07 model units
 EACH = 3  # strokes with each brush that are measured
 LENGTH = 0.1  # of a stroke, model units
 POINTS = 6  # of the mouse in a stroke
+PAUSE = 0.03  # seconds at each of them, as of a hand
 SECONDS = 600
 STAGES = ("noticed", "asked", "answered", "in the scene")
 """Of a stroke, after Blender's brush has ended: the extension looks at the mesh, the worker has the
@@ -113,7 +114,7 @@ def instrument() -> None:
             reached["ended"] = time.perf_counter()
 
     live.look, session._hear = looked, heard
-    bpy.app.handlers.depsgraph_update_post.append(ends)
+    bpy.app.handlers.depsgraph_update_post.insert(0, ends)
 
 
 def steps() -> Steps:
@@ -273,7 +274,7 @@ def stroke(generator: np.random.Generator) -> Steps:
     path = hand.to_window(start + part * (end - start) for part in np.linspace(0, 1, POINTS))
     looks = len(times["look"])
     reached.clear()
-    yield from hand.drag(path)
+    yield from hand.drag(path, pause=PAUSE)
     yield from hand.until(lambda: len(times["look"]) > looks, SECONDS, "the end of a stroke")
 
 

@@ -38,6 +38,7 @@ def prepare_undo(*_: object) -> None:
     """
     if native_steps.is_ours():
         return
+    live.expect_no_stroke()
     if not _State.passing:
         brush_results.finish()
     preview.hide()
@@ -56,6 +57,7 @@ def prepare_redo(*_: object) -> None:
     """Before redo: go to a border first."""
     if native_steps.is_ours():
         return
+    live.expect_no_stroke()
     if not _State.passing:
         brush_results.finish(unless_undone=True)
     preview.hide()

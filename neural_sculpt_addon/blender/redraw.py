@@ -15,12 +15,13 @@ def tag_views() -> None:
 
 
 def tag_panels() -> None:
-    """Redraw the sidebars of all 3D viewports and the preferences."""
+    """Redraw the preferences, and the sidebars of all 3D viewports where they are open: for a
+    closed one Blender would show the whole window again."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PREFERENCES":
                 area.tag_redraw()
-            elif area.type == "VIEW_3D":
+            elif area.type == "VIEW_3D" and area.spaces.active.show_region_ui:
                 for region in area.regions:
                     if region.type == "UI":
                         region.tag_redraw()

@@ -33,14 +33,16 @@ class _Strip(NamedTuple):
 def changed_ribbons(
     old: Stroke, new: Stroke, lay: Lay, shown: float = 1.0, strength: float = 1.0
 ) -> tuple[Ribbon, ...]:
-    """The ribbon of the new stroke and those of its images; the points of both strokes are equal.
+    """The ribbon of the new stroke and those of its images. Where it runs on the flank of the old
+    one through other points, it leans with that.
 
     shown:    share of the old stroke that the surface shows
     strength: share of the new one that it will show
     """
     wide = BESIDE * max(s.brush.radius * s.largest_factor for s in (old, new))
     path, points, normals = _strip(new, wide, lay)
-    other = None if old.closed == new.closed else _strip(old, wide, lay).path
+    alike = old.closed == new.closed and np.array_equal(old.points, new.points)
+    other = None if alike else _strip(old, wide, lay).path
     for _ in range(STEPS):
         before = other or path
         now = points + shown * _amounts(old, before, points, normals)[..., None] * normals

@@ -126,10 +126,13 @@ class Displaced:
     def _anew(self, stroke: Stroke, fans: Fans, copies: int) -> Iterator[int]:
         """Nothing is known of the stroke, which has so many copies."""
         self._growths = ()
-        if copies:
-            surface = BaseSurface(self._before, fans, reach_of(stroke))
-            yield len(self._before) // 16
-            self._growths = tuple(Growth(surface) for _ in range(copies))
+        if not copies:
+            return
+        surface = BaseSurface(self._before, fans, reach_of(stroke))
+        yield len(self._before) // 8
+        for _ in range(copies):
+            self._growths += (Growth(surface),)
+            yield len(self._before) // 64
 
     def _shifts(self, vertices: Indices) -> Vectors:
         """What moves vertices (M,): of each the image of the stroke that moves it farthest."""

@@ -53,7 +53,6 @@ class Growth:
         self._surface = surface
         self._drawn = np.empty((0, 3))  # points of the spline
         self._path: Path | None = None
-        self._every = np.arange(count)
         # Of each vertex its place; how far along the path it is, -inf for one that is out of reach
         self._along = np.full(count, -np.inf)
         self._distance, self._sine, self._cosine = np.zeros((3, count))
@@ -105,8 +104,9 @@ class Growth:
             run = drawn[start : start + RUN]
             below, away = _nearest(run, surface.positions, surface.near(run))
             far = np.flatnonzero(away > surface.reach)  # between control points that are far apart
+            every = np.arange(len(near) if len(far) else 0)
             for few in np.array_split(far, -(-len(far) // FEW)) if len(far) else ():
-                below[few] = _nearest(run[few], surface.positions, self._every)[0]
+                below[few] = _nearest(run[few], surface.positions, every)[0]
                 yield PIECE
             yield from surface.learn(np.unique(below))
             upright = surface.normals[below]

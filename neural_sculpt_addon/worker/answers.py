@@ -82,7 +82,7 @@ def check(job: JobKind, message: Message) -> None:
         _check_parts(fields, arrays)
     elif job is JobKind.MEASURE:
         _check_report(fields, required=True)
-    elif job is JobKind.MESH:
+    elif job in {JobKind.MESH, JobKind.BOOLEAN_MESH}:
         _check_proxy(arrays)
     elif job is JobKind.SAMPLE:
         band = _array(arrays, "band", "f", 3)

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..common.errors import SculptError
 
-PROTOCOL = 3
+PROTOCOL = 4
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""
 
 MAX_HEADER = 16 << 20  # bytes: a history of hundreds of strokes with images
@@ -52,6 +52,7 @@ class JobKind(StrEnum):
     ABSORB = "absorb"
     BRUSHED = "brushed"
     BOOLEAN = "boolean"
+    BOOLEAN_MESH = "boolean_mesh"
     LOAD = "load"
     SAVE = "save"
     SAMPLE = "sample"

@@ -81,6 +81,21 @@ class BrushResults(BrushCase):
         self.assert_is(self.sculpted)
         self.assert_all_are_steps(NAMES)
 
+    def test_one_alone_comes_in_at_once(self) -> None:
+        before, steps = state(self.ob()), self.steps()
+        brush("Clay", 0)
+        self.sculpted = vertices(self.ob())
+        self.look()
+        with self.at_work():
+            self.pump(lambda: not self.session.jobs)
+        self.assertEqual(self.names(), [])
+        self.session.poll_once()
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertEqual(self.steps(), steps + 1)
+        self.assert_is(self.sculpted)
+        undo()
+        self.assertEqual(state(self.ob()), before)
+
     def test_upon_a_step_of_sculpt_mode(self) -> None:
         """A border is made of what the mesh was before them, not of what is shown meanwhile."""
         brush("Mask", 0)

@@ -91,6 +91,17 @@ class ChangedRibbons(unittest.TestCase):
                 self.assert_is(ribbon, tent(across, radius, height))
                 np.testing.assert_allclose(ribbon.height, tent(across, radius, height), atol=1e-6)
 
+    def test_through_other_points(self) -> None:
+        """Beyond what the old ones have made, and on its flank, which will not be there: its slope
+        tilts the ribbon, but the old height is not below the new one, which would make 0.09."""
+        old = Stroke(LINE, Brush(RADIUS, 0.06, LINEAR))
+        for beside, on, off in ((0.3, 0.0, 6e-4), (0.15, 0.0, 0.02), (0.05, 0.03, 0.02)):
+            new = replace(old, points=LINE + np.array([0, beside, on]))
+            (ribbon,) = CHANGED.changed_ribbons(old, new, roof(0.06))
+            across, up = ribbon.points[..., 1] - 0.2 - beside, ribbon.points[..., 2] - LIFT
+            np.testing.assert_allclose(up, tent(across, RADIUS, 0.06), atol=off)
+            self.assertAlmostEqual(up.max(), 0.06, delta=0.007)
+
     def test_shares(self) -> None:
         """A muted one is not in the surface; a weak one is, and will be, in part."""
         old = Stroke(LINE, Brush(RADIUS, 0.06, LINEAR))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Vertices displaced before the worker has the stroke, on a square where all heights are known."""
 
+import tracemalloc
 import unittest
 
 import numpy as np
@@ -79,6 +80,28 @@ class Displaced(unittest.TestCase):
         np.testing.assert_allclose(after, np.rot90(after), atol=1e-6)
         self.assertEqual(after[45, 45], 0)  # at (0.1, 0.1)
         self.assertAlmostEqual(after[55, 55], 0.05, delta=1e-3)  # at (0.3, 0.3)
+
+    def test_copies_are_taken_up_one_by_one(self) -> None:
+        """What a copy needs to know of the mesh is some hundred bytes a vertex: no piece of work
+        asks for that of several, which takes longer than a move of the pen may."""
+        points, triangles = square(201)
+        drawn = Stroke(LINE + np.array((0.3, 0.2, 0)), Brush(0.05, 0.02), radial=(1, 1, 16))
+        result = module("interaction.displaced").Displaced(points, triangles)
+        result.begin(drawn)
+        pieces = []
+        tracemalloc.start()
+        try:
+            while result.seen is not result.strokes:
+                tracemalloc.reset_peak()
+                before = tracemalloc.get_traced_memory()[0]
+                result.advance(1)
+                pieces.append(tracemalloc.get_traced_memory()[1] - before)
+        finally:
+            tracemalloc.stop()
+        self.assertLess(max(pieces), 400 * len(points))
+        self.assertGreater(len(pieces), 16)
+        after = moved(points, result)[:, 2]
+        self.assertAlmostEqual(after.max(), 0.02, delta=1e-3)
 
     def test_where_images_overlap_the_larger_displacement_wins(self) -> None:
         points, triangles = square()

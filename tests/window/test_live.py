@@ -21,7 +21,7 @@ from drawing import (
     take_native_brush,
     undo,
 )
-from harness import EXTENSION, state, vertices
+from harness import EXTENSION, module, state, vertices
 from mathutils.bvhtree import BVHTree
 from simulated_input import Steps
 from test_first_use import corners
@@ -77,6 +77,45 @@ class Live(WindowCase):
         for expected in states[1:]:
             yield from redo()
             self.assertEqual(state(field()), expected)
+
+    def test_the_worker_has_a_stroke_before_the_window_shows_it(self) -> Steps:
+        """And one that ends and is undone in a single turn of Blender's loop is no stroke."""
+        make_native_brushes("Clay")
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        take_native_brush("Clay")
+        yield 3 * hand.DRAWN
+        before = state(field())
+        is_at_work = module("blender.session.brush_results").is_at_work
+        shown = []
+
+        def note() -> None:
+            if not is_at_work() and moved_since(still) and len(field().neural_sculpt.strokes) == 0:
+                shown.append(len(self.session.jobs))
+
+        still = vertices(field())
+        handle = bpy.types.SpaceView3D.draw_handler_add(note, (), "WINDOW", "PRE_VIEW")
+        try:
+            yield from hand.drag(hand.to_window(self.arc(0.0)), pause=0.03)
+            yield from self.strokes_are(1)
+        finally:
+            bpy.types.SpaceView3D.draw_handler_remove(handle, "WINDOW")
+        self.assertEqual(shown[:1], [1])
+        yield from undo()
+        self.assertEqual(state(field()), before)
+        first, *others = hand.to_window(self.arc(0.0))
+        hand.move(first)
+        hand.press(first)
+        for point in others:
+            yield 0.03
+            hand.move(point)
+        yield 0.03
+        hand.release(others[-1])
+        hand.tap("Z", others[-1], ("ctrl",))
+        yield 5 * hand.DRAWN
+        yield from self.idle()
+        self.assertEqual(state(field()), before)
+        self.assertEqual(self.names(), [])
 
     def test_a_stroke_undone_before_it_is_absorbed_leaves_nothing(self) -> Steps:
         """Blender up to 4.5 rounds what it takes back, which must not count as sculpted."""

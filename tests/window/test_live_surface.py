@@ -143,6 +143,48 @@ class LiveSurface(WindowCase):
             hand.release(last)
             yield hand.DRAWN
 
+    def test_many_copies(self) -> Steps:
+        """Of a stroke repeated about the axis that looks at the artist each piece of work is of
+        bounded size, also at its end, and all copies are seen before there is a result."""
+        yield from self.add()
+        if hasattr(field().data, "radial_symmetry"):
+            field().data.radial_symmetry = (1, 8, 1)
+        else:  # before 5.0 the setting is Sculpt Mode's, which is there once that was entered
+            bpy.ops.object.mode_set(mode="SCULPT")
+            yield hand.DRAWN
+            choose_tool()
+            bpy.context.scene.tool_settings.sculpt.radial_symmetry = (1, 8, 1)
+        preview, displaced = module("blender.scene.mesh.preview"), module("interaction.displaced")
+        budgets, advance = [], displaced.Displaced.advance
+
+        def noted(shape: object, most: int | None = None) -> int:
+            unfinished = shape.seen is not shape.strokes
+            looked = advance(shape, most)
+            budgets.append((most, looked)) if unfinished else None
+            return looked
+
+        displaced.Displaced.advance = noted
+        self.addCleanup(setattr, displaced.Displaced, "advance", advance)
+        path = self.arc(0.6, 0.1)
+        self.stop_worker()
+        yield from self.pen_down(path)
+        hand.release(hand.to_window(path)[-1])
+        yield 3 * hand.DRAWN
+        yield from hand.until(preview.catch_up, SECONDS, "the surface")
+        self.assertTrue(self.session.jobs)
+        self.assertGreater(len(budgets), 8)
+        self.assertLessEqual({most for most, _ in budgets}, {0, preview.MOST})
+        self.assertLess(max(looked for _, looked in budgets), preview.MOST + displaced.PIECE + 1)
+        hand.save_png(PICTURES / "live_many_copies.png", (yield from still_picture()))
+        heights, points = self.heights(), vertices(field())
+        for turn in np.arange(8) * np.pi / 4:
+            c, s = np.cos(turn), np.sin(turn)
+            turned = path @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+            near = to_path(points, turned * (1 + INTENSITY / self.size)) < 0.2 * RADIUS
+            self.assertAlmostEqual(heights[near].max(), INTENSITY, delta=0.012)
+        self.go_on()
+        yield from self.strokes_are(1)
+
     def test_control_points(self) -> Steps:
         """A dab, a line, dragged; an undo step of something else meanwhile; given up."""
         yield from self.add()

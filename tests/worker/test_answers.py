@@ -60,6 +60,7 @@ GOOD = [
     (JobKind.CONSOLIDATE, {"revision": "r", "id": "b", "report": {}}, model()),
     (JobKind.MEASURE, {"report": {"drift_mean": 0.1}}, {}),
     (JobKind.MESH, {}, proxy()),
+    (JobKind.BOOLEAN_MESH, {}, proxy()),
     (JobKind.SAMPLE, {}, {"band": np.zeros((4, 4, 4), "<f4")}),
     (JobKind.SAVE, {}, {}),
     (JobKind.PREPARE, {}, {}),

@@ -236,6 +236,36 @@ def test_a_boolean_is_one_more_layer():
         run(jobs, JobKind.BOOLEAN, fields, ob.bytes | other.bytes)
 
 
+def test_what_a_boolean_would_come_to_is_shown_coarsely():
+    """A box takes off the sphere of radius 0.6 what is above z = 0.2, or keeps only that; a blend
+    rounds off the rim."""
+    jobs, ob = Jobs(CPU), Object(primitive("sphere"))
+    box = trimesh.creation.box((1.6, 1.6, 1))
+    box.apply_translation((0, 0, 0.7))
+    mesh = {"vertices": box.vertices.astype(np.float32), "triangles": box.faces.astype(np.int32)}
+
+    def shown(operation, blend=0.0):
+        fields = ob.fields(operation=operation, blend=blend)
+        return run(jobs, JobKind.BOOLEAN_MESH, fields, ob.bytes | mesh).arrays["vertices"]
+
+    cut, kept = shown("difference"), shown("intersection")
+    assert cut[:, 2].max() == pytest.approx(0.2, abs=0.01)
+    assert cut[:, 2].min() == pytest.approx(-0.6, abs=0.01)
+    assert kept[:, 2].min() == pytest.approx(0.2, abs=0.01)
+    assert kept[:, 2].max() == pytest.approx(0.6, abs=0.01)
+    assert np.linalg.norm(kept, axis=1).max() <= 0.61
+    rounded = shown("difference", 0.2)
+    ring = np.hypot(rounded[:, 0], rounded[:, 1])[rounded[:, 2] > 0.18]
+    assert ring.max() < np.hypot(cut[:, 0], cut[:, 1])[cut[:, 2] > 0.18].max() - 0.01
+    assert len(cut) < 20_000
+    with pytest.raises(SculptError, match="no operation"):
+        shown("both")
+    box.apply_translation((0, 0, 0.5))
+    mesh["vertices"] = box.vertices.astype(np.float32)
+    with pytest.raises(SculptError, match="leave the box"):
+        shown("union")
+
+
 def test_a_flattened_field_is_the_sum_in_one(edited):
     jobs, ob, _ = edited
     result = run(jobs, JobKind.FLATTEN, ob.fields(), ob.bytes)

@@ -4,6 +4,7 @@ answers meanwhile, however many there are.
 
     a brush's undo step is taken back; ...; the first stroke becomes an undo step of ours; ...
 
+A stroke alone comes in one piece: to draw the window between its two would take longer than both.
 It begins when all strokes have their results and the artist's hand rests. Between two pieces the
 proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo and
 redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed meanwhile is
@@ -237,7 +238,8 @@ def take(target: int, proxy: BrushedProxy) -> None:
     proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
     try:
         with preview.hidden(), session.history_grows():
-            if not native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step):
+            back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
+            if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
                 _enter_next(target, proxy)
             if proxy.count:
                 proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)

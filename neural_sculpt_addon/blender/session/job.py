@@ -51,6 +51,7 @@ class Job:
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
+    told_why: hears why there is no result, of a job that is done behind the others
     keep:    puts the strokes into the history as muted, when they cannot be applied
     deaths:  of workers that had the job; after the second it ends
     resent:  whether the worker lacked bytes that it should have had, and got all once more
@@ -68,6 +69,7 @@ class Job:
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None
+    told_why: Callable[[str], None] | None = None
     keep: Callable[[], None] | None = None
     deaths: int = 0
     status: JobStatus = JobStatus.QUEUED

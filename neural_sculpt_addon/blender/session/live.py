@@ -50,6 +50,11 @@ _left: dict[int, int] = {}
 """Marks of proxies that undo or redo has brought, and which stay as they are."""
 
 
+class _State:
+    brushes: bool = False
+    """Whether a brush was at work when something changed last, and was not looked at since."""
+
+
 def is_on_its_way(ob: Object) -> bool:
     """Whether all that brushes did to the proxy is being absorbed."""
     proxy = proxies.get(ob.session_uid)
@@ -127,6 +132,7 @@ def leave() -> None:
 
 def forget() -> None:
     """Before another file is loaded."""
+    _State.brushes = False
     proxies.clear()
     _left.clear()
 
@@ -204,24 +210,43 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
 
 @persistent
 def _note(*_: object) -> None:
-    """Something has changed."""
-    if any(proxy.count for proxy in proxies.values()) and not is_at_work():
+    """Something has changed.
+
+    Of a stroke's end Blender tells ahead of drawing the window, and timers run after that. So the
+    worker gets the stroke at once, when nothing else is to be done for it.
+    """
+    at_work = is_at_work()
+    if any(proxy.count for proxy in proxies.values()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT" or not is_field(ob):
         return
     if not bpy.app.timers.is_registered(_look_later):
         bpy.app.timers.register(_look_later)
+    if at_work:
+        _State.brushes = True
+    elif _State.brushes and session.worker.alive and not session.jobs:
+        _try_to_look()
+
+
+def expect_no_stroke() -> None:
+    """Before undo and redo: what changes is not a brush's doing, though one may just have ended."""
+    _State.brushes = False
 
 
 def _look_later() -> float | None:
     if is_at_work():
         return AGAIN
+    _try_to_look()
+    return None
+
+
+def _try_to_look() -> None:
+    _State.brushes = False
     try:
         look()
     except Exception:
         log.exception("brush strokes cannot be absorbed")
-    return None
 
 
 def register() -> None:

@@ -73,8 +73,14 @@ class Session(JobQueue):
         self.queue_again(job)
         self.submit(job)
 
-    def submit_behind(self, job: Job) -> None:
-        """Have a job done when nothing else waits, instead of the one that was to be."""
+    def submit_behind(self, job: Job, start: bool = False) -> None:
+        """Have a job done when nothing else waits, instead of the one that was to be.
+
+        start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
+               job is forgotten then
+        """
+        if start:
+            self._ensure_worker()
         self.drop_behind()
         self.behind = job
         self.watcher.work_came()
@@ -132,7 +138,7 @@ class Session(JobQueue):
         self.drop_behind()
 
     def poll_once(self) -> bool:
-        """Take what the worker sent: whether there was news.
+        """Take what the worker sent: whether there was news; how far a quick job is, is none.
 
         Never blocks, but for the time that it takes to read a result, or to show it. Raises
         nothing: Blender would drop the timer, and all jobs wait forever.
@@ -152,14 +158,14 @@ class Session(JobQueue):
             self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)  # the window has waited long enough
-        if not read and self.arrivals.take():
-            heard = read = True  # likewise
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
             self._hear(message)
-            heard = True
+            heard |= message.kind is not MessageKind.PROGRESS or self.slow_job() is not None
             if message.arrays:
                 break  # likewise
+        if not read and self.arrivals.take():
+            heard = True
         if self.hangs and self.jobs:
             self.jobs[0].message = n_("The worker gives no sign of life")
         self._advance()
@@ -343,6 +349,8 @@ class Session(JobQueue):
         elif message.kind in {MessageKind.ERROR, MessageKind.CANCELLED}:
             log.info("%s: %s", job.label, message.fields.get("message", message.kind))
             self.behind = None
+            if job.told_why is not None and message.kind is MessageKind.ERROR:
+                job.told_why(message.fields["message"])
 
     def _apply_behind(self, job: Job, message: Message) -> None:
         answers.check(job.kind, message)

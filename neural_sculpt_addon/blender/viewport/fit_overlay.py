@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The field of a running fit, drawn over the mesh that it learns and sharpening with it.
+"""A field that is not there yet, drawn over the scene: of a running fit, over the mesh that it
+learns and sharpening with it, or what a Boolean would come to, over the two solids.
 
-Nothing of it is in the scene: it goes when its job ends, and neither undo nor files know of it.
+Nothing of it is in the scene: it goes when what it shows is over, and neither undo nor files know
+of it.
 """
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
+import bpy
 import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
@@ -16,8 +20,6 @@ from numpy.typing import NDArray
 
 from ...worker.client import Message
 from .. import preferences, redraw
-from ..session.job import Job
-from ..session.worker_session import session
 from .draw_handler import DrawHandler
 
 LIGHT = np.array([0.3, -0.5, 0.81])
@@ -29,7 +31,8 @@ LIFT = 0.004
 
 @dataclass(frozen=True)
 class _Shown:
-    job: Job
+    holds: Callable[[], bool]  # whether it is still to be seen
+    on_top: bool  # of all that is in the scene
     points: NDArray[np.float32]  # (V, 3), world
     colors: NDArray[np.float32]  # (V, 4)
     triangles: NDArray[np.int32]  # (F, 3)
@@ -39,8 +42,9 @@ class _State:
     shown: _Shown | None = None
 
 
-def show(job: Job, preview: Message, matrix: Matrix) -> None:
-    """Show a preview of the field that `job` fits; its model space is at `matrix` in the world."""
+def show(preview: Message, matrix: Matrix, holds: Callable[[], bool], on_top: bool = False) -> None:
+    """Show a mesh of a field whose model space is at `matrix` in the world, for as long as `holds`
+    says so; `on_top` of what would hide it."""
     arrays = preview.arrays
     turn, shift = np.array(matrix.to_3x3()), np.array(matrix.translation)  # (3, 3), (3,)
     points = (arrays["vertices"] + LIFT * arrays["normals"]) @ turn.T + shift
@@ -49,9 +53,15 @@ def show(job: Job, preview: Message, matrix: Matrix) -> None:
     color[:, :3] *= DARKEST + (1 - DARKEST) * (towards[:, None] + 1) / 2
     color[:, 3] = 1
     _State.shown = _Shown(
-        job, points.astype(np.float32), color.astype(np.float32), arrays["triangles"]
+        holds, on_top, points.astype(np.float32), color.astype(np.float32), arrays["triangles"]
     )
     redraw.tag_views()
+
+
+def keep(holds: Callable[[], bool]) -> None:
+    """Show what is shown for as long as something else is so."""
+    if _State.shown is not None:
+        _State.shown = replace(_State.shown, holds=holds)
 
 
 def _draw() -> None:
@@ -59,16 +69,28 @@ def _draw() -> None:
     shown = _State.shown
     if shown is None:
         return
-    if shown.job not in session.jobs:
+    if not shown.holds():
         _State.shown = None
         return
-    gpu.state.depth_test_set("LESS_EQUAL")
-    gpu.state.depth_mask_set(True)
+    triangles = shown.triangles
+    if shown.on_top:
+        triangles = triangles[np.argsort(-_depth(shown.points)[triangles].mean(axis=1))]
+        gpu.state.face_culling_set("BACK")
+    else:
+        gpu.state.depth_test_set("LESS_EQUAL")
+        gpu.state.depth_mask_set(True)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     data = {"pos": shown.points, "color": shown.colors}
-    batch_for_shader(shader, "TRIS", data, indices=shown.triangles).draw(shader)
+    batch_for_shader(shader, "TRIS", data, indices=triangles).draw(shader)
+    gpu.state.face_culling_set("NONE")
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("NONE")
+
+
+def _depth(points: NDArray[np.float32]) -> NDArray[np.float64]:
+    """How far points (V, 3) of the world are from who looks at the viewport that is drawn, (V,)."""
+    matrix = np.array(bpy.context.region_data.view_matrix)
+    return -(points @ matrix[2, :3])
 
 
 _handler = DrawHandler(_draw)

@@ -231,7 +231,7 @@ def _draw_brush(mouse: Mouse) -> None:
     else:
         return
     shown = _State.stroke
-    if shown is not None and anchor is None:
+    if shown is not None:
         brush = shown.brush
     else:
         brush = seen(current_brush(context), current_kind(context))

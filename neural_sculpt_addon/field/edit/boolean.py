@@ -107,6 +107,20 @@ def field_solid(field: Field, matrix: ArrayLike) -> Solid:
     return solid
 
 
+def show(
+    field: Field,
+    solid: Solid,
+    operation: str,
+    blend: float = 0.0,
+    *,
+    cells: int = 64,
+    progress: Progress = silent,
+) -> Proxy:
+    """A coarse mesh of what `combine` would come to, which takes the same and raises the same; only
+    whether it is the field itself is not looked at."""
+    return _extract(_combined(field, solid, operation, blend), cells, progress)
+
+
 def combine(
     field: Field,
     solid: Solid,
@@ -125,21 +139,8 @@ def combine(
 
     SculptError when the result leaves the box, is nothing, or is the field itself.
     """
-    if operation not in list(Operation):
-        raise SculptError(
-            f"There is no operation {operation!r:.60}; choose one of {', '.join(Operation)}."
-        )
-    if not 0 <= blend <= 1:
-        raise SculptError(f"A blend radius is a number from 0 to 1, not {blend!r:.60}.")
     start = time.monotonic()
-    both = _Combined(
-        field.network,
-        field.detail,
-        solid=solid,
-        first=1 if operation == Operation.UNION else -1,
-        other=-1 if operation == Operation.INTERSECTION else 1,
-        blend=blend,
-    )
+    both = _combined(field, solid, operation, blend)
     if preview is not None:
         preview(_extract(both, preview_cells, sub_progress(progress, 0.0, 0.1)))
     mesh = _extract(both, CELLS, sub_progress(progress, 0.1, 0.4))
@@ -192,6 +193,24 @@ class _Combined(Field):
             value -= self.blend / 4 * near**2
             share += (0.5 - share) * near
         return self.first * value, share
+
+
+def _combined(field: Field, solid: Solid, operation: str, blend: float) -> _Combined:
+    """SculptError when there is no such operation, or blend radius."""
+    if operation not in list(Operation):
+        raise SculptError(
+            f"There is no operation {operation!r:.60}; choose one of {', '.join(Operation)}."
+        )
+    if not 0 <= blend <= 1:
+        raise SculptError(f"A blend radius is a number from 0 to 1, not {blend!r:.60}.")
+    return _Combined(
+        field.network,
+        field.detail,
+        solid=solid,
+        first=1 if operation == Operation.UNION else -1,
+        other=-1 if operation == Operation.INTERSECTION else 1,
+        blend=blend,
+    )
 
 
 def _patch(field: Field, both: _Combined, mesh: Proxy) -> Patch:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import torch
 
     from ...field.edit.absorb import Absorbed
+    from ...field.edit.boolean import Solid
     from ...field.edit.edit import Edit
     from ...field.edit.layers import Solved, State
     from ...field.field import Field
@@ -66,6 +67,7 @@ class Jobs:
             JobKind.ABSORB: self.absorb,
             JobKind.BRUSHED: self.brushed,
             JobKind.BOOLEAN: self.boolean,
+            JobKind.BOOLEAN_MESH: self.boolean_mesh,
             JobKind.LOAD: self.load,
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
@@ -198,14 +200,10 @@ class Jobs:
         The matrix maps the other field's model space to this one's; the mesh is in this one's. With
         `preview`, <proxy> comes first.
         """
-        from ...field.edit.boolean import combine, field_solid, mesh_solid
+        from ...field.edit.boolean import combine
 
         before = self._store.state(job, sub_progress(progress, 0.0, 0.1))
-        if "other" in job.fields:
-            other = self._store.field(Payload(read(job, "other", dict), job.arrays))
-            solid = field_solid(other, read_numbers(job, "matrix", 16).reshape(4, 4))
-        else:
-            solid = mesh_solid(read_array(job, "vertices"), read_array(job, "triangles"))
+        solid = self._solid(job)
 
         def show(proxy: "Proxy") -> None:
             job.preview(Payload({}, proxy_arrays(proxy)))
@@ -220,6 +218,22 @@ class Jobs:
             progress=sub_progress(progress, 0.1, 0.8),
         )
         return self._one_more(before, result, job, progress)
+
+    def boolean_mesh(self, job: Payload, progress: Progress) -> Payload:
+        """state, operation, blend and the other solid, as boolean -> <proxy>: a coarse one of what
+        that would come to.
+        """
+        from ...field.edit.boolean import show
+
+        proxy = show(
+            self._store.field(job),
+            self._solid(job),
+            read(job, "operation", str),
+            float(read_numbers(job, "blend", 1)[0]),
+            cells=PREVIEW_CELLS,
+            progress=progress,
+        )
+        return Payload({}, proxy_arrays(proxy))
 
     def load(self, job: Payload, progress: Progress) -> Payload:
         """path, resolution -> id, widths <field, proxy>."""
@@ -266,6 +280,15 @@ class Jobs:
         fields = {"id": state.base, "report": result.report}
         share = sub_progress(progress, 0.95, 1.0)
         return self._answer(state, fields, {"field": as_array(data)}, job, share)
+
+    def _solid(self, job: Payload) -> "Solid":
+        """The other solid of a Boolean."""
+        from ...field.edit.boolean import field_solid, mesh_solid
+
+        if "other" in job.fields:
+            other = self._store.field(Payload(read(job, "other", dict), job.arrays))
+            return field_solid(other, read_numbers(job, "matrix", 16).reshape(4, 4))
+        return mesh_solid(read_array(job, "vertices"), read_array(job, "triangles"))
 
     def _found(
         self, field: "Field", fields: dict[str, Any], job: Payload, progress: Progress

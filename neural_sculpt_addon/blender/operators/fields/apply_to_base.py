@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the field as it is the one that later replays start from."""
+"""Make the field as it is the one that later replays start from.
+
+That cannot be done in parts: the strokes are no entries any more. So the artist is asked first, and
+a script is not.
+"""
 
 # pyright: reportOptionalMemberAccess=false
 
-from bpy.types import Context, Operator
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Context, Event, Operator
 
 from ....worker.client import JobKind, Message
 from ...scene.commit import set_base
@@ -14,6 +20,13 @@ from ...session.job import Job, Request
 from ...session.worker_session import session
 from ..launch import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
 from ..strokes.history import listed_poll
+
+QUESTION = n_(
+    "{} strokes become part of the base. They leave the history and can no longer be edited."
+)
+QUESTION_OF_ONE = n_(
+    "1 stroke becomes part of the base. It leaves the history and can no longer be edited."
+)
 
 
 class NEURAL_SCULPT_OT_apply_to_base(Operator):
@@ -31,6 +44,19 @@ class NEURAL_SCULPT_OT_apply_to_base(Operator):
         if any(job.target == active_field(context).session_uid for job in session.jobs):
             return refuse(cls, "The worker still changes this field")
         return True
+
+    def invoke(self, context: Context, event: Event) -> Outcome:
+        """Ask before strokes leave the list."""
+        count = sum(not item.muted for item in field_of(active_field(context)).strokes)
+        if not count:
+            return self.execute(context)
+        return context.window_manager.invoke_confirm(
+            self,
+            event,
+            title=iface_(self.bl_label),
+            message=iface_(QUESTION_OF_ONE if count == 1 else QUESTION).format(count),
+            confirm_text=iface_(self.bl_label),
+        )
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:

@@ -2,12 +2,13 @@
 """Booleans: the active field united with, cut by or cut down to the other selected object.
 
 The other object, a field or a mesh, stays and is hidden. The result is one entry of the history,
-beside the strokes.
+beside the strokes. While the dialog is open the viewport shows what it would be.
 """
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
 
 from dataclasses import replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -29,6 +30,7 @@ from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
 from ..launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from . import boolean_preview
 from .from_mesh import read_in
 
 OPERATIONS = (
@@ -76,7 +78,23 @@ class NEURAL_SCULPT_OT_boolean(Operator):
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask for the operation and the blend radius."""
+        self.check(context)
         return context.window_manager.invoke_props_dialog(self)
+
+    def check(self, context: Context) -> bool:
+        """Show what the settings of the dialog come to; whether it is to be drawn again."""
+        if self.poll(context):
+            ob, other = active_field(context), _other(context)
+            assert other is not None
+            target, source, settings = ob.session_uid, other.session_uid, self._settings(ob)
+            boolean_preview.show(
+                ob, (source, *settings.values()), lambda: _request(target, source, **settings)
+            )
+        return True
+
+    def cancel(self, context: Context) -> None:
+        """Leave no trace in the window."""
+        boolean_preview.end(context.active_object)
 
     def execute(self, context: Context) -> Outcome:
         """Combine in the worker."""
@@ -84,22 +102,12 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         assert other is not None
         target, source = ob.session_uid, other.session_uid
         name = iface_(ENTRIES[self.operation]).format(other.name)
-        fields = {
-            "operation": self.operation.lower(),
-            "blend": self.blend / world_scale(ob),
-            "preview": not session.waits,
-        }
         label = self.bl_label
+        settings = self._settings(ob) | {"preview": not session.waits}
 
         def request() -> Request:
-            ob, other = found(target), find(source)
-            if other is None:
-                raise SculptError("The other object of the Boolean is gone. Select one again.")
-            native_edits.refuse(ob)
-            asked = states.request(
-                ob, **shown_as(field_of(ob)), result_revision=new_revision(), **fields
-            )
-            return _with_other(asked, ob, other)
+            shown = shown_as(field_of(found(target)))
+            return _request(target, source, **settings, **shown, result_revision=new_revision())
 
         def apply(result: Message) -> None:
             ob, other = found(target), find(source)
@@ -107,14 +115,35 @@ class NEURAL_SCULPT_OT_boolean(Operator):
             add_entry(ob, Entry("", name), result, label, replaced=other)
 
         job = Job(JobKind.BOOLEAN, label, request, apply, target=target)
-        job.preview = lambda preview: fit_overlay.show(job, preview, found(target).matrix_world)
-        return launch(self, job)
+
+        def is_wanted() -> bool:
+            return job in session.jobs
+
+        job.preview = lambda preview: fit_overlay.show(
+            preview, found(target).matrix_world, is_wanted, on_top=True
+        )
+        outcome = launch(self, job)
+        fit_overlay.keep(is_wanted)  # what the dialog has shown
+        boolean_preview.end()
+        return outcome
+
+    def _settings(self, ob: Object) -> dict[str, Any]:
+        return {"operation": self.operation.lower(), "blend": self.blend / world_scale(ob)}
 
 
 def _other(context: Context) -> Object | None:
     """The one other selected object that has a surface."""
     others = [ob for ob in context.selected_objects or () if ob != context.active_object]
     return others[0] if len(others) == 1 and others[0].type == "MESH" else None
+
+
+def _request(target: int, source: int, **fields: Any) -> Request:
+    """The request for both objects, by their session_uid, as they are now."""
+    ob, other = found(target), find(source)
+    if other is None:
+        raise SculptError("The other object of the Boolean is gone. Select one again.")
+    native_edits.refuse(ob)
+    return _with_other(states.request(ob, **fields), ob, other)
 
 
 def _with_other(asked: Request, ob: Object, other: Object) -> Request:

@@ -140,7 +140,9 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
                 notice.tell(note)
 
         job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
-        job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
+        job.preview = lambda preview: fit_overlay.show(
+            preview, place(preview), lambda: job in session.jobs
+        )
         return launch_when_installed(self, context, job)
 
 

@@ -20,7 +20,7 @@ from ....interaction.recorder import Mouse
 from ....stroke.stroke import Kind, Stroke
 from ...locale.translations import translated
 from ...panels import status_bar
-from ...scene import commit, stroke_list
+from ...scene import commit, lengths, stroke_list
 from ...scene.brush import drawn_stroke, redrawn_stroke, strengths
 from ...scene.mesh import preview, proxy_mesh
 from ...scene.mesh.protect import protected
@@ -29,7 +29,7 @@ from ...scene.properties import brush_of, is_field
 from ...session import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
-from ...viewport import overlay
+from ...viewport import changed_stroke, overlay
 from ...viewport.view import object_under, over_interface, view_under
 from ..launch import (
     CANCELLED,
@@ -51,7 +51,7 @@ HINTS = {
     Phase.DRAWING: n_("Release: sculpt the stroke     Esc: cancel"),
     Phase.EDITING: n_(
         "Click: add a point     Drag: move it     Backspace: remove it"
-        "     Enter: sculpt     Esc: cancel"
+        "     F, Shift F: radius, intensity     Enter: sculpt     Esc: cancel"
     ),
 }
 NAVIGATION = ("MIDDLEMOUSE", "WHEEL", "TRACKPAD", "MOUSEROTATE", "MOUSESMARTZOOM", "NDOF", "NUMPAD")
@@ -89,7 +89,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         self._target = active_field(context).session_uid
         self._turned = False  # to another field than the active one
         self._drawing: Drawing | None = None
-        self._listed: Stroke | None = None
+        self._listed: stroke_list.Entry | None = None
+        self._unchanged: Stroke | None = None  # that one through the points that can be edited
         preview.give_up()  # what a defect may have left
         try:
             ob = active_field(context)
@@ -130,6 +131,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     def _end(self, context: Context) -> None:
         """Leave none but on the mesh."""
+        lengths.edit(None)
+        changed_stroke.hide()
         overlay.hide_stroke()
         status_bar.show_hint(None)
         if context.area is not None:  # it is gone with the window
@@ -183,10 +186,13 @@ class NEURAL_SCULPT_OT_draw(Operator):
         """Edit the points of a stroke in the history. SculptError when that cannot be."""
         proxy_mesh.refuse_locked(ob)
         live.refuse_edits(ob)
-        self._listed = stroke_list.stroke_of(ob, self.uid)
-        spacing = brush_of(context).spacing * self._listed.brush.radius
-        points = [(x, y, z) for x, y, z in self._listed.points.tolist()]
-        self._drawing = Drawing.again(Habits(spacing), points, strengths(self._listed))
+        self._listed = stroke_list.listed_entry(ob, self.uid)
+        stroke = self._listed.stroke
+        lengths.edit(stroke.brush)
+        spacing = brush_of(context).spacing * stroke.brush.radius
+        points = [(x, y, z) for x, y, z in stroke.points.tolist()]
+        self._drawing = Drawing.again(Habits(spacing), points, strengths(stroke))
+        self._unchanged = self._stroke(self._drawing, context, ob)
 
     def _draw_on(self, drawing: Drawing, context: Context, event: Event, ob: Object) -> Outcome:
         """Let the drawing go on, and see whether it is over."""
@@ -249,7 +255,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if self._listed is None:
             kind = Kind.SMOOTH if self.smooth else None
             return drawn_stroke(context, ob, drawing.so_far, self.invert, kind)
-        return redrawn_stroke(self._listed, drawing.line.points)
+        stroke = redrawn_stroke(self._listed.stroke, drawing.line.points)
+        return replace(stroke, brush=lengths.edited() or stroke.brush)
 
     def _show(self, context: Context) -> None:
         """Say what can be done, and show what would be sculpted."""
@@ -261,6 +268,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
             if not shown and not self._only_selects(drawing):
                 shown = preview.draw(ob, stroke)
             overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=shown)
+            if self._listed is not None and stroke != self._unchanged:
+                changed_stroke.show(ob, self._listed, stroke)
             context.area.tag_redraw()
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Change the brush's radius or intensity: with the mouse on the surface, or by a factor.
+"""Change the brush's radius or intensity: with the mouse on the surface, or by a factor. While the
+points of a stroke of the history are edited, it is that stroke's.
 
 While the mouse changes it, the brush stays where it is on the surface and its rim follows the
 mouse. Lengths are in model space.
@@ -18,7 +19,8 @@ from bpy_extras import view3d_utils
 from ....interaction.recorder import Mouse, Point
 from ...locale.translations import OURS
 from ...panels import status_bar
-from ...scene.properties import brush_of
+from ...scene import lengths
+from ...scene.properties import world_scale
 from ...viewport import overlay
 from ...viewport.view import View, as_point, lay, view_under
 from ..launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
@@ -102,14 +104,14 @@ class NEURAL_SCULPT_OT_resize(Operator):
         context.area.tag_redraw()
 
     def _get(self, context: Context) -> float:
-        return getattr(brush_of(context), self.length.lower())
+        return lengths.get(context, self.length.lower())
 
     def _set(self, context: Context, value: float) -> None:
-        setattr(brush_of(context), self.length.lower(), value)
+        lengths.put(context, self.length.lower(), value)
 
     def _show(self, context: Context) -> None:
         word = iface_(self.length.title())
-        value = getattr(brush_of(context), f"scene_{self.length.lower()}")
+        value = self._get(context) * world_scale(active_field(context))
         context.area.header_text_set(f"{word} {value:.4f}")
         status_bar.show_hint(iface_("Click or Enter: keep     Esc: as before"))
         context.area.tag_redraw()

@@ -30,8 +30,9 @@ from ..tool import TOOL
 from . import brush_attributes, proxy_mesh, seen_surface
 
 MOST = 8000
-"""Vertices that are looked at in a move of the pen, some 3 ms: what takes more is shown later."""
-SOON = 0.01  # seconds after which the rest is worked on while the pen rests
+"""Vertices that are looked at in a move of the pen, and when it is lifted, some 3 ms: what takes
+more is shown later."""
+SOON = 0.01  # seconds after which the rest is worked on
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
 """Attributes that a preview changes, and those that keep what they were."""
@@ -116,6 +117,8 @@ def draw(ob: Object, stroke: Stroke) -> bool:
     if display is None or not _is_untouched(ob, display):
         show(0)
     elif before is None:
+        display.shape.advance()
+        _show_shape(ob, display)
         seen_surface.hold(ob)
         display.shape.begin(stroke, _protection(ob))
     elif stroke != before:
@@ -125,17 +128,23 @@ def draw(ob: Object, stroke: Stroke) -> bool:
 
 
 def catch_up() -> bool:
-    """Go on with the stroke under the pen for as long as a move may take; whether it is shown."""
+    """Go on with the last stroke for as long as a move may take; whether it is shown."""
     for target, display in _displays.items():
-        ob = find(target) if target in _drawn else None
+        if display.seen is display.shape.strokes:
+            continue
+        ob = find(target)
         if ob is not None and _is_untouched(ob, display):
             display.shape.advance(MOST)
             _show_shape(ob, display)
             if display.seen is not display.shape.strokes:
-                if not bpy.app.background and not bpy.app.timers.is_registered(_catch_up_later):
-                    bpy.app.timers.register(_catch_up_later, first_interval=SOON)
+                _go_on_later()
                 return False
     return True
+
+
+def _go_on_later() -> None:
+    if not bpy.app.background and not bpy.app.timers.is_registered(_catch_up_later):
+        bpy.app.timers.register(_catch_up_later, first_interval=SOON)
 
 
 def _catch_up_later() -> float | None:
@@ -166,7 +175,7 @@ def settle() -> None:
 def show(most: int | None = None) -> None:
     """Show the wanted strokes, and the drawn one, on the meshes as they are now.
 
-    most: of the drawn one, vertices that are looked at now
+    most: vertices that are looked at now; all in the background, where nothing would go on with it
     """
     hide()
     _able.clear()
@@ -302,9 +311,13 @@ def _displace(
     display = _displays[target] = _Display(mesh.session_uid, shape, true, true["position"])
     if drawn is not None and not begun:
         if strokes:
+            shape.advance()
             _show_shape(ob, display)
             seen_surface.hold(ob)
         shape.begin(drawn, _protection(ob))
+    if most is None and not bpy.app.background:
+        most = MOST
+        _go_on_later()
     shape.advance(most)
     display.seen = ()
     _show_shape(ob, display)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a Boolean would come to, while its dialog is open.
+
+    other settings -> a job behind all others -> a coarse mesh -> over the scene
+
+Of settings that change in quick succession the last ones are computed. The mesh of those before is
+seen until then. It is seen for as long as the field is the one for which it was made, whatever
+becomes of the dialog. The status bar says why settings come to nothing.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from bpy.types import Object
+
+from ....common.errors import SculptError
+from ....worker.client import JobKind, Message
+from ... import redraw
+from ...locale.translations import translated
+from ...panels import status_bar
+from ...scene.objects import find, found
+from ...scene.properties import field_of
+from ...session import reports
+from ...session.job import Job, Request
+from ...session.worker_session import session
+from ...viewport import fit_overlay
+
+Asked = tuple[object, ...]
+"""All that a preview depends on."""
+
+
+@dataclass(frozen=True)
+class _Preview:
+    asked: Asked
+    job: Job
+
+
+class _State:
+    now: _Preview | None = None
+
+
+def show(ob: Object, asked: Asked, request: Callable[[], Request]) -> None:
+    """Show what `request` comes to, unless it is what was asked for last."""
+    target, revision = ob.session_uid, field_of(ob).revision
+    asked = (*asked, target, revision)
+    if _State.now is not None and _State.now.asked == asked:
+        return
+
+    def holds() -> bool:
+        """Until there is another one, or none will be."""
+        ob, now = find(target), _State.now
+        if ob is None or now is None or (field_of(ob).revision, ob.mode) != (revision, "OBJECT"):
+            return False
+        return now.asked == asked or session.behind is now.job
+
+    def apply(result: Message) -> None:
+        fit_overlay.show(result, found(target).matrix_world, holds, on_top=True)
+        status_bar.show_hint(None)
+
+    job = Job(JobKind.BOOLEAN_MESH, "Preview", request, apply, told_why=_tell)
+    _State.now = _Preview(asked, job)
+    try:
+        session.submit_behind(job, start=True)
+    except SculptError as error:
+        _tell(str(error))
+
+
+def _tell(why: str) -> None:
+    status_bar.show_hint(translated(why))
+    redraw.tag_views()
+
+
+def end(ob: Object | None = None) -> None:
+    """The dialog is closed; what was not measured because of it, of the object, is measured."""
+    if (now := _State.now) is None:
+        return
+    _State.now = None
+    status_bar.show_hint(None)
+    if session.behind is now.job:
+        session.drop_behind()
+    if ob is not None and not session.jobs:
+        reports.measure_again(ob)
+    redraw.tag_views()

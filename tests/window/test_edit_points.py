@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The points of a stroke of the history are edited, and by F and Shift F its radius and intensity:
+the surface shows where it will be, and the brush of the next stroke stays what it was."""
+
+import bpy
+import numpy as np
+import simulated_input as hand
+from drawing import INTENSITY, PICTURES, RADIUS, SECONDS, WindowCase, field, operate, undo
+from harness import brush_settings, module, state, strokes_of
+from simulated_input import Pixel, Steps
+
+changed_stroke = module("blender.viewport.changed_stroke")
+WIDER, HIGHER = 0.05, -0.1  # what is added to the radius and the intensity
+
+
+class EditPoints(WindowCase):
+    def begin(self) -> Steps:
+        """Edit the points of a stroke; the pixel in its middle."""
+        yield from self.add()
+        yield from self.draw(self.arc())
+        self.drawn = state(field())
+        (x, y), *_ = hand.to_window([(0, -self.size, 0)])
+        self.pixels = hand.to_window([(1, -self.size, 0)])[0][0] - x
+        hand.move((x, y + 60))
+        yield hand.DRAWN
+        operate(bpy.ops.neural_sculpt.draw, uid=field().neural_sculpt.strokes[0].uid)
+        yield 3 * hand.DRAWN
+        return x, y + 60
+
+    def resize(self, at: Pixel, by: float, held: hand.Held = (), key: str = "LEFTMOUSE") -> Steps:
+        """Press F, move by model units, and end it."""
+        hand.tap("F", at, held)
+        yield hand.DRAWN
+        to = at[0] + by * self.pixels, at[1]
+        hand.move(to)
+        yield 3 * hand.DRAWN
+        self.amid = changed_stroke.shown()
+        hand.tap(key, to)
+        yield 3 * hand.DRAWN
+        hand.move(at)
+        yield 3 * hand.DRAWN
+
+    def test_radius_and_intensity(self) -> Steps:
+        at = yield from self.begin()
+        self.assertIsNone(changed_stroke.shown())
+        yield from self.resize(at, WIDER)
+        self.assertAlmostEqual(self.amid.stroke.brush.radius, RADIUS + WIDER, delta=3e-3)
+        widths = [
+            np.linalg.norm(r.points[:, 0] - r.points[:, -1], axis=1) for r in self.amid.ribbons
+        ]
+        self.assertAlmostEqual(np.median(widths[0]), 2 * (RADIUS + WIDER), delta=0.02)
+        yield from self.resize(at, HIGHER, ("shift",))
+        yield from self.resize(at, 0.1, key="ESC")  # as before
+        brush = changed_stroke.shown().stroke.brush
+        self.assertAlmostEqual(brush.radius, RADIUS + WIDER, delta=3e-3)
+        self.assertAlmostEqual(brush.intensity, INTENSITY + HIGHER, delta=3e-3)
+        hand.save_png(PICTURES / "edit_points_lengths.png", hand.screen_pixels())
+        self.assertEqual(state(field()), self.drawn)
+        hand.tap("RET", at)
+        yield from hand.until(lambda: state(field()) != self.drawn, SECONDS, "a replay")
+        yield from self.idle()
+        self.assertIsNone(changed_stroke.shown())
+        (stroke,) = strokes_of(field())
+        self.assertAlmostEqual(stroke["radius"], brush.radius, places=6)
+        self.assertAlmostEqual(stroke["intensity"], brush.intensity, places=6)
+        self.assert_raised(self.arc(), by=brush.intensity)
+        self.assertAlmostEqual(brush_settings().radius, RADIUS, places=6)
+        self.assertAlmostEqual(brush_settings().intensity, INTENSITY, places=6)
+        yield from self.resize(at, WIDER)  # the artist's own again
+        self.assertAlmostEqual(brush_settings().radius, RADIUS + WIDER, delta=3e-3)
+        yield from undo()
+        self.assertEqual(state(field()), self.drawn)
+
+    def test_escape_leaves_the_stroke_as_it_was(self) -> Steps:
+        at = yield from self.begin()
+        yield from self.resize(at, WIDER)
+        hand.tap("LEFT_BRACKET", at)
+        yield 3 * hand.DRAWN
+        brush = changed_stroke.shown().stroke.brush
+        self.assertAlmostEqual(brush.radius, 0.8 * (RADIUS + WIDER), delta=3e-3)
+        hand.tap("ESC", at)
+        yield 3 * hand.DRAWN
+        yield from self.idle()
+        self.assertIsNone(changed_stroke.shown())
+        self.assertEqual(state(field()), self.drawn)
+        hand.tap("RIGHT_BRACKET", at)
+        yield 3 * hand.DRAWN
+        self.assertAlmostEqual(brush_settings().radius, 1.25 * RADIUS, places=5)
+
+    def test_a_point_that_is_dragged_is_followed(self) -> Steps:
+        """By the ribbon, while the surface still has the stroke where it was."""
+        yield from self.begin()
+        ends = hand.to_window(self.arc()[[-1]])[0]
+        above = hand.to_window(self.arc(0.5)[[-1]])[0]
+        hand.move(ends)
+        yield hand.DRAWN
+        hand.press(ends)
+        for share in (0.3, 0.6, 1.0):
+            yield hand.DRAWN
+            hand.move(tuple(np.array(ends) + share * (np.array(above) - ends)))
+        yield 3 * hand.DRAWN
+        ribbon = changed_stroke.shown().ribbons[0].points
+        away = np.linalg.norm(ribbon.reshape(-1, 3) - self.arc(0.5)[-1], axis=1)
+        self.assertLess(away.min(), 0.1)
+        hand.save_png(PICTURES / "edit_points_dragged.png", hand.screen_pixels())
+        hand.release(above)
+        hand.tap("ESC", above)
+        yield 3 * hand.DRAWN
+        self.assertIsNone(changed_stroke.shown())
+        self.assertEqual(state(field()), self.drawn)
