@@ -163,8 +163,10 @@ class Growth:
             moving = np.unique(some[poor])
             moving = moving[moving >= fixed]
             if not len(moving):
-                break
+                return parts
             self._relax(moving, parts.triangles)
+        flip(some, parents, self.vertices, self.normals)
+        parts.triangles[place] = some
         return parts
 
     def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
@@ -190,12 +192,16 @@ class Growth:
     ) -> NDArray[np.int32]:
         """Put vertices on the edges that are farther off than `limit`; their numbers, or -1 (E,).
 
-        Edges on the border have those that they had.
+        Edges on the border have those that they had. One whose new vertex looks away from an end
+        stays: it leads through a thin wall or groove, and the vertex is on another side of that.
         """
         number = np.full(len(edges.ends), -1, np.int32)
         chosen = np.flatnonzero(middles.off > limit)
-        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
+        beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
+        same = (np.einsum("sea,sa->se", beside, normals) > 0).all(axis=1)
+        chosen, points, normals = chosen[same], points[same], normals[same]
+        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         self.vertices = np.concatenate([self.vertices, points])
         self.normals = np.concatenate([self.normals, normals])
         self.splits.append(in_order(names(edges.ends[chosen]), number[chosen]))
