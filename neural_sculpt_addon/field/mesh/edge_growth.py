@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, sub_progress
-from ..detail import BRICK, cells_of
+from ..detail import BRICK, cells_of, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from .flip import find_poor, flip
@@ -27,14 +27,6 @@ REACH = 0.5
 
 FLATTEST = 0.3
 """|grad f| from which on a small f is believed to be near the surface."""
-
-FINE = 6
-"""Level of the detail that hides between the vertices of a proxy: cells of 1/64 and smaller."""
-
-MIDDLE = np.float32(0.5)
-PLACES = MIDDLE, np.float32(0.25), np.float32(0.75)
-"""Where on an edge the field is looked at: at its middle, and where there is detail finer than the
-edges of the proxy beside it, too, for a groove may cross an edge there."""
 
 FARTHEST = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
@@ -121,52 +113,46 @@ class Growth:
         return self._mended(Parts.together([*done, parts]), fixed)
 
     def measured(self, edges: Edges, limit: float, first: bool, progress: Progress) -> Middles:
-        """How far edges are off, as far as that is more than `limit`. Those on the border and on
-        the box's faces stay.
+        """How far edges are off. Those on the border and on the box's faces stay.
 
         first: whether they are those of the proxy, where the field may have detail between vertices
         """
         low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
-        middles = (low + high) / 2
-        off = np.zeros(len(middles), np.float32)
-        inner = (np.abs(middles) < 1).all(axis=1)
+        along, points = high - low, (low + high) / 2
+        inner = (np.abs(points) < 1).all(axis=1)
         if self.known is not None:
             inner &= ~edges.alone
-        detailed = inner & _is_detailed(self.field, middles) if first else np.zeros_like(inner)
-        for share, chosen in zip(PLACES, (inner, detailed, detailed), strict=True):
-            some = np.flatnonzero(chosen)
-            for begin in range(0, len(some), BATCH):
-                progress(begin / len(some), "Refining the mesh")
-                part = some[begin : begin + BATCH]
-                along = high[part] - low[part]
-                points = low[part] + share * along
-                near = np.abs(values(self.field, points)) > FLATTEST * limit
-                part, along = part[near], along[near]
-                reach = REACH * _length(along)
-                points, distance, _ = _onto(self.field, points[near], along, reach)
-                off[part] = np.maximum(off[part], distance)
-                if share == MIDDLE:
-                    middles[part] = points
-        off[off > FARTHEST * _length(high - low)[:, 0]] = 0
-        return Middles(middles, off)
+        bend = _bend(along, *(self.normals.take(end, axis=0) for end in edges.ends.T))
+        off = _length(bend)[:, 0] * inner
+        points += bend
+        straight = np.flatnonzero(inner & (off <= limit))
+        length = _length(along.take(straight, axis=0))[:, 0]
+        straight = straight[_may_hide(self.field, points.take(straight, axis=0), length)]
+        for begin in range(0, len(straight), BATCH):
+            progress(begin / len(straight), "Refining the mesh")
+            part = straight[begin : begin + BATCH]
+            middles = low[part] + along[part] / 2
+            near = np.abs(values(self.field, middles)) > FLATTEST * limit
+            part, middles = part[near], middles[near]
+            reach = REACH * _length(along[part])
+            points[part], off[part], _ = _onto(self.field, middles, along[part], reach)
+        return Middles(points, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
         """`parts` with better triangles where some are thin or turned: edges are flipped, and
         vertices but for the first `fixed` moved towards the mean of their neighbours."""
         poor = find_poor(parts.triangles, self.vertices, self.normals)
-        place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor]))
-        some, parents = parts.triangles[place], parts.parents[place]
-        for _ in range(MENDED):
+        for turn in range(MENDED):
+            place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor], kind="table"))
+            some, parents = parts.triangles[place], parts.parents[place]
             flip(some, parents, self.vertices, self.normals)
             parts.triangles[place] = some
-            poor = find_poor(some, self.vertices, self.normals)
-            moving = np.unique(some[poor])
+            poor = place[find_poor(some, self.vertices, self.normals)]
+            moving = np.unique(parts.triangles[poor])
             moving = moving[moving >= fixed]
-            if not len(moving):
+            if not len(moving) or turn == MENDED - 1:
                 return parts
             self._relax(moving, parts.triangles)
-        flip(some, parents, self.vertices, self.normals)
-        parts.triangles[place] = some
         return parts
 
     def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
@@ -200,6 +186,9 @@ class Growth:
         points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
         beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
         same = (np.einsum("sea,sa->se", beside, normals) > 0).all(axis=1)
+        ends = self.vertices.take(edges.ends[chosen], axis=0)
+        way, length = points - ends.mean(axis=1), _length(ends[:, 1] - ends[:, 0])
+        same &= (_length(way) < FARTHEST * length)[:, 0]
         chosen, points, normals = chosen[same], points[same], normals[same]
         number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         self.vertices = np.concatenate([self.vertices, points])
@@ -233,13 +222,25 @@ class Growth:
         return points, normals
 
 
-def _is_detailed(field: Field, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether there is detail of a level from FINE around points (N, 3)."""
+def _bend(
+    edges: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """From the middles of `edges` (N, 3) to those of the cubics between their ends (N, 3) that are
+    across the normals there, `first` and `second` (N, 3)."""
+    rise = np.einsum("na,na->n", edges, first)[:, None] * first
+    fall = np.einsum("na,na->n", edges, second)[:, None] * second
+    return (fall - rise) / 8
+
+
+def _may_hide(
+    field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
+) -> NDArray[np.bool_]:
+    """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
     found = np.zeros(len(points), bool)
     for grid in field.detail.grids:
-        if grid.level >= FINE:
-            brick = cells_of(points, grid.level) // BRICK
-            found |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+        some = np.flatnonzero(lengths > spacing(grid.level))
+        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
+        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
     return found
 
 
