@@ -25,9 +25,6 @@ ROUNDS = 4
 REACH = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
-FLATTEST = 0.3
-"""|grad f| from which on a small f is believed to be near the surface."""
-
 FARTHEST = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
 
@@ -50,10 +47,10 @@ class Splits(NamedTuple):
 
 
 class Middles(NamedTuple):
-    """What the field says at the middles of edges.
+    """Where the middles of edges should be.
 
-    points: (E, 3), one Newton step from there
-    off:    (E,), how far the edge is off the surface, there or at a quarter; 0 where it stays
+    points: (E, 3), near f = 0
+    off:    (E,), how far the edge is off the surface there; 0 where it stays
     """
 
     points: NDArray[np.float32]
@@ -79,29 +76,14 @@ class Growth:
         if known is not None:
             self.splits.append(known)
 
-    def grow(
-        self,
-        parts: Parts,
-        limit: float,
-        most: int,
-        progress: Progress,
-        first: tuple[Edges, Middles] | None = None,
-    ) -> Parts | None:
+    def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
-        times. None if that takes more than `most` triangles.
-
-        first: the edges of `parts` and their middles, when they are known
-        """
+        times. None if that takes more than `most` triangles."""
         done, count, fixed = [], len(parts.triangles), len(self.vertices)
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
-            edges = first[0] if first else open_edges(parts)
-            middles = (
-                first[1]
-                if first
-                else self.measured(edges, limit, turn == 0, sub_progress(share, 0, 0.5))
-            )
-            first = None
+            edges = open_edges(parts)
+            middles = self._measured(edges, limit, sub_progress(share, 0, 0.5))
             number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
             middle = np.append(number, np.int32(-1)).take(edges.corners)  # (F, 3)
             marked = (middle >= 0).any(axis=1)
@@ -112,11 +94,9 @@ class Growth:
             parts = divided(parts.where(marked), middle[marked], self.vertices)
         return self._mended(Parts.together([*done, parts]), fixed)
 
-    def measured(self, edges: Edges, limit: float, first: bool, progress: Progress) -> Middles:
-        """How far edges are off. Those on the border and on the box's faces stay.
-
-        first: whether they are those of the proxy, where the field may have detail between vertices
-        """
+    def _measured(self, edges: Edges, limit: float, progress: Progress) -> Middles:
+        """How far edges are off: by the normals at their ends, and by f itself, near to a distance,
+        where these say nothing of detail between. Those on the border and the box's faces stay."""
         low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
         along, points = high - low, (low + high) / 2
         inner = (np.abs(points) < 1).all(axis=1)
@@ -132,27 +112,26 @@ class Growth:
             progress(begin / len(straight), "Refining the mesh")
             part = straight[begin : begin + BATCH]
             middles = low[part] + along[part] / 2
-            near = np.abs(values(self.field, middles)) > FLATTEST * limit
-            part, middles = part[near], middles[near]
-            reach = REACH * _length(along[part])
-            points[part], off[part], _ = _onto(self.field, middles, along[part], reach)
+            off[part] = np.abs(values(self.field, middles))
         return Middles(points, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
         """`parts` with better triangles where some are thin or turned: edges are flipped, and
         vertices but for the first `fixed` moved towards the mean of their neighbours."""
         poor = find_poor(parts.triangles, self.vertices, self.normals)
-        for turn in range(MENDED):
+        moving = np.empty(0, np.int32)
+        for _ in range(MENDED):
+            if len(moving):
+                self._relax(moving, parts.triangles)
             place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor], kind="table"))
-            some, parents = parts.triangles[place], parts.parents[place]
-            flip(some, parents, self.vertices, self.normals)
+            some = parts.triangles[place]
+            flip(some, parts.parents[place], self.vertices, self.normals)
             parts.triangles[place] = some
             poor = place[find_poor(some, self.vertices, self.normals)]
             moving = np.unique(parts.triangles[poor])
             moving = moving[moving >= fixed]
-            if not len(moving) or turn == MENDED - 1:
-                return parts
-            self._relax(moving, parts.triangles)
+            if not len(moving):
+                break
         return parts
 
     def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
