@@ -25,8 +25,15 @@ ROUNDS = 4
 REACH = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
+PLACES = np.array([0.25, 0.5, 0.75], np.float32)
+"""Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
+
 FARTHEST = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
+
+AWAY = -0.5
+"""Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
+those of an edge across a right-angled crease are not."""
 
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
@@ -111,8 +118,9 @@ class Growth:
         for begin in range(0, len(straight), BATCH):
             progress(begin / len(straight), "Refining the mesh")
             part = straight[begin : begin + BATCH]
-            middles = low[part] + along[part] / 2
-            off[part] = np.abs(values(self.field, middles))
+            for share in PLACES:
+                value = values(self.field, low[part] + share * along[part])
+                off[part] = np.maximum(off[part], np.abs(value))
         return Middles(points, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
@@ -158,13 +166,13 @@ class Growth:
         """Put vertices on the edges that are farther off than `limit`; their numbers, or -1 (E,).
 
         Edges on the border have those that they had. One whose new vertex looks away from an end
-        stays: it leads through a thin wall or groove, and the vertex is on another side of that.
+        stays: the vertex is on another side of a thin wall or groove.
         """
         number = np.full(len(edges.ends), -1, np.int32)
         chosen = np.flatnonzero(middles.off > limit)
         points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
         beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
-        same = (np.einsum("sea,sa->se", beside, normals) > 0).all(axis=1)
+        same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
         ends = self.vertices.take(edges.ends[chosen], axis=0)
         way, length = points - ends.mean(axis=1), _length(ends[:, 1] - ends[:, 0])
         same &= (_length(way) < FARTHEST * length)[:, 0]
