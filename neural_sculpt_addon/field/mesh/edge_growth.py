@@ -42,8 +42,7 @@ MENDED = 4
 """How often thin and turned triangles are mended at most."""
 
 STEPS, SETTLED = 3, 0.01
-"""Newton steps of a new vertex at most, after the one from the middle of its edge; one that moved
-less, in edges, needs no further step."""
+"""Newton steps of a new vertex at most; one that moved less, in edges, needs no further step."""
 
 
 class Splits(NamedTuple):
