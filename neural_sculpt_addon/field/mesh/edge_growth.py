@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, sub_progress
-from ..detail import BRICK, cells_of
+from ..detail import BRICK, cells_of, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from .flip import find_poor, flip
@@ -25,19 +25,15 @@ ROUNDS = 4
 REACH = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
-FLATTEST = 0.3
-"""|grad f| from which on a small f is believed to be near the surface."""
-
-FINE = 6
-"""Level of the detail that hides between the vertices of a proxy: cells of 1/64 and smaller."""
-
-MIDDLE = np.float32(0.5)
-PLACES = MIDDLE, np.float32(0.25), np.float32(0.75)
-"""Where on an edge the field is looked at: at its middle, and where there is detail finer than the
-edges of the proxy beside it, too, for a groove may cross an edge there."""
+PLACES = np.array([0.25, 0.5, 0.75], np.float32)
+"""Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
 
 FARTHEST = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
+
+AWAY = -0.5
+"""Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
+those of an edge across a right-angled crease are not."""
 
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
@@ -46,8 +42,7 @@ MENDED = 4
 """How often thin and turned triangles are mended at most."""
 
 STEPS, SETTLED = 3, 0.01
-"""Newton steps of a new vertex at most, after the one from the middle of its edge; one that moved
-less, in edges, needs no further step."""
+"""Newton steps of a new vertex at most; one that moved less, in edges, needs no further step."""
 
 
 class Splits(NamedTuple):
@@ -58,10 +53,10 @@ class Splits(NamedTuple):
 
 
 class Middles(NamedTuple):
-    """What the field says at the middles of edges.
+    """Where the middles of edges should be.
 
-    points: (E, 3), one Newton step from there
-    off:    (E,), how far the edge is off the surface, there or at a quarter; 0 where it stays
+    points: (E, 3), near f = 0
+    off:    (E,), how far the edge is off the surface there; 0 where it stays
     """
 
     points: NDArray[np.float32]
@@ -87,29 +82,14 @@ class Growth:
         if known is not None:
             self.splits.append(known)
 
-    def grow(
-        self,
-        parts: Parts,
-        limit: float,
-        most: int,
-        progress: Progress,
-        first: tuple[Edges, Middles] | None = None,
-    ) -> Parts | None:
+    def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
-        times. None if that takes more than `most` triangles.
-
-        first: the edges of `parts` and their middles, when they are known
-        """
+        times. None if that takes more than `most` triangles."""
         done, count, fixed = [], len(parts.triangles), len(self.vertices)
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
-            edges = first[0] if first else open_edges(parts)
-            middles = (
-                first[1]
-                if first
-                else self.measured(edges, limit, turn == 0, sub_progress(share, 0, 0.5))
-            )
-            first = None
+            edges = open_edges(parts)
+            middles = self._measured(edges, limit, sub_progress(share, 0, 0.5))
             number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
             middle = np.append(number, np.int32(-1)).take(edges.corners)  # (F, 3)
             marked = (middle >= 0).any(axis=1)
@@ -120,51 +100,45 @@ class Growth:
             parts = divided(parts.where(marked), middle[marked], self.vertices)
         return self._mended(Parts.together([*done, parts]), fixed)
 
-    def measured(self, edges: Edges, limit: float, first: bool, progress: Progress) -> Middles:
-        """How far edges are off, as far as that is more than `limit`. Those on the border and on
-        the box's faces stay.
-
-        first: whether they are those of the proxy, where the field may have detail between vertices
-        """
+    def _measured(self, edges: Edges, limit: float, progress: Progress) -> Middles:
+        """How far edges are off: by the normals at their ends, and by f itself, near to a distance,
+        where these say nothing of detail between. Those on the border and the box's faces stay."""
         low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
-        middles = (low + high) / 2
-        off = np.zeros(len(middles), np.float32)
-        inner = (np.abs(middles) < 1).all(axis=1)
+        along, points = high - low, (low + high) / 2
+        inner = (np.abs(points) < 1).all(axis=1)
         if self.known is not None:
             inner &= ~edges.alone
-        detailed = inner & _is_detailed(self.field, middles) if first else np.zeros_like(inner)
-        for share, chosen in zip(PLACES, (inner, detailed, detailed), strict=True):
-            some = np.flatnonzero(chosen)
-            for begin in range(0, len(some), BATCH):
-                progress(begin / len(some), "Refining the mesh")
-                part = some[begin : begin + BATCH]
-                along = high[part] - low[part]
-                points = low[part] + share * along
-                near = np.abs(values(self.field, points)) > FLATTEST * limit
-                part, along = part[near], along[near]
-                reach = REACH * _length(along)
-                points, distance, _ = _onto(self.field, points[near], along, reach)
-                off[part] = np.maximum(off[part], distance)
-                if share == MIDDLE:
-                    middles[part] = points
-        off[off > FARTHEST * _length(high - low)[:, 0]] = 0
-        return Middles(middles, off)
+        bend = _bend(along, *(self.normals.take(end, axis=0) for end in edges.ends.T))
+        off = _length(bend)[:, 0] * inner
+        points += bend
+        straight = np.flatnonzero(inner & (off <= limit))
+        length = _length(along.take(straight, axis=0))[:, 0]
+        straight = straight[_may_hide(self.field, points.take(straight, axis=0), length)]
+        for begin in range(0, len(straight), BATCH):
+            progress(begin / len(straight), "Refining the mesh")
+            part = straight[begin : begin + BATCH]
+            for share in PLACES:
+                value = values(self.field, low[part] + share * along[part])
+                off[part] = np.maximum(off[part], np.abs(value))
+        return Middles(points, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
         """`parts` with better triangles where some are thin or turned: edges are flipped, and
         vertices but for the first `fixed` moved towards the mean of their neighbours."""
         poor = find_poor(parts.triangles, self.vertices, self.normals)
-        place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor]))
-        some, parents = parts.triangles[place], parts.parents[place]
+        moving = np.empty(0, np.int32)
         for _ in range(MENDED):
-            flip(some, parents, self.vertices, self.normals)
+            if len(moving):
+                self._relax(moving, parts.triangles)
+            place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor], kind="table"))
+            some = parts.triangles[place]
+            flip(some, parts.parents[place], self.vertices, self.normals)
             parts.triangles[place] = some
-            poor = find_poor(some, self.vertices, self.normals)
-            moving = np.unique(some[poor])
+            poor = place[find_poor(some, self.vertices, self.normals)]
+            moving = np.unique(parts.triangles[poor])
             moving = moving[moving >= fixed]
             if not len(moving):
                 break
-            self._relax(moving, parts.triangles)
         return parts
 
     def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
@@ -190,12 +164,19 @@ class Growth:
     ) -> NDArray[np.int32]:
         """Put vertices on the edges that are farther off than `limit`; their numbers, or -1 (E,).
 
-        Edges on the border have those that they had.
+        Edges on the border have those that they had. One whose new vertex looks away from an end
+        stays: the vertex is on another side of a thin wall or groove.
         """
         number = np.full(len(edges.ends), -1, np.int32)
         chosen = np.flatnonzero(middles.off > limit)
-        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
+        beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
+        same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
+        ends = self.vertices.take(edges.ends[chosen], axis=0)
+        way, length = points - ends.mean(axis=1), _length(ends[:, 1] - ends[:, 0])
+        same &= (_length(way) < FARTHEST * length)[:, 0]
+        chosen, points, normals = chosen[same], points[same], normals[same]
+        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         self.vertices = np.concatenate([self.vertices, points])
         self.normals = np.concatenate([self.normals, normals])
         self.splits.append(in_order(names(edges.ends[chosen]), number[chosen]))
@@ -227,13 +208,25 @@ class Growth:
         return points, normals
 
 
-def _is_detailed(field: Field, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Whether there is detail of a level from FINE around points (N, 3)."""
+def _bend(
+    edges: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """From the middles of `edges` (N, 3) to those of the cubics between their ends (N, 3) that are
+    across the normals there, `first` and `second` (N, 3)."""
+    rise = np.einsum("na,na->n", edges, first)[:, None] * first
+    fall = np.einsum("na,na->n", edges, second)[:, None] * second
+    return (fall - rise) / 8
+
+
+def _may_hide(
+    field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
+) -> NDArray[np.bool_]:
+    """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
     found = np.zeros(len(points), bool)
     for grid in field.detail.grids:
-        if grid.level >= FINE:
-            brick = cells_of(points, grid.level) // BRICK
-            found |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+        some = np.flatnonzero(lengths > spacing(grid.level))
+        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
+        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
     return found
 
 

@@ -57,18 +57,19 @@ def _flip(
     count = np.bincount(of_corners.ravel(), minlength=len(ends))
     first = (np.cumsum(count) - count)[count == 2]
     corner, other = order[first], order[first + 1]
-    inner = parents[corner // 3] == parents[other // 3]
-    corner, other = corner[inner], other[inner]
+    quality = _quality(triangles, vertices, normals)
+    now = np.minimum(quality[corner // 3], quality[other // 3])
+    mendable = (parents[corner // 3] == parents[other // 3]) & (now < POOR)
+    corner, other, now = corner[mendable], other[mendable], now[mendable]
     one, two = corner // 3, other // 3  # the triangles beside
     flat = triangles.ravel()
     a, b = flat[corner], flat[_next(corner)]
     c, d = flat[_next(_next(corner))], flat[_next(_next(other))]
-    now = np.minimum(*(_quality(triangles[each], vertices, normals) for each in (one, two)))
     left, right = np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
     then = np.minimum(*(_quality(each, vertices, normals) for each in (left, right)))
     fresh = names(np.stack([c, d], axis=1))
     gain = np.where(np.isin(fresh, names(ends)), -1.0, then - now)
-    gain[(now >= POOR) | (gain < BETTER)] = -1
+    gain[gain < BETTER] = -1
     best = np.full(len(triangles), -1.0)
     np.maximum.at(best, one, gain)
     np.maximum.at(best, two, gain)

@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.progress import Progress, silent, sub_progress
+from ...common.progress import Progress, silent
 from ..detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..field import Field
 from .edge_growth import Growth, Splits, renamed
 from .proxy import Proxy
-from .subdivide import Parts, open_edges
+from .subdivide import Parts
 
 TOLERANCE = 1 / 64
 """Cells that the middle of an edge may be off the surface: at 128 cells per axis 2.4e-4."""
@@ -55,17 +55,11 @@ def refine(
     """The refinement of a field's proxy, of at most so many triangles: where the tolerance, in
     cells, would make more, it is doubled. A proxy that has more stays as it is."""
     whole = Parts.whole(coarse.triangles, np.arange(len(coarse.triangles), dtype=np.int32))
-    start = Growth(field, coarse.vertices, coarse.normals)
-    edges = open_edges(whole)
     if len(whole.triangles) >= most:
         tolerance = np.inf
-    limit = tolerance * coarse.active.spacing
-    middles = start.measured(edges, limit, True, sub_progress(progress, 0.0, 0.4))
     while True:
         growth = Growth(field, coarse.vertices, coarse.normals)
-        share = sub_progress(progress, 0.4, 1.0)
-        limit = tolerance * coarse.active.spacing
-        parts = growth.grow(whole, limit, most, share, (edges, middles))
+        parts = growth.grow(whole, tolerance * coarse.active.spacing, most, progress)
         if parts is not None:
             return _numbered(growth, parts, coarse, tolerance)
         tolerance *= 2

@@ -109,6 +109,17 @@ def test_a_bump_narrower_than_a_cell_is_shown_and_nothing_else_is_split():
     assert np.linalg.norm(middles - 0.5 * direction, axis=1).max() < reach
 
 
+@pytest.mark.parametrize("cells", [20, 24])
+def test_no_vertex_is_put_on_the_other_side_of_a_thin_plate(cells):
+    axes = np.array([0.7, 0.5, 0.03])  # thinner than a cell
+    field = ellipsoid(axes)
+    refined = refine(field, extract(field, cells), MANY)
+    mesh = mesh_of(refined)
+    outward = mesh.triangles_center / axes**2
+    assert len(refined.triangles) > len(refined.coarse.triangles)
+    assert ((mesh.face_normals * outward).sum(axis=1) > 0).all()
+
+
 @settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 2**31), cells=st.sampled_from([24, 32, 48]), level=st.integers(4, 6))
 def test_rough_fields_keep_topology_and_orientation(seed, cells, level):
