@@ -18,7 +18,7 @@ from bpy_extras import view3d_utils
 from ....interaction.recorder import Mouse, Point
 from ...locale.translations import OURS
 from ...panels import status_bar
-from ...scene.properties import brush_of
+from ...scene.brush_properties import brush_of
 from ...viewport import overlay
 from ...viewport.view import View, as_point, lay, view_under
 from ..launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
