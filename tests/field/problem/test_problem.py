@@ -173,12 +173,13 @@ def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
     ends = {e: pose(preparation, Stroke(points, Brush(0.15, 0.05), ends=e)) for e in Ends}
     surface = preparation.surface
     past = (surface.points[:, 1] < -0.01) & (surface.points[:, 0] > 0)
-    near = ends[Ends.ROUND].nearness(surface) < 0.9
-    assert not ends[Ends.ROUND].untouched(surface)[past & near].any()
-    assert ends[Ends.FLAT].untouched(surface)[past & near].all()
+    near = ends[Ends.ROUND].copies.nearness(surface) < 0.9
+    assert not ends[Ends.ROUND].copies.untouched(surface)[past & near].any()
+    assert ends[Ends.FLAT].copies.untouched(surface)[past & near].all()
     assert (past & near).sum() > 100
     np.testing.assert_allclose(
-        ends[Ends.FLAT].nearness(surface)[near], ends[Ends.ROUND].nearness(surface)[near]
+        ends[Ends.FLAT].copies.nearness(surface)[near],
+        ends[Ends.ROUND].copies.nearness(surface)[near],
     )
 
 
