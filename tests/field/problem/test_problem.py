@@ -176,6 +176,8 @@ def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
     near = ends[Ends.ROUND].copies.nearness(surface) < 0.9
     assert not ends[Ends.ROUND].copies.untouched(surface)[past & near].any()
     assert ends[Ends.FLAT].copies.untouched(surface)[past & near].all()
+    assert not ends[Ends.ROUND].known_untouched[past & near].any()
+    assert ends[Ends.FLAT].known_untouched[past & near].all()
     assert (past & near).sum() > 100
     np.testing.assert_allclose(
         ends[Ends.FLAT].copies.nearness(surface)[near],
