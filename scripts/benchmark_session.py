@@ -120,7 +120,7 @@ class Session:
                 print(json.dumps(row), flush=True)
             if edit is not None:
                 now = edit.preparation
-                near = np.minimum(near, edit.problem.distance(first.surface.points))
+                near = np.minimum(near, edit.problem.copies.distance(first.surface.points))
             if number in (*SHOWN, options.strokes):
                 self.show(options.pictures, number, now)
             if number in (*MARKS, options.strokes):

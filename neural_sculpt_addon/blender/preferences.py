@@ -18,7 +18,7 @@ from ..worker.install.installer import installer
 from . import ADDON
 from .folders import environment_folder
 from .locale.translations import translated
-from .scene.properties import DEFAULT_RESOLUTION, resolution_property
+from .scene.proxy_properties import DEFAULT_RESOLUTION, resolution_property
 from .wrapped import draw_text
 
 Color = tuple[float, float, float, float]

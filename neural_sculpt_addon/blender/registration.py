@@ -68,14 +68,9 @@ from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .presets import alpha_choices, shape_choices
 from .scene import kept_brush, sound_strings
+from .scene.brush_properties import NEURAL_SCULPT_PG_brush, NEURAL_SCULPT_PG_point
 from .scene.mesh import seen_surface
-from .scene.properties import (
-    GROUP,
-    NEURAL_SCULPT_PG_brush,
-    NEURAL_SCULPT_PG_field,
-    NEURAL_SCULPT_PG_listed_stroke,
-    NEURAL_SCULPT_PG_point,
-)
+from .scene.properties import GROUP, NEURAL_SCULPT_PG_field, NEURAL_SCULPT_PG_listed_stroke
 from .session import live
 from .session.worker_session import session
 from .viewport import changed_stroke, fit_overlay, overlay, worst_place

@@ -11,7 +11,8 @@ import bpy
 from bpy.types import Context, UILayout, WorkSpaceTool
 
 from .panels.brush_widgets import draw_lengths, draw_mirror
-from .scene.properties import brush_of, is_field
+from .scene.brush_properties import brush_of
+from .scene.properties import is_field
 from .scene.tool import TOOL
 
 DRAW = "neural_sculpt.draw"

@@ -20,7 +20,7 @@ from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.pieces import components
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.projection import find_surface
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
@@ -138,7 +138,7 @@ def _session(name: str, scene: Callable[[str], Scene], settings: Settings) -> Ca
                 refused += 1
                 continue
             now = edit.preparation
-            near = np.minimum(near, edit.problem.distance(first.surface.points))
+            near = np.minimum(near, edit.problem.copies.distance(first.surface.points))
         far = first.surface.where(near > FAR)
         found = find_surface(now.field, far.points)
         turned = angles(found.normals, far.normals)

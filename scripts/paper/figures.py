@@ -18,7 +18,8 @@ from PIL import Image, ImageDraw
 from neural_sculpt_addon.common.whole_file import write_whole
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.problem.metrics import FAR
-from neural_sculpt_addon.field.problem.problem import Problem, pose
+from neural_sculpt_addon.field.problem.pose import pose
+from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -100,7 +101,7 @@ def drift_map(
     places = found.points
     colours = np.full((size * size, 3), 255.0)
     moved = coloured(find_surface(problem.field, places).distance)
-    moved[problem.distance(places) <= FAR] = STROKE_COLOUR
+    moved[problem.copies.distance(places) <= FAR] = STROKE_COLOUR
     toward = np.clip(found.normals @ camera.axes[2], 0, 1)
     colours[hit] = moved * (0.55 + 0.45 * toward[:, None])
     return colours.reshape(size, size, 3).astype(np.uint8)

@@ -17,7 +17,7 @@ import numpy as np
 
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import Proxy
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.stroke.displacement import displace
 from neural_sculpt_addon.stroke.stroke import Stroke
 

@@ -24,8 +24,9 @@ from neural_sculpt_addon.field.checkpoint import to_bytes
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import Proxy
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation
-from neural_sculpt_addon.field.problem.problem import Problem, pose
+from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.problem.tube import COLUMNS, Tube
 from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -115,7 +116,9 @@ class RowsOfStroke:
 
         started = time.perf_counter()
         problem = pose(scene.preparation, stroke)
-        fewer = _Fewer(problem.preparation, problem.laid, problem.seed, rows=len(stroke.points))
+        fewer = _Fewer(
+            problem.preparation, problem.laid, problem.guide, problem.seed, rows=len(stroke.points)
+        )
         field = Field(paper.solve(fewer, epochs=self.epochs))
         seconds = time.perf_counter() - started
         proxy = extract(field, CELLS)

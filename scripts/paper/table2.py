@@ -9,7 +9,7 @@ import statistics
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 
 from .chamfer import Chamfer, tube_of
 from .edits import random_edit

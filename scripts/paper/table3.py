@@ -9,7 +9,7 @@ themselves, so their rows tell what control points alone do.
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 
 from .chamfer import Chamfer, tube_of
 from .edits import random_edit

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from neural_sculpt_addon.field.edit import edit
-from neural_sculpt_addon.field.problem.problem import Problem, pose
+from neural_sculpt_addon.field.problem.pose import pose
+from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.solve import gauss_newton, local
 from neural_sculpt_addon.field.solve.edit_rows import EditedSurface
 

@@ -11,8 +11,9 @@ import torch
 from neural_sculpt_addon.field import threads
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
-from neural_sculpt_addon.field.problem.problem import Problem, pose
+from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.solve import paper
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke

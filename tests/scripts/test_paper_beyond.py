@@ -18,8 +18,8 @@ from scipy.signal import find_peaks
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
 

@@ -11,8 +11,8 @@ from paper.mesh_edit import decimated
 from paper.surface import FieldSurface, MeshSurface
 
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball

@@ -14,8 +14,8 @@ from paper.stages import Span, Stopwatch, watching
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation
-from neural_sculpt_addon.field.problem.problem import pose
 
 SVG = "{http://www.w3.org/2000/svg}"
 

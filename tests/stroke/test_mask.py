@@ -214,3 +214,8 @@ def test_what_is_no_mask_is_refused_in_a_sentence(bad):
         Stroke.from_json(stroke)
     assert str(refused.value).endswith(".")
     assert len(str(refused.value)) < 300
+
+
+def test_what_lies_outside_of_the_box_masks_its_border():
+    mask = Mask.of([[1.3, 0, 0], [0.8, 0, 0]], [1, 0], 0.125)
+    assert mask([[1, 0, 0], [0.8, 0, 0]]).tolist() == [1, 0]

@@ -15,7 +15,7 @@ from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
-from neural_sculpt_addon.stroke.stroke import MOST_POINTS, Direction, Ends, Stroke
+from neural_sculpt_addon.stroke.stroke import MOST_POINTS, Direction, Ends, Kind, Stroke
 from neural_sculpt_addon.stroke.symmetry import ONCE
 
 POINTS = [[0, 0, 0.5], [0.1, 0, 0.5]]
@@ -53,6 +53,7 @@ def strokes(draw):
         closed=draw(st.booleans()),
         radius_factors=draw(factors),
         intensity_factors=draw(factors),
+        kind=draw(st.sampled_from(Kind)),
         ends=draw(st.sampled_from(Ends)),
         direction=draw(st.sampled_from(Direction)),
         mirror=draw(st.frozensets(st.sampled_from("XYZ"))),

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
@@ -117,6 +118,14 @@ def test_a_dab_on_the_axis_is_one():
     assert len(replace(even, mirror=frozenset("Z")).copies()) == 2
     assert len(replace(even, points=np.array([[1e-3, 0, 0.5]])).copies()) == 6
     assert len(stroke([0, 0, 0.5], radial=(1, 1, 6)).copies()) == 6  # one-sided, it is turned
+
+
+def test_a_dab_with_an_alpha_is_turned_with_its_picture():
+    picture = Alpha(pixels=bytes([255, 0, 0, 0]))
+    brush = Brush(0.1, 0.1, Profile("quintic"), alpha=picture)
+    dab = Stroke(np.array([[0, 0, 0.5]]), brush, radial=(1, 1, 4))
+    assert len(dab.copies()) == 4
+    assert len(replace(dab, brush=replace(brush, alpha=None)).copies()) == 1
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from ...stroke.stroke import Kind
 from ...stroke.symmetry import AXES
 from ..presets import curve_store
 from ..scene.brush import radial_settings
-from ..scene.properties import NEURAL_SCULPT_PG_brush
+from ..scene.brush_properties import NEURAL_SCULPT_PG_brush
 
 
 def draw_lengths(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:

@@ -5,7 +5,8 @@
 
 from bpy.types import Context
 
-from ..scene.properties import brush_of, is_field
+from ..scene.brush_properties import brush_of
+from ..scene.properties import is_field
 from .brush_widgets import draw_mirror, draw_radial
 from .sidebar import Sidebar
 

@@ -21,7 +21,7 @@ from ..locale.translations import OURS
 from ..presets import curve_store
 from ..presets.alpha_choices import chosen_alpha
 from ..presets.shape_choices import CURVE
-from .properties import brush_of
+from .brush_properties import brush_of
 
 NARROWEST = 0.05
 """The least radius factor, for a tube needs some width."""

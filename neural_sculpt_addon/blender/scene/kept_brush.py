@@ -19,7 +19,8 @@ from bpy.app.handlers import persistent
 from bpy.types import CurveMapping, NodeTree, Scene
 
 from ..presets import curve_store
-from .properties import BRUSH, GROUP, NEURAL_SCULPT_PG_brush
+from .brush_properties import BRUSH, NEURAL_SCULPT_PG_brush
+from .properties import GROUP
 
 Points = tuple[Sequence[tuple[float, float]], Sequence[str]]
 """Of a curve: locations and kinds of handles."""

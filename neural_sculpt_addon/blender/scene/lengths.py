@@ -7,12 +7,10 @@ from dataclasses import replace
 
 from bpy.types import Context
 
-from ...stroke.brush import LARGEST_INTENSITY, LARGEST_RADIUS, Brush
-from .properties import brush_of
+from ...stroke.brush import LARGEST_INTENSITY, LARGEST_RADIUS, LEAST_RADIUS, Brush
+from .brush_properties import brush_of
 
 RADIUS, INTENSITY = "radius", "intensity"
-LEAST_RADIUS = 0.001
-"""As of the brush."""
 
 
 class _State:

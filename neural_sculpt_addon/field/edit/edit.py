@@ -22,8 +22,9 @@ from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, extract, update
 from ..mesh.surface import Samples
 from ..problem import metrics
+from ..problem.pose import pose
 from ..problem.prepare import CELLS, Preparation, prepare
-from ..problem.problem import Problem, pose
+from ..problem.problem import Problem
 from ..solve import gauss_newton, paper
 from ..solve.local import LocalEdit, resolution
 from .reshape import reshape
@@ -164,7 +165,7 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
         if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
             return done
-        held = before.surface.points[problem.untouched(before.surface)]
+        held = before.surface.points[problem.copies.untouched(before.surface)]
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
         if not len(islands.points):
             return done

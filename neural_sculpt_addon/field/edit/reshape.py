@@ -19,7 +19,9 @@ from ...stroke.displacement import displace
 from ..evaluate import normals
 from ..mesh.subdivide import divide
 from ..mesh.surface import Samples
-from ..problem.problem import Laid, Problem
+from ..problem.lay import Laid
+from ..problem.pose import coarse
+from ..problem.problem import Problem
 from ..projection import ARRIVED, project
 from ..threads import in_pieces
 from .brushed import AbsorbedStroke, absorb_brushed
@@ -52,7 +54,8 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
     """
     surface, triangles = _patch(problem)
     points = surface.points.astype(float)
-    upright = normals(problem.coarse, surface.points)  # or the sides of bumps would stay
+    smooth = coarse(problem.field, problem.stroke)  # or the sides of bumps would stay
+    upright = normals(smooth, surface.points)
     way, largest = np.zeros_like(points), np.zeros(len(points))
     for one in problem.laid:
         problem.check()

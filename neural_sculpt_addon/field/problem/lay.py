@@ -5,6 +5,8 @@ The result is spaced uniformly by arc length on the surface itself, so u means t
 and on a bumpy shape (paper, section 3). Model space.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...common.errors import SculptError
@@ -22,6 +24,13 @@ FARTHEST = 0.2
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
 OFF_SURFACE = 0.02  # what projection may leave
 LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
+
+
+class Laid(NamedTuple):
+    """One copy of a stroke and its path on the surface."""
+
+    stroke: Stroke
+    path: Path
 
 
 def lay(field: Field, stroke: Stroke) -> Path:

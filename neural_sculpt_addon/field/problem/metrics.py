@@ -58,7 +58,8 @@ from ..nearest import search_tree
 from ..projection import find_surface
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume
-from .problem import Laid, Problem
+from .lay import Laid
+from .problem import Problem
 from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4
@@ -167,7 +168,7 @@ def _elsewhere(
     """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
     any more, and does not count."""
     before = problem.preparation
-    near = problem.nearness(before.surface)
+    near = problem.copies.nearness(before.surface)
     left = np.ones(len(near), bool)
     if swept is not None:
         left = ~swept.swallows(before.surface.points)
@@ -255,7 +256,7 @@ def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     gaps = problem.gaps(search_tree(surface.points), GAP * problem.preparation.spacing)[1]
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
-    rest = surface.points[problem.untouched(surface)]
+    rest = surface.points[problem.copies.untouched(surface)]
     for one, tube in zip(problem.laid, tubes, strict=True):
         triangles = tube.triangles()
         problem.check()

@@ -16,12 +16,13 @@ from ...common.progress import Check, go_on
 from ...stroke.curve import Array
 from ...stroke.displacement import Displacement, displace, local_radius
 from ...stroke.path import Path
-from ...stroke.stroke import Direction, Ends, Stroke
+from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals
 from ..field import Field
 from ..mesh.surface import Samples
 from ..projection import project
 from ..threads import in_pieces
+from .displaced import displaced
 
 ROWS, COLUMNS = 99, 101
 LONGEST = 10  # times its width may be the length of a cell of the grid
@@ -29,8 +30,6 @@ FEWEST_COLUMNS = 7
 MOST_CAP_ROWS = 99
 ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
 ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
-STEP = 1 / 1024  # radii, between two displacements whose difference tells the slope
-BEND = 5e-4  # between two normals whose difference tells the curvature
 TORN = 4.0  # usual edges of a triangle, at which it spans two parts of the surface
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 
@@ -143,37 +142,6 @@ def sample_rim(
         return surface.where(displacement.nearness > INNER_RIM)
 
     return in_pieces(sample, along.size, check)
-
-
-def displaced(
-    guide: Field, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
-) -> tuple[Samples, Array]:
-    """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
-    by what factor (N,) it stretches the surface's area.
-
-    The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
-    surface. Their derivatives are one-sided differences, so this holds for every profile and end
-    alike; `samples` have the normals of the surface, and `displacement` is by those of `guide`.
-    """
-    moved = samples.points + displacement.amount[:, None] * displacement.direction
-    step = STEP * stroke.brush.radius
-    first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(samples.normals, first)
-    axes, twice = np.concatenate([first, second]), np.tile(np.arange(len(first)), 2)
-    upright, both = displacement.normals[twice], displacement.where(twice)
-    places = samples.points[twice]
-    bend = (normals(guide, places + BEND * axes) - upright) / BEND
-    ahead = displace(stroke, path, places + step * axes, upright + step * bend, both.vertex)
-    slope = (ahead.amount - both.amount) / step
-    if stroke.direction is Direction.STROKE:
-        bend = (ahead.direction - both.direction) / step
-    tangents = axes + slope[:, None] * both.direction + both.amount[:, None] * bend
-    one, other = np.split(tangents, 2)
-    turned = np.cross(one, other)
-    stretch = np.linalg.norm(turned, axis=1)
-    turned /= np.maximum(stretch, 1e-12)[:, None]
-    return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
 def _around(

@@ -23,6 +23,7 @@ from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
+from ..problem.displaced import move
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
@@ -131,7 +132,7 @@ class EditedSurface:
         away -= np.einsum("na,na->n", away, normals)[:, None] * normals
         found = project(problem.field, start + away, tolerance=ON_SURFACE / 10)
         before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
-        after, _ = problem.move(before)
+        after, _ = move(problem.copies, before)
         if self._swept is not None:
             left = problem.folded.bounding(before, after)
             before, after = before.where(left), after.where(left)
@@ -216,7 +217,7 @@ class EditedSurface:
         f = value[near] + np.einsum("na,na->n", away, gradient[near])
         step = (f / np.maximum(slope[near], SMALLEST_GRADIENT))[:, None]
         samples = Samples(middles[near] + away - step * normals, normals)
-        start = samples.where(problem.untouched(samples)).points
+        start = samples.where(problem.copies.untouched(samples)).points
         found = project(problem.field, start, tolerance=ON_SURFACE / 10)
         problem.check()
         place = linear(cells_of(found.points, level), level)

@@ -89,7 +89,7 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
         torch.from_numpy(np.concatenate(part)).to(device) for part in zip(*targets, strict=True)
     ]
     surface = problem.preparation.surface
-    untouched = torch.from_numpy(np.flatnonzero(problem.untouched(surface)))
+    untouched = torch.from_numpy(np.flatnonzero(problem.copies.untouched(surface)))
     kept = untouched[torch.randperm(len(untouched), generator=generator)[:PRESERVE_SAMPLES]]
     preserve = [torch.from_numpy(array)[kept].to(device) for array in surface]
     parameters = [p.clone().requires_grad_() for p in problem.field.network.parameters]

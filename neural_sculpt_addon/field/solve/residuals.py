@@ -137,7 +137,7 @@ def _rim(problem: Problem, count: int, random: np.random.Generator) -> Samples:
 
 def _box(problem: Problem, random: np.random.Generator) -> NDArray[np.intp]:
     """Which box points are used: mostly those where a small change of f could make a surface."""
-    far = np.flatnonzero(problem.distance(problem.preparation.box.points) > BOX_FROM)
+    far = np.flatnonzero(problem.copies.distance(problem.preparation.box.points) > BOX_FROM)
     weight = problem.preparation.underestimation[far].astype(float) ** 2
     count = min(BOX, len(far))
     return random.choice(far, count, replace=False, p=weight / weight.sum()) if count else far

@@ -8,8 +8,8 @@ from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct,
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball

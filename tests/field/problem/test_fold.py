@@ -7,9 +7,10 @@ import pytest
 from neural_sculpt_addon.common.progress import go_on
 from neural_sculpt_addon.field.evaluate import normals
 from neural_sculpt_addon.field.mesh.surface import Samples
+from neural_sculpt_addon.field.problem.displaced import move
 from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.field.problem.tube import sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
@@ -80,7 +81,7 @@ def test_displaced_samples_are_lost_with_the_tube_around_them(preparation):
     brush = Brush(0.15, -0.16)
     problem = pose(preparation, equator(brush))
     moved, stretch = problem.displaced(preparation.surface)
-    under = ~problem.untouched(preparation.surface)
+    under = ~problem.copies.untouched(preparation.surface)
     bounds = np.abs(winding(meridian(brush), in_plane(moved, 2e-3)[under])) < 0.5
     assert ((stretch[under] > 0) == bounds).mean() > 0.97
     assert (stretch[~under] == 1).all()
@@ -91,7 +92,7 @@ def swept(problem, check=go_on):
     """The surface of the proxy, where it is displaced to, and what it sweeps over."""
     proxy = problem.preparation.proxy
     before = Samples(proxy.vertices, normals(problem.field, proxy.vertices))
-    after, _ = problem.move(before)
+    after, _ = move(problem.copies, before)
     triangles, radius = proxy.triangles.astype(np.int64), problem.stroke.brush.radius
     return before, after, SweptVolume(problem.field, before, after, triangles, radius, check)
 

@@ -19,8 +19,8 @@ from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem import metrics
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.field.projection import find_surface
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile

@@ -12,8 +12,8 @@ from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.surface import Samples
 from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import CELLS, SURFACE_SAMPLES, prepare
-from neural_sculpt_addon.field.problem.problem import pose
 from neural_sculpt_addon.field.problem.tube import COLUMNS, ROWS, sample_tube
 from neural_sculpt_addon.field.threads import PIECE
 from neural_sculpt_addon.stroke.brush import Brush
@@ -157,13 +157,15 @@ def test_the_untouched_surface_and_nearness(preparation):
     surface = preparation.surface
     latitude = np.arcsin(np.clip(surface.points[:, 2].astype(float) / 0.5, -1, 1))
     away = np.sin(np.abs(latitude) / 2) / 0.15
-    near = problem.nearness(surface)
+    near = problem.copies.nearness(surface)
     close = away < 2
     np.testing.assert_allclose(near[close], away[close], atol=2e-3)
     assert (near[~close] > 1.99).all()
     clear = np.abs(away - 1) > 2e-3
-    np.testing.assert_array_equal(problem.untouched(surface)[clear], (away > 1)[clear])
-    np.testing.assert_allclose(problem.distance(surface.points)[close], away[close], atol=2e-3)
+    np.testing.assert_array_equal(problem.copies.untouched(surface)[clear], (away > 1)[clear])
+    np.testing.assert_allclose(
+        problem.copies.distance(surface.points)[close], away[close], atol=2e-3
+    )
 
 
 def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
@@ -171,12 +173,15 @@ def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
     ends = {e: pose(preparation, Stroke(points, Brush(0.15, 0.05), ends=e)) for e in Ends}
     surface = preparation.surface
     past = (surface.points[:, 1] < -0.01) & (surface.points[:, 0] > 0)
-    near = ends[Ends.ROUND].nearness(surface) < 0.9
-    assert not ends[Ends.ROUND].untouched(surface)[past & near].any()
-    assert ends[Ends.FLAT].untouched(surface)[past & near].all()
+    near = ends[Ends.ROUND].copies.nearness(surface) < 0.9
+    assert not ends[Ends.ROUND].copies.untouched(surface)[past & near].any()
+    assert ends[Ends.FLAT].copies.untouched(surface)[past & near].all()
+    assert not ends[Ends.ROUND].known_untouched[past & near].any()
+    assert ends[Ends.FLAT].known_untouched[past & near].all()
     assert (past & near).sum() > 100
     np.testing.assert_allclose(
-        ends[Ends.FLAT].nearness(surface)[near], ends[Ends.ROUND].nearness(surface)[near]
+        ends[Ends.FLAT].copies.nearness(surface)[near],
+        ends[Ends.ROUND].copies.nearness(surface)[near],
     )
 
 
@@ -186,8 +191,8 @@ def test_the_rim_is_untouched(preparation):
     problem = pose(preparation, stroke)
     rim = problem.rim(2.2, 1000, np.random.default_rng(0))
     assert len(rim.points) > 300
-    assert problem.untouched(rim).all()
-    assert problem.nearness(rim).max() <= 2.2 + 1e-3
+    assert problem.copies.untouched(rim).all()
+    assert problem.copies.nearness(rim).max() <= 2.2 + 1e-3
 
 
 def on_path(problem, count):
@@ -201,9 +206,9 @@ def on_path(problem, count):
     [
         (lambda problem: problem.tubes(), 2 * ROWS * COLUMNS),
         (lambda problem: problem.rim(2.2, 6000, np.random.default_rng(0)), 2 * 6000),
-        (lambda problem: problem.nearness(on_path(problem, 9000)), 9000),
+        (lambda problem: problem.copies.nearness(on_path(problem, 9000)), 9000),
         (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
-        (lambda problem: problem.distance(on_path(problem, 9000).points), 9000),
+        (lambda problem: problem.copies.distance(on_path(problem, 9000).points), 9000),
     ],
 )
 def test_a_cancel_is_heard_between_short_pieces(preparation, work, samples):

@@ -218,3 +218,15 @@ def test_inner_samples_have_neighbours_on_all_sides():
     away = np.hypot(*tube.surface.points[:, :2].T)
     assert away[tube.inner()].max() < 0.2 - 0.0015
     assert away[~tube.inner()].min() > 0.2 - 1.5 * 0.4 / 98
+
+
+def test_the_triangles_of_a_ridge_cover_its_rectangle_and_face_upward():
+    stroke, path = ridge(ends=Ends.FLAT)
+    tube = sample_tube(plane(), stroke, path)
+    triangles = tube.triangles()
+    first, second, third = tube.surface.points[triangles].swapaxes(0, 1).astype(float)
+    across = np.cross(second - first, third - first)
+    assert (across[:, 2] > 0).all()
+    assert across[:, 2].sum() / 2 == pytest.approx(1 * 0.4, rel=2 / ROWS + 2 / COLUMNS)
+    none = tube.where(np.zeros(len(tube.surface.points), bool))
+    assert none.triangles().shape == (0, 3)

@@ -16,7 +16,7 @@ from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.problem import metrics
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve import gauss_newton
 from neural_sculpt_addon.field.solve.least_squares import RIDGE, Linear, scale_of, solve, total
 from neural_sculpt_addon.field.solve.residuals import Residuals
@@ -281,7 +281,7 @@ import numpy as np
 import torch
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.primitives import primitive
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve.gauss_newton import solve
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke

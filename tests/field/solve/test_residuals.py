@@ -6,7 +6,7 @@ import pytest
 import torch
 from scipy.spatial import KDTree
 
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve import residuals
 from neural_sculpt_addon.field.solve.residuals import draw, signed_distances
 from neural_sculpt_addon.stroke.brush import Brush

@@ -14,7 +14,7 @@ from ....worker.client import JobKind, Message
 from ... import preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
-from ...scene.properties import refinement
+from ...scene.proxy_properties import refinement
 from ...session.job import Job, Request
 from ..jobs.install_worker import launch_when_installed
 from ..launch import REGISTER, Outcome, fail

@@ -21,13 +21,8 @@ from ...scene import level_set
 from ...scene.commit import PROXY, in_window
 from ...scene.mesh import proxy_mesh
 from ...scene.objects import find
-from ...scene.properties import (
-    field_of,
-    most_triangles_property,
-    refine_property,
-    resolution_property,
-    world_scale,
-)
+from ...scene.properties import field_of, world_scale
+from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
 from ...session import states
 from ...session.job import Job, Request
 from ..launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors

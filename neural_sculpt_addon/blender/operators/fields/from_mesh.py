@@ -20,7 +20,8 @@ from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
 from ...scene.objects import find
-from ...scene.properties import LOCAL, refinement, solver_property
+from ...scene.properties import LOCAL, solver_property
+from ...scene.proxy_properties import refinement
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay

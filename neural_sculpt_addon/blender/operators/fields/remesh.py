@@ -10,8 +10,8 @@ from ...panels import estimate
 from ...scene.commit import ShownAs, set_proxy
 from ...scene.mesh import native_edits
 from ...scene.objects import found
-from ...scene.properties import (
-    field_of,
+from ...scene.properties import field_of
+from ...scene.proxy_properties import (
     most_triangles_property,
     refine_property,
     resolution_property,

@@ -22,10 +22,11 @@ from ...locale.translations import translated
 from ...panels import status_bar
 from ...scene import commit, lengths, stroke_list
 from ...scene.brush import drawn_stroke, redrawn_stroke, strengths
+from ...scene.brush_properties import brush_of
 from ...scene.mesh import preview, proxy_mesh
 from ...scene.mesh.protect import protected
 from ...scene.objects import find
-from ...scene.properties import brush_of, is_field
+from ...scene.properties import is_field
 from ...session import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session

@@ -15,8 +15,9 @@ from ....common.errors import SculptError
 from ....stroke.stroke import MOST_POINTS, Stroke
 from ...locale.translations import OURS
 from ...scene.brush import brush_stroke, pressure_factors
+from ...scene.brush_properties import brush_of
 from ...scene.mesh import native_edits
-from ...scene.properties import brush_of, world_scale
+from ...scene.properties import world_scale
 from ...scene.sources import Line, annotation_lines, selected_lines
 from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
 

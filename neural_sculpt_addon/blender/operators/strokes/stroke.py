@@ -19,7 +19,7 @@ from ....stroke.file import parse_strokes
 from ....stroke.stroke import Stroke
 from ...locale.translations import OURS
 from ...scene.brush import brush_stroke
-from ...scene.properties import NEURAL_SCULPT_PG_point
+from ...scene.brush_properties import NEURAL_SCULPT_PG_point
 from ...session import live
 from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
 

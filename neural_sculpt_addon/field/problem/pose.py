@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Posing a stroke: its copies are laid on the surface, and what guides them is chosen.
+
+Normals that turn within less than the way to go fan out, and cross each other: displaced along
+them, a rough surface becomes lace. So a stroke that would fold is guided by the normals of a field
+without detail that is fine for it. Model space. See docs/method.md, section 2.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...common.errors import SculptError
+from ...common.progress import Check, go_on
+from ...stroke.brush import LEAST_RADIUS
+from ...stroke.stroke import Stroke
+from ..field import Field
+from ..threads import join
+from .fold import crossings
+from .lay import Laid, lay
+from .prepare import Preparation
+from .problem import Problem
+from .tube import COLUMNS, ROWS, sample_tube
+
+GUIDED = 0.5
+"""Radii: cells of the finest detail whose normals guide a stroke that folds. Larger ones lose the
+shape under the stroke, smaller ones keep what fans out."""
+
+GUIDING = ROWS // 4, COLUMNS // 4
+"""Of the tube that tells whether it folds."""
+
+
+def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Problem:
+    """The problem that `stroke` poses.
+
+    check: called between pieces of all the work on it, some ten ms each; may raise
+
+    SculptError when it does not lie on the surface or has no width.
+    """
+    if not stroke.largest_factor:
+        raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
+    if (radius := stroke.brush.radius * stroke.largest_factor) < LEAST_RADIUS:
+        raise SculptError(
+            f"With its pressure the stroke has a radius of {radius:.2g}; the least is 0.001. Use a"
+            " larger radius, or press harder."
+        )
+    laid = []
+    for copy in stroke.copies():
+        check()
+        laid.append(Laid(copy, lay(preparation.field, copy)))
+    guide = _guide(preparation.field, laid, check)
+    return Problem(preparation, tuple(laid), guide, stroke.seed, check)
+
+
+def coarse(field: Field, stroke: Stroke) -> Field:
+    """The field without detail that is fine for the stroke."""
+    radius = stroke.brush.radius * stroke.largest_factor
+    return replace(field, detail=field.detail.up_to(round(-math.log2(GUIDED * radius))))
+
+
+def _guide(field: Field, laid: Sequence[Laid], check: Check) -> Field:
+    """Whose normals the surface is displaced along: the field's, or, where the displaced surface
+    would run through itself then, those without fine detail."""
+    other = coarse(field, laid[0].stroke)
+    if other.detail.levels == field.detail.levels:
+        return field
+    tubes = [sample_tube(field, *one, *GUIDING, check=check) for one in laid]
+    if not crossings(field, *join([(t.surface, t.target) for t in tubes]), check).any():
+        return field
+    return other
