@@ -215,6 +215,7 @@ class Meanwhile(WindowCase):
             np.testing.assert_array_equal(vertices(second), before)
             self.assertEqual(len(second.neural_sculpt.strokes), 0)
 
+    @long
     def test_linked_duplicate_while_a_stroke_is_measured(self) -> Steps:
         """Whatever comes late changes the mesh of neither."""
         yield from self.add()
@@ -268,6 +269,7 @@ class Meanwhile(WindowCase):
         np.testing.assert_array_equal(vertices(field()), sculpted)
         self.session.last_error = ""
 
+    @long
     def test_native_brush_while_an_absorb_waits(self) -> Steps:
         """Both native strokes stay, and the field takes neither."""
         yield from self.add()

@@ -92,6 +92,7 @@ class NextStroke(WindowCase):
         shading = hand.view().shading
         shading.color_type = "OBJECT"
         hand.view().overlay.show_outline_selected = False
+        hand.region().tag_redraw()
         for name, color in MATERIALS.items():
             field().color = (*color, 1.0)
             hand.move(corner())
