@@ -91,8 +91,8 @@ class NextStroke(WindowCase):
         brush_settings().kind = "SMOOTH"
         shading = hand.view().shading
         shading.color_type = "OBJECT"
+        bpy.context.preferences.system.viewport_aa = "5"  # or some pictures have an outline
         hand.view().overlay.show_outline_selected = False
-        hand.region().tag_redraw()
         for name, color in MATERIALS.items():
             field().color = (*color, 1.0)
             hand.move(corner())
