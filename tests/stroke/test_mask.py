@@ -125,7 +125,7 @@ def test_scattered_nodes_are_found_in_little_space():
     places = nodes * LEAST_SPACING - 1
     np.testing.assert_allclose(mask(places), values / 255, atol=1e-9)
     beside = mask(places + LEAST_SPACING / 2 * np.array([1, 0, 0])) - values / 510
-    assert -1e-9 < beside.min() and beside.max() < 0.5 + 1e-9  # the other half is of nodes farther
+    assert beside.min() > -1e-9 and beside.max() < 0.5 + 1e-9  # the other half is of nodes farther
     corners = Mask(LEAST_SPACING, np.uint8([[0, 0, 0], [255, 255, 255]]), np.uint8([51, 255]))
     tracemalloc.start()
     np.testing.assert_allclose(corners([[-1, -1, -1]]), 0.2)
