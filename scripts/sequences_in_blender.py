@@ -57,9 +57,10 @@ def sequences(where: str, folder: Path, seed: str, first: int, count: int) -> An
     stressed_blender.tell_version()
     undo_sequences: Any = importlib.import_module("undo_sequences")
     hands = undo_sequences.Hands() if where == "module" else window_hands(undo_sequences)
+    harness.SteeredCase.setUpClass()
     case = harness.SteeredCase()
     harness.SculptCase.setUp(case)
-    case.steer()
+    case.folder = case.heard
     logging.disable(logging.WARNING)  # what is said to the artist
     with patch.object(
         case.session.watcher, "work_came", lambda: None
@@ -77,6 +78,7 @@ def sequences(where: str, folder: Path, seed: str, first: int, count: int) -> An
                 did = " ".join(f"{word} {n}" for word, n in sequence.took_effect.items() if n)
                 print(f"sequence {number} ends: {len(sequence.told)} {did}", flush=True)
     case.doCleanups()
+    harness.SteeredCase.doClassCleanups()
 
 
 def main() -> None:

@@ -30,6 +30,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
         import bpy
         import numpy as np
 
+        harness.SteeredCase.setUpClass()
         case: Any = harness.SteeredCase()
         case.setUp()
         operators: Any = bpy.ops
@@ -48,6 +49,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
             if number % 20 == 19:
                 report(f"{number + 1} times, {len(failures)} failures")
         case.doCleanups()
+        harness.SteeredCase.doClassCleanups()
         tempfile.tempdir = None
     return {"workers_at_work": workers, "failures": failures}
 

@@ -81,10 +81,14 @@ def _test(extension: Path, patterns: list[str], short: bool) -> int:
     loader = unittest.TestLoader()
     loader.testNamePatterns = patterns or None
     suite = loader.discover(str(ROOT / "tests" / "blender"))  # whose folder is on the path then
-    from harness import each, is_long
+    from durations import TimedResult
+    from harness import SteeredCase, each, is_long
 
-    suite = unittest.TestSuite(test for test in each(suite) if not (short and is_long(test)))
-    result = unittest.TextTestRunner(sys.stdout, verbosity=2).run(suite)
+    tests = [test for test in each(suite) if not (short and is_long(test))]
+    tests.sort(key=lambda test: isinstance(test, SteeredCase))  # or the worker would start often
+    runner = unittest.TextTestRunner(sys.stdout, verbosity=2, resultclass=TimedResult)
+    result = runner.run(unittest.TestSuite(tests))
+    print("\n".join(result.durations.slowest()))
     bpy.ops.preferences.addon_disable(module=EXTENSION)
 
     failed = len(result.failures) + len(result.errors) + len(result.unexpectedSuccesses)

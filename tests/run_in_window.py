@@ -13,7 +13,6 @@ reads as in run_in_blender.py.
 """
 
 import sys
-import time
 import traceback
 import unittest
 from collections.abc import Iterator
@@ -26,6 +25,7 @@ for place in ("tests/window", "tests/blender", "scripts"):
     sys.path.insert(0, str(ROOT / place))
 
 import simulated_input  # noqa: E402 - found by the paths above
+from durations import Durations  # noqa: E402
 from harness import each, is_long  # noqa: E402
 
 EXTENSION = "bl_ext.user_default.neural_sculpt"
@@ -47,14 +47,15 @@ def steps() -> simulated_input.Steps:
     bpy.ops.extensions.package_install_files(
         filepath=given[0], repo="user_default", enable_on_install=True
     )
-    count = {"passed": 0, "failed": 0, "skipped": 0}
+    count, durations = {"passed": 0, "failed": 0, "skipped": 0}, Durations()
     for case in cases(patterns, "--short" in given):
-        start = time.monotonic()
+        durations.begin()
         outcome, reason = yield from run(case, Path(given[1]))
         count[outcome] += 1
         name = case.id().partition(".")[2]
-        print(f"{name}: {outcome}{reason}, {time.monotonic() - start:.1f} s", flush=True)
+        print(f"{name}: {outcome}{reason}, {durations.end(case):.1f} s", flush=True)
     bpy.ops.preferences.addon_disable(module=EXTENSION)
+    print("\n".join(durations.slowest()))
     version = ".".join(map(str, bpy.app.version))
     print(f"Blender {version}: " + ", ".join(f"{n} {word}" for word, n in count.items()))
 

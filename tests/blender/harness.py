@@ -100,27 +100,37 @@ class SculptCase(unittest.TestCase):
 
 
 class SteeredCase(SculptCase):
-    """As in a window, with a worker that ends its jobs when the test says so (toy_worker.py)."""
+    """As in a window, with a worker that ends its jobs when the test says so (toy_worker.py).
+
+    It is started once for all tests of a class, and hears each of them in the same folder, which is
+    empty when a test begins.
+    """
+
+    heard: Path
+    """The folder of the class."""
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        """Have the toy worker started from now on."""
+        super().setUpClass()
+        cls.heard = Path(cls.enterClassContext(TemporaryDirectory()))
+        python = os.environ["NEURAL_SCULPT_PYTHON"]
+        toy = Path(__file__).with_name("toy_worker.py")
+        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(cls.heard)]
+        session = module("blender.session.worker_session").session
+        session.stop()
+        cls.addClassCleanup(session.stop)
+        environment = module("worker.install.environment")
+        cls.enterClassContext(patch.object(environment, "worker_command", lambda *_: command))
 
     def setUp(self) -> None:
         super().setUp()
-        self.steer()
+        self.folder = self.heard
+        for file in self.folder.iterdir():
+            file.unlink()
         self.ob = add("SPHERE")
         self.session.waits = False
         self.addCleanup(setattr, self.session, "waits", True)
-
-    def steer(self) -> None:
-        """Have the toy worker started from now on."""
-        python = os.environ["NEURAL_SCULPT_PYTHON"]
-        toy = Path(__file__).with_name("toy_worker.py")
-        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(self.folder)]
-        self.session.stop()
-        self.addCleanup(self.session.stop)
-        steered = patch.object(
-            module("worker.install.environment"), "worker_command", lambda *_: command
-        )
-        steered.start()
-        self.addCleanup(steered.stop)
 
     def finish(self) -> None:
         """Let edits end, and poll the worker until only a measure may be left."""

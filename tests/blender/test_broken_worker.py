@@ -32,6 +32,7 @@ class NoMemory:
 class BrokenWorker(SteeredCase):
     def setUp(self) -> None:
         super().setUp()
+        self.addCleanup(self.session.stop)
         self.spoil = self.folder / "spoil"
         self.before = state(self.ob)
 

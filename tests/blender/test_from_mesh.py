@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, in_world, module, push_undo, stroke, undo, vertices
+from harness import SculptCase, in_world, long, module, push_undo, stroke, undo, vertices
 from mathutils import Euler, Matrix, Vector
 
 
@@ -93,6 +93,7 @@ class FromMesh(SculptCase):
         self.assertNotEqual(len(ob.data.vertices), count)
         self.assertEqual([slot.material.name for slot in ob.material_slots], names)
 
+    @long
     def test_same_seed_same_field(self) -> None:
         bpy.ops.mesh.primitive_cube_add()
         source = bpy.context.active_object

@@ -16,6 +16,7 @@ SILENT = 3.0
 class HangingWorker(SteeredCase):
     def setUp(self) -> None:
         super().setUp()
+        self.addCleanup(self.session.stop)
         shorter = patch.object(module("worker.pulse"), "SILENT", SILENT)
         shorter.start()
         self.addCleanup(shorter.stop)

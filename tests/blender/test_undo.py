@@ -96,6 +96,10 @@ class Undo(SteeredCase):
 
 
 class Orders(SteeredCase):
+    def test_all_kinds_of_steps_beside_each_other(self) -> None:
+        for seconds in Order("test", self).play_borders():
+            time.sleep(seconds)
+
     @long
     def test_random_orders(self) -> None:
         for seed in range(10):

@@ -80,20 +80,17 @@ def test_apply_from_start_to_end(folder):
     assert trimesh.load_mesh(folder / "out.ply").is_watertight
 
 
-def test_apply_by_the_paper(folder):
+def test_apply_by_the_paper(folder, monkeypatch, capsys):
     strokes = [
         {**STROKE, "name": "one"},
         {**STROKE, "mirror": "X", "name": "two", "intensity": -0.02},
     ]
     write_strokes(folder / "strokes.json", *strokes)
     names = ("--mesh", "out.ply", "--resolution", "48", "--report", "report.json")
-    done = run(
-        *("apply", "ball.safetensors", "strokes.json", "-o", "out.pth", *names),
-        *("--solver", "paper", "--epochs", "1"),
-        cwd=folder,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout) == {"network": "out.pth", "strokes": 2}
+    monkeypatch.chdir(folder)
+    command = ["apply", "ball.safetensors", "strokes.json", "-o", "out.pth", *names]
+    assert main([*command, "--solver", "paper", "--epochs", "1"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"network": "out.pth", "strokes": 2}
     assert load(folder / "out.pth").network.widths == (75,)
     report = json.loads((folder / "report.json").read_text())
     assert report["network"] == "ball.safetensors"
@@ -138,12 +135,12 @@ def test_info_of_detail(folder, capsys):
     assert info["bytes"]["detail_in_memory"] >= 4 * info["coefficients"]
 
 
-def test_sample(folder):
+def test_sample(folder, monkeypatch, capsys):
     x = np.random.default_rng(0).uniform(-0.9, 0.9, (3000, 3))
     np.save(folder / "points.npy", x)
-    done = run("sample", "ball.safetensors", "points.npy", "-o", "out.npz", cwd=folder)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout) == {"samples": "out.npz", "points": 3000}
+    monkeypatch.chdir(folder)
+    assert main(["sample", "ball.safetensors", "points.npy", "-o", "out.npz"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"samples": "out.npz", "points": 3000}
     with np.load(folder / "out.npz") as samples:
         assert set(samples) == {"f", "gradient"}
         f, gradient = samples["f"], samples["gradient"]
@@ -170,11 +167,11 @@ def test_consolidate(folder, monkeypatch):
     assert not load(plain).detail.levels
 
 
-def test_fit_a_draft(folder):
+def test_fit_a_draft(folder, monkeypatch):
     trimesh.creation.icosphere(3, radius=2.0).apply_translation([5, 0, 1]).export(folder / "in.stl")
     options = ("--preset", "draft", "--report", "report.json", "--seed", "1")
-    done = run("fit", "in.stl", "-o", "out.safetensors", *options, cwd=folder)
-    assert (done.returncode, done.stderr) == (0, "")
+    monkeypatch.chdir(folder)
+    assert main(["fit", "in.stl", "-o", "out.safetensors", *options]) == 0
     report = json.loads((folder / "report.json").read_text())
     np.testing.assert_allclose(report["center"], [5, 0, 1], atol=0.05)
     assert report["scale"] == pytest.approx(4.0 / 1.7, rel=0.01)

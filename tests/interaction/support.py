@@ -15,6 +15,15 @@ def module(name: str) -> ModuleType:
     return found
 
 
+def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (count^2, 3) of [-0.8, 0.8]^2 in the plane z = 0, and triangles that look up."""
+    x, y = np.meshgrid(np.linspace(-0.8, 0.8, count), np.linspace(-0.8, 0.8, count), indexing="ij")
+    points = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
+    corner = np.arange(count**2, dtype=np.int32).reshape(count, count)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    return points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+
+
 def to_path(points: np.ndarray, path: np.ndarray) -> np.ndarray:
     """Distances (N,) of points (N, 3) from a polyline (K, 3)."""
     start, along = path[:-1], np.diff(path, axis=0)  # (K - 1, 3)

@@ -6,22 +6,13 @@ import unittest
 
 import numpy as np
 
-from tests.interaction.support import module, to_path
+from tests.interaction.support import module, square, to_path
 
 Brush = module("stroke.brush").Brush
 Ends = module("stroke.stroke").Ends
 Profile = module("stroke.profile").Profile
 Stroke = module("stroke.stroke").Stroke
 LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
-
-
-def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (count^2, 3) of [-0.8, 0.8]^2 in the plane z = 0, and triangles that look up."""
-    x, y = np.meshgrid(np.linspace(-0.8, 0.8, count), np.linspace(-0.8, 0.8, count), indexing="ij")
-    points = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
-    corner = np.arange(count**2, dtype=np.int32).reshape(count, count)
-    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-    return points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 
 
 def displaced(points: np.ndarray, triangles: np.ndarray, strokes: list):

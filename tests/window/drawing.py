@@ -44,6 +44,7 @@ class WindowCase(harness.SculptCase):
             live.unregister()
             self.addCleanup(live.register)
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION
+        bpy.context.preferences.system.viewport_aa = "OFF"  # or each picture is drawn eight times
         hand.look()
         brush = brush_settings()
         brush.radius, brush.intensity = RADIUS, INTENSITY
@@ -237,8 +238,8 @@ def still_picture(kind: "str | Part" = "WINDOW") -> Steps:
     rows = slice(-place.y - place.height, -place.y or None)
     columns = slice(place.x, place.x + place.width)
     picture = None
-    for _ in range(30):
-        yield 4 * hand.DRAWN
+    for _ in range(40):
+        yield 3 * hand.DRAWN
         last, picture = picture, hand.screen_pixels()
         if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
             break

@@ -141,7 +141,7 @@ class Files(WindowCase):
         source.color = (0.2, 0.6, 0.3, 1.0)
         hand.move(middle())
         yield hand.DRAWN
-        operate(bpy.ops.neural_sculpt.from_mesh)
+        operate(bpy.ops.neural_sculpt.from_mesh, preset="DRAFT")
         dialog = yield from still_picture()
         hand.save_png(PICTURES / "from_mesh_dialog.png", dialog)
         hand.tap("RET", middle())

@@ -2,7 +2,6 @@
 """The interface in German: its pictures are for a person to look at."""
 
 import bpy
-import harness
 import simulated_input as hand
 from drawing import PICTURES, WindowCase, field, still_picture
 from simulated_input import Steps
@@ -32,16 +31,6 @@ class German(WindowCase):
                 bpy.ops.view2d.scroll_down()
         yield from self.keep("german_below")
         self.assertEqual(len(field().neural_sculpt.strokes), 1)
-
-    def test_german_preferences(self) -> Steps:
-        area = hand.view_area()
-        area.type = "PREFERENCES"
-        self.addCleanup(setattr, area, "type", "VIEW_3D")
-        bpy.context.preferences.active_section = "ADDONS"
-        bpy.context.window_manager.addon_search = "Neural"
-        with bpy.context.temp_override(window=hand.window(), area=area):
-            bpy.ops.preferences.addon_expand(module=harness.EXTENSION)
-        yield 5 * hand.DRAWN
 
     def keep(self, name: str) -> Steps:
         """Keep a picture of the window as it is now."""

@@ -21,7 +21,7 @@ from drawing import (
     take_native_brush,
     undo,
 )
-from harness import EXTENSION, module, state, vertices
+from harness import EXTENSION, long, module, state, vertices
 from mathutils.bvhtree import BVHTree
 from simulated_input import Steps
 from test_first_use import corners
@@ -34,7 +34,7 @@ class Live(WindowCase):
 
     def setUp(self) -> None:
         super().setUp()
-        bpy.context.preferences.addons[EXTENSION].preferences.resolution = 160
+        bpy.context.preferences.addons[EXTENSION].preferences.resolution = 112
 
     def names(self) -> list[str]:
         return [item.name for item in field().neural_sculpt.strokes]
@@ -132,6 +132,7 @@ class Live(WindowCase):
         self.assertTrue(np.array_equal(vertices(field()), before))
         self.assertFalse(edited())
 
+    @long
     def test_a_dialog_is_open_when_a_stroke_is_absorbed(self) -> Steps:
         """It shows the field while the brush's step is taken back, and can be used afterwards."""
         make_native_brushes("Clay")

@@ -21,7 +21,7 @@ from drawing import (
     operate,
     still_picture,
 )
-from harness import module, state, to_path, vertices
+from harness import long, module, state, to_path, vertices
 from simulated_input import Steps
 
 STRONG = 24  # of 255; shading that differs by more is seen
@@ -122,6 +122,7 @@ class LiveSurface(WindowCase):
         yield from self.add()
         yield from self.no_jump()
 
+    @long
     def test_nothing_jumps_in_sculpt_mode(self) -> Steps:
         yield from self.add()
         yield from enter_sculpt_mode()

@@ -91,6 +91,7 @@ class NextStroke(WindowCase):
         brush_settings().kind = "SMOOTH"
         shading = hand.view().shading
         shading.color_type = "OBJECT"
+        bpy.context.preferences.system.viewport_aa = "5"  # or some pictures have an outline
         hand.view().overlay.show_outline_selected = False
         for name, color in MATERIALS.items():
             field().color = (*color, 1.0)

@@ -47,6 +47,7 @@ class Person(WindowCase):
         yield from hand.until(lambda: annotated() == 1, 30, "an annotation")
         self.assertEqual(state(field()), before)
 
+    @long
     def test_orders(self) -> Steps:
         """Each press of Ctrl Z takes back one thing, each of Shift Ctrl Z brings it back."""
         yield from self.add()

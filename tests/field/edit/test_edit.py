@@ -115,12 +115,12 @@ def test_the_chamfer_distance_is_reported_when_asked_for(preparation):
 
 
 @pytest.mark.parametrize("solver", [Solver.LOCAL, Solver.PAPER])
-def test_progress_rises_over_all_strokes(ready, solver):
+def test_progress_rises_over_all_strokes(preparation, solver):
     """Reports are measured in between."""
     seen = []
     edit(
-        ready.field,
-        [arc(0.0, radius=0.6), arc(0.5, radius=0.6)],
+        preparation.field,
+        [arc(0.0), arc(0.5)],
         solver=solver,
         epochs=1 if solver is Solver.PAPER else None,
         progress=lambda fraction, message: seen.append((fraction, message)),

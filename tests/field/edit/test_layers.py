@@ -193,7 +193,9 @@ def model(request, base):
     return State(digest(to_bytes(field)), (), prepare(field)), strokes
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(
+    "seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(3, 10))]
+)
 def test_whatever_is_done_the_field_is_the_sum_of_its_layers(model, seed):
     """Strokes, mutes, strengths, moves, deletions, undo, and files, in any order."""
     base, strokes = model

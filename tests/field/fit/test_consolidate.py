@@ -93,4 +93,4 @@ def test_it_can_be_cancelled(bumpy):
             raise Cancelled
 
     with pytest.raises(Cancelled):
-        consolidate(bumpy, 128, progress=progress)
+        consolidate(bumpy, 16, progress=progress)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stroke that grows on a mesh: at each point of its way the mesh is as if the stroke had been
-drawn at once, and no move looks at more vertices than it may. No Blender is needed here."""
+drawn at once, and no move looks at more vertices than it may."""
 
 import unittest
 from dataclasses import replace
 
 import numpy as np
-from harness import module
-from test_preview import square
+
+from tests.interaction.support import module, square
 
 Displaced = module("interaction.displaced").Displaced
 Brush = module("stroke.brush").Brush
