@@ -23,7 +23,7 @@ from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
 from . import sculpt_steps, stroke_list
-from .mesh import carried, preview, proxy_mesh
+from .mesh import attributes, carried, preview, proxy_mesh
 from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, field_of
 from .stroke_list import Entry
@@ -209,7 +209,7 @@ def foresee(ob: Object, result: Message) -> bool:
         return False
     mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
     return carried.foresee(
-        mesh, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+        ob, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
     )
 
 
@@ -269,10 +269,10 @@ def _geometry(result: Message, smooth: bool) -> Geometry:
 
 
 def _next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, with what brushes painted on that of the object."""
+    """The mesh of a result, with what hangs on that of the object."""
     geometry, mesh = _geometry(result, smooth), proxy_mesh.mesh_of(ob)
-    painted = carried.carried(mesh, lambda: preview.true_positions(mesh), geometry)
-    return replace(geometry, painted=painted)
+    painted, kept = carried.carried(ob, lambda: preview.true_positions(mesh), geometry)
+    return replace(geometry, painted=painted, attributes=kept)
 
 
 def _write(ob: Object, state: _State) -> None:
@@ -284,7 +284,11 @@ def _write(ob: Object, state: _State) -> None:
 
 def _fill(ob: Object, geometry: Geometry) -> None:
     """Write the proxy."""
-    proxy_mesh.fill(_own_mesh(ob), geometry)
+    mesh = _own_mesh(ob)
+    proxy_mesh.fill(mesh, geometry)
+    if geometry.attributes is not None:
+        attributes.write(ob, geometry.attributes)
+        mesh.update_tag()
 
 
 def _own_mesh(ob: Object) -> Mesh:
