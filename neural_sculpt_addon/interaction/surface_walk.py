@@ -50,8 +50,8 @@ class Seams:
 
 
 def twins(triangles: NDArray[np.int32]) -> Generator[None, None, Indices]:
-    """The number (3 T,) of the same edge in the other of its two triangles (T, 3); -1 where there is
-    none, there are more, or that one is turned over."""
+    """The number (3 T,) of the same edge in the other of its two triangles (T, 3); -1 where there
+    is none, there are more, or that one is turned over."""
     start = triangles.ravel()
     end = triangles[:, [1, 2, 0]].ravel()
     low, high = np.minimum(start, end), np.maximum(start, end)
@@ -162,8 +162,8 @@ def _one_way(
     edges: Indices,
     seams: Seams | None,
 ) -> tuple[Indices, NDArray[np.float64], NDArray[np.float64]]:
-    """The triangle (P,), weights (P, 3) and squared distance (P,) at which walks end that turn about
-    vertices to one side, 1 or -1."""
+    """The triangle (P,), weights (P, 3) and squared distance (P,) at which walks end that turn
+    about vertices to one side, 1 or -1."""
     triangle, came = start.copy(), np.full(len(start), -1)
     weights, away = _closest(points, positions[triangles[triangle]])
     walking, turned = np.arange(len(points)), np.zeros(len(points), int)
@@ -194,8 +194,8 @@ def _one_way(
 def _closest(
     points: NDArray[np.float64], corners: Vectors
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The weights (P, 3) of the point of each triangle (P, 3, 3) closest to `points` (P, 3), and its
-    squared distance (P,). (Ericson, Real-Time Collision Detection, 5.1.5.)"""
+    """The weights (P, 3) of the point of each triangle (P, 3, 3) closest to `points` (P, 3), and
+    its squared distance (P,). (Ericson, Real-Time Collision Detection, 5.1.5.)"""
     a, b, c = corners.astype(float).transpose(1, 0, 2)
     ab, ac = b - a, c - a
     d1, d2 = _dot(ab, points - a), _dot(ac, points - a)
@@ -226,8 +226,8 @@ def _closest(
 
 
 def _middles_of_parts(count: int) -> NDArray[np.float32]:
-    """Barycentric coordinates (count^2, 3) of the middles of the parts of a triangle whose sides are
-    cut into `count` each."""
+    """Barycentric coordinates (count^2, 3) of the middles of the parts of a triangle whose sides
+    are cut into `count` each."""
     i, j = (x.ravel() for x in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
     upright, turned = i + j < count, i + j < count - 1
     first = np.concatenate([i[upright] + 1 / 3, i[turned] + 2 / 3])

@@ -1,12 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an artist puts on a proxy, materials, colors, UV maps, vertex groups, is on each next one."""
+"""What an artist puts on a proxy, materials, colors, UV maps, groups, is on each next one, too."""
 
 from unittest.mock import patch
 
 import bpy
 import numpy as np
 from bpy.types import Mesh, Object
-from harness import SculptCase, add, arc, field, module, push_undo, redo, state, stroke, undo, vertices
+from harness import (
+    SculptCase,
+    add,
+    arc,
+    field,
+    module,
+    push_undo,
+    redo,
+    state,
+    stroke,
+    undo,
+    vertices,
+)
 
 EDGE = 0.06  # longer than any edge of the proxies here
 LEAP = 3.0  # of the UV map at its seam, the plane y = 0
@@ -130,7 +142,9 @@ class Carried(SculptCase):
         side = values(mesh, "Side").reshape(-1, 3, 4)
         self.assertTrue((side[x > edge] == [1, 0, 0, 1]).all())
         self.assertTrue((side[x < -edge] == [0, 0, 1, 1]).all())
-        self.assertEqual(set(map(tuple, side.reshape(-1, 4).tolist())), {(1, 0, 0, 1), (0, 0, 1, 1)})
+        self.assertEqual(
+            set(map(tuple, side.reshape(-1, 4).tolist())), {(1, 0, 0, 1), (0, 0, 1, 1)}
+        )
         self.assertEqual([g.name for g in ob.vertex_groups], ["Empty", "High", "All"])
         self.assertEqual([g.lock_weight for g in ob.vertex_groups], [False, False, True])
         self.assertEqual(ob.vertex_groups.active_index, 1)
@@ -168,7 +182,11 @@ class Carried(SculptCase):
         random = np.random.default_rng(3)
         given = {
             "Map": ("FLOAT2", "CORNER", random.random((3 * len(triangles), 2))),
-            "Bytes": ("BYTE_COLOR", "CORNER", random.integers(256, size=(3 * len(triangles), 4)) / 255),
+            "Bytes": (
+                "BYTE_COLOR",
+                "CORNER",
+                random.integers(256, size=(3 * len(triangles), 4)) / 255,
+            ),
             "Color": ("FLOAT_COLOR", "POINT", random.random((len(points), 4))),
         }
         for name, (kind, domain, some) in given.items():
@@ -203,7 +221,13 @@ class Carried(SculptCase):
         self.sculpt()
         decorate(self.ob())
         mesh = self.mesh()
-        put(mesh, "Place", "FLOAT_COLOR", "POINT", np.tile(np.float32([0, 1, 0, 1]), (len(mesh.vertices), 1)))
+        put(
+            mesh,
+            "Place",
+            "FLOAT_COLOR",
+            "POINT",
+            np.tile(np.float32([0, 1, 0, 1]), (len(mesh.vertices), 1)),
+        )
         self.sculpt(0.5)
         self.assertTrue((values(self.mesh(), "Place") == [0, 1, 0, 1]).all())
         self.mesh().attributes.remove(self.mesh().attributes["Place"])

@@ -58,7 +58,9 @@ def test_at_a_corner_its_weight_is_exactly_one() -> None:
     positions, triangles = grid(6)
     middles = positions[triangles].mean(axis=1)
     start = np.linalg.norm(middles - positions[:, None], axis=2).argmin(axis=1)
-    triangle, weights = finish(walk(positions, start, positions, triangles, finish(twins(triangles))))
+    triangle, weights = finish(
+        walk(positions, start, positions, triangles, finish(twins(triangles)))
+    )
     assert set(np.unique(weights)) == {0.0, 1.0}
     corner = triangles[triangle, weights.argmax(axis=1)]
     np.testing.assert_array_equal(corner, np.arange(len(positions)))
@@ -66,7 +68,9 @@ def test_at_a_corner_its_weight_is_exactly_one() -> None:
 
 def test_edges_have_two_sides_where_two_faces_of_one_turn_meet() -> None:
     # two triangles on edge 0-1, a third on edge 0-2, and one that is turned over on edge 1-2
-    triangles = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4], [1, 2, 5], [2, 0, 6], [2, 0, 7]], np.int32)
+    triangles = np.array(
+        [[0, 1, 2], [1, 0, 3], [2, 1, 4], [1, 2, 5], [2, 0, 6], [2, 0, 7]], np.int32
+    )
     found = finish(twins(triangles))
     pairs = {(i, int(j)) for i, j in enumerate(found) if j >= 0}
     assert pairs == {(0, 3), (3, 0)}  # 1-2 has three triangles, and so has 2-0
@@ -85,9 +89,7 @@ def test_a_walk_does_not_cross_a_seam() -> None:
     for side, offset, lowest, highest in ((left, 0, 0, 0.5), (~left, 5, 0.5, 1)):
         own = np.flatnonzero(side)
         start = own[nearest(points, np.ascontiguousarray(middles[own]))]
-        triangle, weights = finish(
-            walk(points, start, positions, triangles, edges, Seams(values))
-        )
+        triangle, weights = finish(walk(points, start, positions, triangles, edges, Seams(values)))
         assert side[triangle].all()
         found = (weights * values.reshape(-1, 3)[triangle]).sum(axis=1)
         np.testing.assert_allclose(found, points[:, 0].clip(lowest, highest) + offset, atol=1e-5)

@@ -51,6 +51,7 @@ class Job:
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
+    foresee: works some milliseconds at what `apply` needs; whether there is more to do
     keep:    puts the strokes into the history as muted, when they cannot be applied
     deaths:  of workers that had the job; after the second it ends
     resent:  whether the worker lacked bytes that it should have had, and got all once more
@@ -68,6 +69,7 @@ class Job:
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None
+    foresee: Callable[[Message], bool] | None = None
     keep: Callable[[], None] | None = None
     deaths: int = 0
     status: JobStatus = JobStatus.QUEUED

@@ -19,8 +19,10 @@ from ... import notice, preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
+from ...scene.mesh.dress import Dress
 from ...scene.objects import find
 from ...scene.properties import LOCAL, refinement, solver_property
+from ...scene.succession import has_maps, left_behind
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
@@ -104,6 +106,15 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         row.active = self.open_parts == "THICKNESS"
         row.prop(self, "thickness")
         layout.prop(self, "seed")
+        source = context.active_object
+        if source is None or source.type != "MESH":
+            return
+        column = layout.column(align=True)
+        if left := left_behind(source):
+            column.label(text="Stays with the mesh, which is hidden:", icon="INFO")
+            column.label(text=left, icon="BLANK1", translate=False)
+        if has_maps(source):
+            column.label(text="UV maps are approximate along their seams", icon="INFO")
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
@@ -111,6 +122,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         source = context.active_object
         assert source is not None
         vertices, triangles, frame = read_source(source, context)
+        dress = read_dress(source, context, vertices)
         resolution = preferences.resolution()
         name, uid, solver = source.name, source.session_uid, self.solver
 
@@ -125,6 +137,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "open": self.open_parts.lower(),
             "thickness": (self.thickness or None) if self.open_parts == "THICKNESS" else None,
             "seed": self.seed,
+            "keep_origin": True,
             "resolution": resolution,
             **refinement(),
             "preview": not session.waits,
@@ -135,11 +148,18 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             place_now = place(result)
             new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver)
             report = result.fields["report"]
-            create_field(new, result, report, replaced=find(uid))
+            create_field(new, result, report, find(uid), dress.worn(result))
+            axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
+            if axes:
+                notice.tell(
+                    f"The origin of {name} is far from its middle. Along {', '.join(axes)} the"
+                    " field's own, and with it the plane of symmetry, is the middle."
+                )
             for note in report.get("notes", ()):
                 notice.tell(note)
 
         job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
+        job.foresee = dress.foresee
         job.preview = lambda preview: fit_overlay.show(job, preview, place(preview))
         return launch_when_installed(self, context, job)
 
@@ -151,6 +171,16 @@ def read_source(
     location, rotation, _ = source.matrix_world.decompose()
     frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
     return *read_in(source, context, frame), frame
+
+
+def read_dress(source: Object, context: Context, vertices: NDArray[np.float32]) -> Dress:
+    """What hangs on the evaluated mesh, whose vertices (V, 3) `read_source` gave."""
+    evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
+    turned = source.matrix_world.determinant() < 0
+    try:
+        return Dress.of(evaluated, evaluated.to_mesh(), vertices, turned)
+    finally:
+        evaluated.to_mesh_clear()
 
 
 def read_in(

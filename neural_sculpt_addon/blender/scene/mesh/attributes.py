@@ -95,16 +95,16 @@ def domains(ob: Object, mesh: Mesh) -> set[str]:
     return found | {POINT} if ob.vertex_groups else found
 
 
-def read(
-    ob: Callable[[], Object], mesh: Callable[[], Mesh]
-) -> Generator[None, None, Attributes]:
+def read(ob: Callable[[], Object], mesh: Callable[[], Mesh]) -> Generator[None, None, Attributes]:
     """All that is there, in steps of some milliseconds: colors of bytes at 600,000 corners take 16.
 
     ob, mesh: tell the object and its mesh anew in each step
     """
     groups = ob().vertex_groups
     found = Attributes(
-        groups=vertex_groups.listed(ob()), active_group=groups.active_index, roles=_roles(mesh())
+        groups=vertex_groups.listed(ob()),
+        active_group=groups.active_index or 0,
+        roles=_roles(mesh()),
     )
     for name, kind, domain in _listed(mesh()):
         member, width, dtype, _ = KINDS[kind]

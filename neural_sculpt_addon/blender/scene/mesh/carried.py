@@ -10,6 +10,7 @@ often it happens. Where there is nothing of that it costs nothing. Model space.
 import time
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from bpy.types import Mesh, Object
@@ -25,7 +26,7 @@ from .proxy_mesh import Geometry, corners_of, mesh_of
 from .sources import VERTEX, Sources, Surface
 
 Vectors = NDArray[np.float32]
-Painted = Mapping[str, NDArray[np.generic]]
+Painted = Mapping[str, NDArray[Any]]
 
 BUDGET = 0.005  # seconds that `foresee` works in
 
@@ -61,9 +62,7 @@ class _Foreseen:
         if not _keeps(found(target)):
             yield from self.sources.steps({})
             return
-        before = yield from attributes.read(
-            lambda: found(target), lambda: mesh_of(found(target))
-        )
+        before = yield from attributes.read(lambda: found(target), lambda: mesh_of(found(target)))
         yield from self.sources.steps(before.layers)
         self.result = yield from self.sources.transfer(before)
 
@@ -169,7 +168,7 @@ def _keeps(ob: Object) -> bool:
     return bool(attributes.domains(ob, mesh_of(ob)))
 
 
-def _hidden_faces(mesh: Mesh, painted: dict[str, np.ndarray]) -> NDArray[np.bool_]:
+def _hidden_faces(mesh: Mesh, painted: Mapping[str, np.ndarray]) -> NDArray[np.bool_]:
     """Which faces (F,) are hidden, or have a hidden vertex."""
     hidden = painted.get(HIDDEN_FACE, np.zeros(len(mesh.polygons), bool))
     if HIDDEN_VERTEX in painted and _is_triangles(mesh):

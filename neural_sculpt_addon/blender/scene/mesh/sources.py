@@ -3,11 +3,13 @@
 
 Vertices and corners take them from the closest point of the surface, each face from the face that
 its middle is nearest to. All corners of a face stay on that one's side of seams, at which what is
-taken jumps, so no face spans one. What is the same in both meshes keeps its values bit for bit. Model space.
+taken jumps, so no face spans one. What is the same in both meshes keeps its values bit for bit.
+Model space.
 """
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from bpy.types import Mesh
@@ -19,7 +21,7 @@ from .attributes import CORNER, FACE, POINT, Attributes, Layer
 from .proxy_mesh import corners_of
 
 Vectors = NDArray[np.float32]
-Values = NDArray[np.generic]
+Values = NDArray[Any]
 
 VERTEX = "VERTEX"
 """The nearest vertex, of which a vertex takes what must not blur."""
@@ -117,7 +119,7 @@ class Sources:
     corners: dict[str, Places] = field(default_factory=dict)
 
     def steps(self, layers: Mapping[str, Layer]) -> Generator[None, None, None]:
-        """Find them, for these attributes of the mesh before; rests after some milliseconds each."""
+        """Find them, for these attributes of the mesh before, in steps of some milliseconds."""
         old, wanted = self.before, self.wanted
         if wanted & {VERTEX, POINT}:
             self.vertices = yield from search(self.after, old.positions)
@@ -205,7 +207,7 @@ class Sources:
         old, corner = self.before, self.triangles[closest.changed].ravel()
         number = np.zeros(len(self.after), np.intp)
         number[closest.vertices] = np.arange(len(closest.vertices))
-        triangle, weights = (x[number[corner]] for x in (closest.triangle, closest.weights))
+        triangle, weights = closest.triangle[number[corner]], closest.weights[number[corner]]
         yield
         begin = np.repeat(faces[closest.changed], 3)
         near = yield from beside_seams(old.triangles, edges, seams)
@@ -239,7 +241,7 @@ def _corners_of(triangles: Indices) -> Indices:
 
 
 def _blended(weights: Vectors, three: Vectors) -> Vectors:
-    """Means (M, W) of (M, 3, W) with weights (M, 3): what is the same in all three stays exactly."""
+    """Means (M, W) of (M, 3, W) with weights (M, 3); what all three have stays as it is."""
     first = three[:, 0]
     _, second, third = weights.T[:, :, None]
     return first + second * (three[:, 1] - first) + third * (three[:, 2] - first)
