@@ -89,5 +89,6 @@ _LEFT: dict[str, Callable[[Object], bool]] = {
     n_("bevel weights"): _names("bevel_weight_edge", "bevel_weight_vert"),
     n_("marked seams"): _names("uv_seam", ".uv_seam"),
     n_("sharp edges"): _names("sharp_edge"),
+    n_("masks and face sets"): _names(".sculpt_mask", ".sculpt_face_set"),
 }
 """All of it stays with the mesh, modifiers with what they do: the field has their result."""
