@@ -7,12 +7,14 @@ points take 0.3 s in all when none is among the others, 35 ms when all but 2,000
 """
 
 from collections.abc import Generator
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vectors = NDArray[np.float32]
 Indices = NDArray[np.intp]
+Found = TypeVar("Found")
 Steps = Generator[None, None, Indices]
 """Rests between two steps, and gives what was found in the end."""
 
@@ -32,7 +34,7 @@ def nearest(points: Vectors, among: Vectors) -> Indices:
     return finish(search(points, among))
 
 
-def finish(steps: Steps) -> Indices:
+def finish(steps: Generator[None, None, Found]) -> Found:
     """What is found when all steps are taken."""
     while True:
         try:

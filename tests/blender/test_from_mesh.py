@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A field is fitted to a mesh and takes its place in the scene."""
 
+from unittest.mock import patch
+
 import bpy
 import numpy as np
 from bpy.types import Object
@@ -71,27 +73,138 @@ class FromMesh(SculptCase):
         self.assertEqual((len(points), len(triangles)), (16, 24))
         self.assertEqual(points[:, 0].max(), 5.0)
 
-    def test_materials_and_color_stay(self) -> None:
-        """All of them; the proxy has the one that most faces had."""
+    def test_materials_of_faces_and_color_stay(self) -> None:
+        """Of a cube, whose sides have four materials, one of them of the object's own slot."""
         bpy.ops.mesh.primitive_cube_add()
         source = bpy.context.active_object
         for name in ("Iron", "Clay", "Glass"):
             source.data.materials.append(bpy.data.materials.new(name))
         source.material_slots[2].link = "OBJECT"
         source.material_slots[2].material = bpy.data.materials.new("Wax")
-        for face, index in zip(source.data.polygons, (0, 2, 2, 1, 2, 1), strict=True):
-            face.material_index = index
+        for face in source.data.polygons:
+            face.material_index = 2 if face.normal.z > 0.5 else int(face.normal.x > 0.5)
         source.color = (0.25, 0.5, 0.75, 1.0)
         ob = self.fit(source)
         names = [slot.material.name for slot in ob.material_slots]
-        self.assertEqual(names, ["Wax", "Iron", "Clay"])
-        self.assertEqual({face.material_index for face in ob.data.polygons}, {0})
+        self.assertEqual(names, ["Iron", "Clay", "Wax"])
         self.assertEqual(tuple(ob.color), (0.25, 0.5, 0.75, 1.0))
+        self.check_sides(ob)
         count = len(ob.data.vertices)
         _, place, _, _ = ob.closest_point_on_mesh((0.1, -1.0, 0.2))
         stroke(np.array([place]), radius=0.2, intensity=0.1, name="Dab")
         self.assertNotEqual(len(ob.data.vertices), count)
         self.assertEqual([slot.material.name for slot in ob.material_slots], names)
+        self.check_sides(ob)
+
+    def check_sides(self, ob: Object) -> None:
+        """Faces that look up have the last material, and those that look right the second."""
+        for face in ob.data.polygons:
+            x, _, z = face.normal
+            if max(abs(n) for n in face.normal) > 0.99:
+                self.assertEqual(face.material_index, 2 if z > 0.9 else int(x > 0.9))
+
+    def test_what_hangs_on_the_mesh_is_on_the_field(self) -> None:
+        """On a cube of eight vertices: what is linear along its edges is so on the field."""
+        bpy.ops.mesh.primitive_cube_add(location=(1, 2, 3), rotation=(0.3, 0, 0))
+        source = bpy.context.active_object
+        source.scale = (-1, 2, 1)
+        bpy.context.view_layer.update()
+        mesh = source.data
+        place = vertices(source)  # (8, 3), -1 or 1
+        mesh.color_attributes.new("Color", "FLOAT_COLOR", "POINT")
+        colors = np.c_[0.5 + 0.5 * place, np.ones(8)].astype(np.float32)
+        mesh.attributes["Color"].data.foreach_set("color", colors.ravel())
+        group = source.vertex_groups.new(name="Right")
+        for i, x in enumerate(place[:, 0].tolist()):
+            group.add([i], 0.5 + 0.5 * x, "REPLACE")
+        x, y, z = place[[loop.vertex_index for loop in mesh.loops]].T
+        uvs = np.stack([x + 3 * z, y], axis=1).astype(np.float32)  # which does not jump
+        mesh.uv_layers.active.data.foreach_set("uv", uvs.ravel())
+        mesh.color_attributes.new("Side", "BYTE_COLOR", "CORNER")
+        sides = [(f.normal.x > 0.5, f.normal.z > 0.5, 0, 1) for f in mesh.polygons]
+        sides = np.repeat(np.array(sides, np.float32), 4, axis=0)  # of quads, in order
+        mesh.attributes["Side"].data.foreach_set("color_srgb", sides.ravel())
+        ob = self.fit(source)
+        points = in_world(ob) - (1, 2, 3)
+        own = points @ np.array(Euler((0.3, 0, 0)).to_matrix()) / (-1, 2, 1)
+        own = own.clip(-1, 1)
+        colors = np.empty(4 * len(own), np.float32)
+        ob.data.attributes["Color"].data.foreach_get("color", colors)
+        np.testing.assert_allclose(colors.reshape(-1, 4)[:, :3], 0.5 + 0.5 * own, atol=0.06)
+        weights = [ob.vertex_groups["Right"].weight(i) for i in range(0, len(own), 50)]
+        np.testing.assert_allclose(weights, 0.5 + 0.5 * own[::50, 0], atol=0.06)
+        uvs = np.empty(2 * len(ob.data.loops), np.float32)
+        ob.data.uv_layers[0].data.foreach_get("uv", uvs)
+        corner = np.array([loop.vertex_index for loop in ob.data.loops])
+        expected = np.stack([own[:, 0] + 3 * own[:, 2], own[:, 1]], axis=1)[corner]
+        np.testing.assert_allclose(uvs.reshape(-1, 2), expected, atol=0.2)
+        middles = own[corner].reshape(-1, 3, 3).mean(axis=1)
+        colors = np.empty(4 * len(ob.data.loops), np.float32)
+        ob.data.attributes["Side"].data.foreach_get("color_srgb", colors)
+        red, green, _, _ = colors.reshape(-1, 3, 4).mean(axis=1).T
+        inner = np.sort(np.abs(middles), axis=1)[:, 1] < 0.85  # far from all edges
+        np.testing.assert_array_equal(red[inner], middles[inner, 0] > 0.9)
+        np.testing.assert_array_equal(green[inner], middles[inner, 2] > 0.9)
+
+    def test_collections_parent_and_custom_properties_stay(self) -> None:
+        scene = bpy.context.scene.collection
+        for name in ("One", "Two", "Other"):
+            scene.children.link(bpy.data.collections.new(name))
+        parent = bpy.data.objects.new("Parent", None)
+        scene.objects.link(parent)
+        parent.matrix_world = Matrix.Translation((1, 0, 0)) @ Matrix.Rotation(0.5, 4, "Z")
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+        source = bpy.context.active_object
+        for collection in [*source.users_collection]:
+            collection.objects.unlink(source)
+        for name in ("One", "Two"):
+            bpy.data.collections[name].objects.link(source)
+        source.parent, source.location = parent, (0, 0, 2)
+        source["part"], source["limit"] = "head", 3
+        source.id_properties_ui("limit").update(min=0, max=10, description="How many")
+        source.pass_index = 4
+        bpy.context.view_layer.update()
+        before = source.matrix_world.copy()
+        ob = self.fit(source)
+        self.assertEqual({c.name for c in ob.users_collection}, {"One", "Two"})
+        self.assertEqual(ob.parent, parent)
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(ob.matrix_world.translation, before.translation, atol=1e-5)
+        np.testing.assert_allclose(ob.location, (0, 0, 2), atol=1e-5)
+        self.assertEqual((ob["part"], ob["limit"], ob.pass_index), ("head", 3, 4))
+        self.assertEqual(ob.id_properties_ui("limit").as_dict()["max"], 10)
+        parent.location.x += 5
+        bpy.context.view_layer.update()
+        self.assertAlmostEqual(ob.matrix_world.translation.x, before.translation.x + 5, places=4)
+
+    def test_the_origin_stays_where_the_shape_still_fits(self) -> None:
+        """A figure of 1 x 0.5 x 2 that stands on its origin, a little to its left: across and in
+        depth its origin is kept, and not in its height, which would halve its size."""
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        points = (vertices(source) * (0.5, 0.25, 1) + (0.1, 0.2, 1)).astype(np.float32)
+        source.data.vertices.foreach_set("co", points.ravel())
+        source.location = (3, 2, 1)
+        bpy.context.view_layer.update()
+        notice = module("blender.notice")
+        with patch.object(notice, "tell") as told:
+            ob = self.fit(source)
+        np.testing.assert_allclose(ob.matrix_world.translation, (3, 2, 2), atol=1e-5)
+        self.assertEqual(ob.matrix_world.translation[:2], source.location[:2])
+        sentences = [call.args[0] for call in told.call_args_list]
+        self.assertTrue(any("Along Z the" in sentence for sentence in sentences), sentences)
+        self.assertLess(self.gaps(source, ob).max(), 0.05)
+
+    def test_what_cannot_come_along_is_named(self) -> None:
+        left_behind = module("blender.scene.succession").left_behind
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        self.assertEqual(left_behind(source), "")
+        source.shape_key_add(name="Basis")
+        source.modifiers.new("Bevel", "BEVEL")
+        source.constraints.new("LIMIT_SCALE")
+        source.data.attributes.new("crease_edge", "FLOAT", "EDGE")
+        self.assertEqual(left_behind(source), "shape keys, modifiers, constraints, creases")
 
     @long
     def test_same_seed_same_field(self) -> None:

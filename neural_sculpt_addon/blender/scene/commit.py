@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
-from . import sculpt_steps, stroke_list
-from .mesh import carried, preview, proxy_mesh
+from . import sculpt_steps, stroke_list, succession
+from .mesh import attributes, carried, preview, proxy_mesh
+from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, field_of
 from .stroke_list import Entry
@@ -59,20 +60,26 @@ class ShownAs:
 
 
 def create_field(
-    new: NewField, result: Message, report: Mapping[str, Any], replaced: Object | None = None
+    new: NewField,
+    result: Message,
+    report: Mapping[str, Any],
+    replaced: Object | None = None,
+    worn: Attributes | None = None,
 ) -> Object:
     """Add an object for a field that has no strokes yet, and select it in Object Mode.
 
-    `replaced`, the mesh whose place it takes, is hidden; it hands on its materials and its color.
+    replaced: the mesh whose place it takes, which is hidden and hands on what hangs on the object
+    worn:     what hung on that mesh
     """
     base = _bytes(result, "field")
-    state = _State(new_revision(), json.dumps(report), _geometry(result, smooth=True))
+    geometry = replace(_geometry(result, smooth=True), attributes=worn)
+    state = _State(new_revision(), json.dumps(report), geometry)
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
     ob.matrix_world = new.matrix
     with in_window():
-        bpy.context.collection.objects.link(ob)
+        succession.link(ob, replaced)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
     group = field_of(ob)
@@ -81,7 +88,7 @@ def create_field(
     group.resolution = new.resolution
     _write(ob, state)
     if replaced is not None:
-        _dress(ob, replaced)
+        succession.inherit(ob, replaced)
     push_undo(f"Add {new.name}")
     return ob
 
@@ -209,7 +216,7 @@ def foresee(ob: Object, result: Message) -> bool:
         return False
     mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
     return carried.foresee(
-        mesh, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+        ob, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
     )
 
 
@@ -269,10 +276,10 @@ def _geometry(result: Message, smooth: bool) -> Geometry:
 
 
 def _next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, with what brushes painted on that of the object."""
+    """The mesh of a result, with what hangs on that of the object."""
     geometry, mesh = _geometry(result, smooth), proxy_mesh.mesh_of(ob)
-    painted = carried.carried(mesh, lambda: preview.true_positions(mesh), geometry)
-    return replace(geometry, painted=painted)
+    painted, kept = carried.carried(ob, lambda: preview.true_positions(mesh), geometry)
+    return replace(geometry, painted=painted, attributes=kept)
 
 
 def _write(ob: Object, state: _State) -> None:
@@ -284,7 +291,11 @@ def _write(ob: Object, state: _State) -> None:
 
 def _fill(ob: Object, geometry: Geometry) -> None:
     """Write the proxy."""
-    proxy_mesh.fill(_own_mesh(ob), geometry)
+    mesh = _own_mesh(ob)
+    proxy_mesh.fill(mesh, geometry)
+    if geometry.attributes is not None:
+        attributes.write(ob, geometry.attributes)
+        mesh.update_tag()
 
 
 def _own_mesh(ob: Object) -> Mesh:
@@ -306,22 +317,6 @@ def _present(ob: Object, replaced: Object | None) -> None:
             ob.local_view_set(space, True)
     select(ob)
     _hide(replaced)
-
-
-def _dress(ob: Object, like: Object) -> None:
-    """Give an object the materials and the color of another mesh. The one that most of its faces
-    have comes first, for all faces of a proxy have that."""
-    mesh, shape = ob.data, like.data
-    assert isinstance(mesh, Mesh) and isinstance(shape, Mesh)
-    materials = [slot.material for slot in like.material_slots]
-    if materials:
-        faces = np.empty(len(shape.polygons), np.int32)
-        shape.polygons.foreach_get("material_index", faces)
-        count = np.bincount(faces.clip(0, len(materials) - 1), minlength=len(materials))
-        materials.insert(0, materials.pop(int(count.argmax())))
-    for material in materials:
-        mesh.materials.append(material)
-    ob.color = like.color
 
 
 def _hide(ob: Object | None) -> None:

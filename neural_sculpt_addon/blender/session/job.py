@@ -52,6 +52,7 @@ class Job:
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
     told_why: hears why there is no result, of a job that is done behind the others
+    foresee: works some milliseconds at what `apply` needs; whether there is more to do
     keep:    puts the strokes into the history as muted, when they cannot be applied
     deaths:  of workers that had the job; after the second it ends
     resent:  whether the worker lacked bytes that it should have had, and got all once more
@@ -70,6 +71,7 @@ class Job:
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None
     told_why: Callable[[str], None] | None = None
+    foresee: Callable[[Message], bool] | None = None
     keep: Callable[[], None] | None = None
     deaths: int = 0
     status: JobStatus = JobStatus.QUEUED

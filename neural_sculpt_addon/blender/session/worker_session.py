@@ -283,6 +283,8 @@ class Session(JobQueue):
     def _foresee(self, job: Job, message: Message) -> bool:
         """Whether there still is to be found what the next proxy takes over from that of now. Of
         what a brush did the proxy is another one when that reaches the scene."""
+        if job.foresee is not None:
+            return job.foresee(message)
         ob = None if job.target is None else find(job.target)
         if ob is None or "vertices" not in message.arrays or job.kind is JobKind.BRUSHED:
             return False

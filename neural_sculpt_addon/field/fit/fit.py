@@ -105,6 +105,7 @@ def fit_mesh(
     open_parts: str | None = None,
     thickness: float | None = None,
     seed: int = 0,
+    keep_origin: bool = False,
     progress: Progress = silent,
     preview: Callable[[Fit], None] = lambda _: None,
     enough: Callable[[], bool] = lambda: False,
@@ -115,6 +116,7 @@ def fit_mesh(
     width:     of the network, one of `WIDTHS`
     open_parts: what becomes of them, see `Open`; without it solids, or what has the `thickness`
     thickness: of open parts, mesh units; a sensible one is chosen where it is asked for without
+    keep_origin: whether the mesh's origin is that of the field, see `mesh_cleanup.placed`
     preview:   given the field now and then; while the network learns, its report has its "error"
     enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
     The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
@@ -138,7 +140,7 @@ def fit_mesh(
         schedule = BENEATH_DETAIL
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")
-    mesh, notes = prepare(clean(vertices, triangles), kind, thickness)
+    mesh, notes = prepare(clean(vertices, triangles, keep_origin), kind, thickness)
     x, y, z = (float(coordinate) for coordinate in mesh.center)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.02, 0.08))
 

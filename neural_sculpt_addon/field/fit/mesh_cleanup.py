@@ -4,7 +4,7 @@
 Meshes come as artists have them: vertices doubled along seams, faces doubled, collapsed or flipped,
 several pieces, nested or not, at any scale and place. What can be repaired is repaired and counted;
 what cannot raises SculptError. The result is in model space, its longest side 1.7, centred on the
-origin.
+origin, or about the origin that it came with as far as that leaves it nearly as large.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from ...common.errors import SculptError
 from .mesh_winding import facing
 
 LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
+SMALLER = 1.25  # at most, so that the origin stays where it is: cells are larger by as much
 WELD_CELLS = 1 << 20  # along the longest side: vertices that share one become one
 MOST_FACES = 2_000_000  # more than the finest level of a field can hold
 CLUSTERS = 1000  # cells along the longest side where there are more; fewer until there are not,
@@ -34,7 +35,7 @@ class CleanMesh:
     """A welded triangle mesh in model space; pieces face outward, but for walls of cavities.
 
     mesh space = scale * model space + center. A piece is what hangs together by edges of two faces.
-    `repairs` counts what was done, by name.
+    `repairs` counts what was done, by name. keeps_origin: whether it is scaled about its origin.
     """
 
     vertices: NDArray[np.float64]  # (V, 3)
@@ -43,6 +44,7 @@ class CleanMesh:
     scale: float
     center: NDArray[np.float64]  # (3,)
     repairs: dict[str, int]
+    keeps_origin: bool = False
 
     @property
     def corners(self) -> NDArray[np.float64]:
@@ -50,13 +52,15 @@ class CleanMesh:
         return self.vertices[self.triangles]
 
 
-def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
+def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) -> CleanMesh:
     """The mesh of `vertices` (V, 3) and `triangles` (F, 3), any real and integer types, repaired.
+
+    keep_origin: whether the mesh's origin becomes that of model space, see `placed`
 
     SculptError when it has no faces, no extent, or coordinates that are not numbers.
     """
     points, faces = _checked(vertices, triangles)
-    points, scale, center = _normalised(points, _resolution(vertices))
+    points, scale, center = _normalised(points, _resolution(vertices), keep_origin)
     count = len(faces)
     points, faces = _decimate(points, faces)
     decimated = count - len(faces)
@@ -71,7 +75,24 @@ def clean(vertices: ArrayLike, triangles: ArrayLike) -> CleanMesh:
     faces, pieces, flipped = _orient(points, faces)
     repairs = {"decimated": decimated} if decimated else {}
     repairs |= {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
-    return CleanMesh(points, faces, pieces, scale, center, repairs)
+    return CleanMesh(points, faces, pieces, scale, center, repairs, keep_origin)
+
+
+def placed(
+    low: NDArray[np.float64], high: NDArray[np.float64], origin: NDArray[np.float64] | None = None
+) -> tuple[float, NDArray[np.float64]]:
+    """Scale and center (3,) that bring a box into model space.
+
+    low, high: its corners (3,)
+    origin:    (3,), what becomes the center along each axis along which that makes the shape
+               smaller by SMALLER at most; along others it is the middle
+    """
+    half, middle = (high - low) / 2, (low + high) / 2
+    if origin is None:
+        return float((high - low).max()) / LONGEST_SIDE, middle
+    near = np.abs(middle - origin) + half <= SMALLER * half.max()
+    center = np.where(near, origin, middle)
+    return float((np.abs(middle - center) + half).max()) * 2 / LONGEST_SIDE, center
 
 
 def areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -118,7 +139,7 @@ def _resolution(vertices: ArrayLike) -> float:
 
 
 def _normalised(
-    points: NDArray[np.float64], resolution: float
+    points: NDArray[np.float64], resolution: float, keep_origin: bool
 ) -> tuple[NDArray[np.float64], float, NDArray[np.float64]]:
     low, high = points.min(axis=0), points.max(axis=0)
     with np.errstate(over="ignore"):
@@ -134,7 +155,7 @@ def _normalised(
             "The mesh is so far from its origin that its shape is lost in rounding."
             " Move the mesh back to the object's origin."
         )
-    scale, center = longest / LONGEST_SIDE, (low + high) / 2
+    scale, center = placed(low, high, np.zeros(3) if keep_origin else None)
     return (points - center) / scale, scale, center
 
 

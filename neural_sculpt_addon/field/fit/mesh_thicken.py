@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from .mesh_cleanup import LONGEST_SIDE, CleanMesh, normals
+from .mesh_cleanup import CleanMesh, normals, placed
 
 SMOOTH = 0.01  # of the trace: with less, vertices slide along nearly flat faces
 LONGEST = 2.0  # of an offset, where faces meet at a sharp edge
@@ -44,8 +44,8 @@ def thicken(mesh: CleanMesh, thickness: float, faces: NDArray[np.bool_] | None =
     band = [np.stack([b, a, low_a], axis=1), np.stack([b, low_a, low_b], axis=1)]
     shells = np.concatenate([upper, upper[:, ::-1] + len(points), *band])
     vertices = np.concatenate([points + step, points - step, mesh.vertices])
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    middle, growth = (low + high) / 2, float((high - low).max()) / LONGEST_SIDE
+    origin = -mesh.center / mesh.scale if mesh.keeps_origin else None
+    growth, middle = placed(vertices.min(axis=0), vertices.max(axis=0), origin)
     return replace(
         mesh,
         vertices=(vertices - middle) / growth,

@@ -116,8 +116,8 @@ class Jobs:
         return Payload({}, proxy_arrays(shown))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
-        """primitive, or preset, detail, width, open, thickness, seed, resolution <mesh> -> id,
-        scale, center, report <field, proxy>.
+        """primitive, or preset, detail, width, open, thickness, seed, keep_origin, resolution
+        <mesh> -> id, scale, center, report <field, proxy>.
 
         Unless open is "thickness", or there is a thickness, sheets are refused. With `preview`,
         scale, center, report <proxy> come now and then.
@@ -145,6 +145,7 @@ class Jobs:
                 open_parts=job.fields.get("open"),
                 thickness=float(read_numbers(job, "thickness", 1)[0]) if sheets else None,
                 seed=read(job, "seed", int),
+                keep_origin=job.fields.get("keep_origin", False),
                 progress=sub_progress(progress, 0.0, 0.9),
                 preview=show if job.fields.get("preview") else lambda _: None,
                 enough=job.enough,

@@ -525,3 +525,23 @@ def test_progress_tells_the_error_and_cancels():
     fractions = [fraction for fraction, _ in seen]
     assert fractions == sorted(fractions)
     assert any("error 0." in text for _, text in seen)
+
+
+def test_the_origin_is_kept_where_the_shape_stays_nearly_as_large() -> None:
+    """A sphere of radius 1 whose middle is 0.2 beside its origin in X and 0.5 below it in Z."""
+    vertices = SPHERE.vertices / np.linalg.norm(SPHERE.vertices, axis=1).max() + (0.2, 0, -0.5)
+    plain = clean(vertices, SPHERE.faces)
+    np.testing.assert_allclose(plain.center, (0.2, 0, -0.5), atol=0.01)
+    kept = clean(vertices, SPHERE.faces, keep_origin=True)
+    np.testing.assert_allclose(kept.center, (0, 0, -0.5), atol=0.01)
+    assert kept.center[0] == 0
+    assert kept.scale == pytest.approx(1.2 / 0.85, rel=0.01)  # its farthest point is 1.2 away
+    np.testing.assert_allclose(np.ptp(kept.vertices, axis=0) * kept.scale, 2, atol=0.02)
+    assert np.abs(kept.vertices).max() == pytest.approx(0.85)
+
+
+def test_a_sheet_that_gets_thick_keeps_the_origin_too() -> None:
+    vertices, triangles = sheet(height=0)
+    vertices = np.add(vertices, (0.2, 0, 0))
+    thick = thicken(clean(vertices, triangles, keep_origin=True), 0.2)
+    assert thick.center[0] == pytest.approx(0, abs=1e-12)

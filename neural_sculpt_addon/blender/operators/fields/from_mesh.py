@@ -19,9 +19,11 @@ from ... import notice, preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
+from ...scene.mesh.dress import Dress
 from ...scene.objects import find
 from ...scene.properties import LOCAL, solver_property
 from ...scene.proxy_properties import refinement
+from ...scene.succession import has_maps, left_behind
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
@@ -105,6 +107,15 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         row.active = self.open_parts == "THICKNESS"
         row.prop(self, "thickness")
         layout.prop(self, "seed")
+        source = context.active_object
+        if source is None or source.type != "MESH":
+            return
+        column = layout.column(align=True)
+        if left := left_behind(source):
+            column.label(text="Stays with the mesh, which is hidden:", icon="INFO")
+            column.label(text=left, icon="BLANK1", translate=False)
+        if has_maps(source):
+            column.label(text="UV maps are approximate along their seams", icon="INFO")
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
@@ -112,6 +123,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         source = context.active_object
         assert source is not None
         vertices, triangles, frame = read_source(source, context)
+        dress = read_dress(source, context, vertices)
         resolution = preferences.resolution()
         name, uid, solver = source.name, source.session_uid, self.solver
 
@@ -126,6 +138,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "open": self.open_parts.lower(),
             "thickness": (self.thickness or None) if self.open_parts == "THICKNESS" else None,
             "seed": self.seed,
+            "keep_origin": True,
             "resolution": resolution,
             **refinement(),
             "preview": not session.waits,
@@ -136,11 +149,18 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             place_now = place(result)
             new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver)
             report = result.fields["report"]
-            create_field(new, result, report, replaced=find(uid))
+            create_field(new, result, report, find(uid), dress.worn(result))
+            axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
+            if axes:
+                notice.tell(
+                    f"The origin of {name} is far from its middle. Along {', '.join(axes)} the"
+                    " field's own, and with it the plane of symmetry, is the middle."
+                )
             for note in report.get("notes", ()):
                 notice.tell(note)
 
         job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
+        job.foresee = dress.foresee
         job.preview = lambda preview: fit_overlay.show(
             preview, place(preview), lambda: job in session.jobs
         )
@@ -154,6 +174,16 @@ def read_source(
     location, rotation, _ = source.matrix_world.decompose()
     frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
     return *read_in(source, context, frame), frame
+
+
+def read_dress(source: Object, context: Context, vertices: NDArray[np.float32]) -> Dress:
+    """What hangs on the evaluated mesh, whose vertices (V, 3) `read_source` gave."""
+    evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
+    turned = source.matrix_world.determinant() < 0
+    try:
+        return Dress.of(evaluated, evaluated.to_mesh(), vertices, turned)
+    finally:
+        evaluated.to_mesh_clear()
 
 
 def read_in(

@@ -1,71 +1,70 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masks, face sets and what is hidden, carried from a proxy to the one that takes its place.
+"""What hangs on a proxy beside its shape, carried to the one that takes its place.
 
-Each vertex gets the mask of the nearest one before, each face what the nearest face had. What a
-stroke has left alone is the same in both, and keeps its values exactly, however often it happens.
-Model space.
+Each vertex gets the mask of the nearest one before, each face the face set of the nearest face, and
+is hidden as that was; colors, UV maps, materials and vertex groups come from the closest point
+(`sources`). What a stroke has left alone is the same in both, and keeps its values exactly, however
+often it happens. Where there is nothing of that it costs nothing. Model space.
 """
 
 import time
-from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Generator, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from bpy.types import Mesh
+from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
-from ....interaction.nearest_points import PART, Indices, search
-from . import brush_attributes
+from .. import sculpt_steps
+from ..objects import found
+from ..sculpt_steps import Step
+from . import attributes, brush_attributes
+from .attributes import FACE, Attributes
 from .brush_attributes import FACE_SET, HIDDEN_EDGE, HIDDEN_FACE, HIDDEN_VERTEX, MASK
-from .proxy_mesh import Geometry, corners_of
+from .proxy_mesh import Geometry, corners_of, mesh_of
+from .sources import VERTEX, Sources, Surface
 
 Vectors = NDArray[np.float32]
+Painted = Mapping[str, NDArray[Any]]
 
 BUDGET = 0.005  # seconds that `foresee` works in
 
 
 @dataclass(eq=False)
-class _Sources:
-    """The vertex and the face of a mesh that each of the next one is nearest to, found in steps.
+class _Foreseen:
+    """What is found ahead of time, for a mesh that will come.
 
-    before, faces:    vertices (V, 3) of the mesh, and its `_faces` when these are asked for
-    after, triangles: vertices (N, 3) of the next one, and its corners (T, 3)
+    key:    its vertices, the very array
+    step:   of Blender's history at which the mesh of now was read; None where nothing hangs on it
+            but what brushes painted, or the history cannot be read
+    result: the attributes of the mesh that will come, when it is whole
     """
 
-    before: Vectors
-    faces: NDArray[np.generic]
-    after: Vectors
-    triangles: NDArray[np.int32]
-    of_vertices: bool
-    of_faces: bool
-    vertices: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # (N,)
-    middles: Indices = field(default_factory=lambda: np.empty(0, np.intp))  # (T,)
-
-    def steps(self) -> Generator[None, None, None]:
-        """Find them; rests after some milliseconds each."""
-        if self.of_vertices:
-            self.vertices = yield from search(self.after, self.before)
-        if self.of_faces:
-            old = yield from _middles(self.before, self.faces)
-            new = yield from _middles(self.after, self.triangles)
-            self.middles = yield from search(new, old)
-
-    def is_as(self, other: "_Sources") -> bool:
-        """Whether the same is asked for, of the same meshes."""
-        return (self.of_vertices, self.of_faces) == (other.of_vertices, other.of_faces) and all(
-            np.array_equal(getattr(self, name), getattr(other, name))
-            for name in ("before", "faces", "after", "triangles")
-        )
-
-
-@dataclass(eq=False)
-class _Foreseen:
-    """What is found ahead of time, for the mesh `key` that will come."""
-
     key: Vectors
-    sources: _Sources
-    steps: Generator[None, None, None]
+    sources: Sources
+    step: Step | None
+    result: Attributes | None = None
     is_whole: bool = False
+
+    def __post_init__(self) -> None:
+        self._steps: Generator[None, None, None] | None = None
+
+    def work(self, target: int, seconds: float) -> None:
+        """Find some more, for the object with this session_uid."""
+        end = time.perf_counter() + seconds
+        self._steps = self._steps or self.find(target)
+        while not self.is_whole and time.perf_counter() < end:
+            self.is_whole = next(self._steps, True) is True
+
+    def find(self, target: int) -> Generator[None, None, None]:
+        """All of it, in steps."""
+        if not _keeps(found(target)):
+            yield from self.sources.steps({})
+            return
+        before = yield from attributes.read(lambda: found(target), lambda: mesh_of(found(target)))
+        yield from self.sources.steps(before.layers)
+        self.result = yield from self.sources.transfer(before)
 
 
 _foreseen: list[_Foreseen] = []
@@ -73,24 +72,25 @@ _foreseen: list[_Foreseen] = []
 
 
 def foresee(
-    mesh: Mesh, positions: Callable[[], Vectors], vertices: Vectors, triangles: NDArray[np.int32]
+    ob: Object, positions: Callable[[], Vectors], vertices: Vectors, triangles: NDArray[np.int32]
 ) -> bool:
     """Work for a few milliseconds at what `carried` will need for a mesh that comes; whether there
     is more to do. It is told by the same array of vertices each time.
 
-    positions:           tells the vertices (V, 3) of the mesh as it is
+    positions:           tells the vertices (V, 3) of the object's mesh as it is
     vertices, triangles: (N, 3), (T, 3) of the one that comes, already looked through
     """
     ready = next((each for each in _foreseen if each.key is vertices), None)
-    if ready is None or ready.is_whole:
-        sources = _asked(mesh, _painted(mesh), positions, vertices, triangles)
-        if sources is None or (ready is not None and ready.sources.is_as(sources)):
+    step = _step(ob)
+    if ready is None or ready.is_whole or ready.step != step:
+        sources = _asked(ob, _painted(mesh_of(ob)), positions, vertices, triangles)
+        if sources is None or (
+            ready is not None and ready.step == step and ready.sources.is_as(sources)
+        ):
             return False
-        _foreseen[:] = [_Foreseen(vertices, sources, sources.steps())]
+        _foreseen[:] = [_Foreseen(vertices, sources, step)]
         return True
-    end = time.perf_counter() + BUDGET
-    while not ready.is_whole and time.perf_counter() < end:
-        ready.is_whole = next(ready.steps, True) is True
+    ready.work(ob.session_uid, BUDGET)
     return True
 
 
@@ -100,58 +100,75 @@ def forget() -> None:
 
 
 def carried(
-    mesh: Mesh, positions: Callable[[], Vectors], new: Geometry
-) -> dict[str, NDArray[np.generic]]:
-    """The attributes of the mesh as `new` will have them, without those that say nothing.
+    ob: Object, positions: Callable[[], Vectors], new: Geometry
+) -> tuple[Painted, Attributes | None]:
+    """What brushes painted on the object's mesh and what else hangs on it, as `new` will have them,
+    without what says nothing.
 
     positions: tells the vertices (V, 3) of the mesh, if they are needed
 
-    Of a whole new mesh of 250,000 triangles it takes up to a second, unless it was foreseen.
+    Of a whole new mesh of 250,000 triangles it takes up to a second or two, unless it was foreseen.
     """
-    painted, found = _painted(mesh), {}
+    mesh, painted = mesh_of(ob), {}
+    given = _painted(mesh)
     after, triangles = new.vertices.reshape(-1, 3), new.corners.reshape(-1, 3)
-    sources = _asked(mesh, painted, positions, after, triangles)
+    sources = _asked(ob, given, positions, after, triangles)
     if sources is None:
-        return {}
-    ready = next((f.sources for f in _foreseen if f.is_whole and f.sources.is_as(sources)), None)
-    if ready is None:
-        ready = sources
-        for _ in ready.steps():
+        return {}, None
+    ready = next((f for f in _foreseen if f.is_whole and f.sources.is_as(sources)), None)
+    if ready is None or (_keeps(ob) and (ready.step is None or ready.step != _step(ob))):
+        ready = _Foreseen(after, sources, None)
+        for _ in ready.find(ob.session_uid):
             pass
     forget()
-    if MASK in painted:
-        found[MASK] = painted[MASK][ready.vertices]
-    if FACE_SET in painted:
-        found[FACE_SET] = painted[FACE_SET][ready.middles]
-    if (hidden := _hidden_faces(mesh, painted)).any():
-        found |= _hidden(new, hidden[ready.middles])
-    return found
+    sources = ready.sources
+    if MASK in given:
+        painted[MASK] = given[MASK][sources.vertices]
+    if FACE in sources.places:
+        faces, surface = sources.places[FACE].index, sources.before
+        if FACE_SET in given:
+            painted[FACE_SET] = surface.own(given[FACE_SET], FACE)[faces]
+        if (hidden := _hidden_faces(mesh, given)).any():
+            painted |= _hidden(new, surface.own(hidden, FACE)[faces])
+    return painted, ready.result
 
 
 def _asked(
-    mesh: Mesh,
-    painted: dict[str, np.ndarray],
+    ob: Object,
+    painted: Painted,
     positions: Callable[[], Vectors],
     vertices: NDArray[np.generic],
     triangles: NDArray[np.generic],
-) -> _Sources | None:
+) -> Sources | None:
     """What `carried` has to find; None when that is nothing."""
-    if not painted or not len(triangles) or not len(mesh.polygons):
+    mesh = mesh_of(ob)
+    wanted = attributes.domains(ob, mesh)
+    if MASK in painted:
+        wanted |= {VERTEX}
+    if FACE_SET in painted or _hidden_faces(mesh, painted).any():
+        wanted |= {FACE}
+    if not wanted or not len(triangles) or not len(mesh.polygons):
         return None
-    of_faces = FACE_SET in painted or bool(_hidden_faces(mesh, painted).any())
-    if MASK not in painted and not of_faces:
-        return None
-    return _Sources(
-        positions(),
-        _faces(mesh) if of_faces else np.empty((0, 3), np.float32),
+    return Sources(
+        Surface.of(mesh, positions()),
         np.ascontiguousarray(vertices, np.float32),
         np.ascontiguousarray(triangles, np.int32),
-        MASK in painted,
-        of_faces,
+        frozenset(wanted),
     )
 
 
-def _hidden_faces(mesh: Mesh, painted: dict[str, np.ndarray]) -> NDArray[np.bool_]:
+def _step(ob: Object) -> Step | None:
+    """Of Blender's history, at which what hangs on the mesh was as it is: whatever the artist does
+    to it is a step. None where nothing does."""
+    return sculpt_steps.active() if _keeps(ob) else None
+
+
+def _keeps(ob: Object) -> bool:
+    """Whether more hangs on the mesh than what brushes painted."""
+    return bool(attributes.domains(ob, mesh_of(ob)))
+
+
+def _hidden_faces(mesh: Mesh, painted: Mapping[str, np.ndarray]) -> NDArray[np.bool_]:
     """Which faces (F,) are hidden, or have a hidden vertex."""
     hidden = painted.get(HIDDEN_FACE, np.zeros(len(mesh.polygons), bool))
     if HIDDEN_VERTEX in painted and _is_triangles(mesh):
@@ -173,27 +190,5 @@ def _painted(mesh: Mesh) -> dict[str, np.ndarray]:
     return {name: values for name, values in brush_attributes.read(mesh).items() if values.any()}
 
 
-def _faces(mesh: Mesh) -> NDArray[np.generic]:
-    """The corners (F, 3) of triangles, or the middles (F, 3) of faces of any kind."""
-    if _is_triangles(mesh):
-        return corners_of(mesh)
-    flat = np.empty(3 * len(mesh.polygons), np.float32)
-    mesh.polygons.foreach_get("center", flat)
-    return flat.reshape(-1, 3)
-
-
 def _is_triangles(mesh: Mesh) -> bool:
     return len(mesh.loops) == 3 * len(mesh.polygons)
-
-
-def _middles(positions: Vectors, faces: NDArray[np.generic]) -> Generator[None, None, Vectors]:
-    """The middles (F, 3) of `_faces`, in steps."""
-    if faces.dtype == np.float32:
-        return faces.astype(np.float32)
-    found = np.empty((len(faces), 3), np.float32)
-    for start in range(0, len(faces), PART):
-        part = slice(start, start + PART)
-        a, b, c = (positions.take(corner, axis=0) for corner in faces[part].T)
-        found[part] = (a + b + c) / np.float32(3)
-        yield
-    return found

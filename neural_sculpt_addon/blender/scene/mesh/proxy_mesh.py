@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ....common.errors import SculptError
 from . import brush_attributes
+from .attributes import Attributes
 
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
 """Earlier Blenders ignore the attribute; their own smooth normals serve."""
@@ -56,7 +57,8 @@ def in_dyntopo(ob: Object) -> bool:
 class Geometry:
     """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
 
-    normals are None, or flat is, as they are shaded; painted is what Blender's brushes painted
+    normals are None, or flat is, as they are shaded; painted is what Blender's brushes painted, and
+    attributes what else hangs on the mesh of an object, which `attributes.write` gives it
     """
 
     vertices: NDArray[np.float32]  # (3 V,)
@@ -68,6 +70,7 @@ class Geometry:
     flat: NDArray[np.bool_] | None  # (F,)
     filled: str
     painted: Mapping[str, NDArray[np.generic]] = field(default_factory=dict)
+    attributes: Attributes | None = None
 
 
 def geometry(

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A field takes the place of the object that it was fitted to: its collections and parent, its
+materials, color and custom properties. What stays with that object is told by `left_behind`.
+"""
+
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Mesh, Object
+
+NO_DEFORMING = {"ARMATURE", "LATTICE"}
+"""Types of parents that also deform: the shape is fitted as they show it already."""
+
+
+def link(ob: Object, like: Object | None) -> None:
+    """Put an object into the collections of another one that is in the view layer, and else into
+    the active collection."""
+    context = bpy.context
+    seen = like is not None and like.name in context.view_layer.objects  # pyright: ignore
+    for collection in like.users_collection if like is not None and seen else [context.collection]:
+        collection.objects.link(ob)  # pyright: ignore
+
+
+def inherit(ob: Object, like: Object) -> None:
+    """Give an object what hangs on another one; its place in the world stays."""
+    mesh = ob.data
+    assert isinstance(mesh, Mesh)
+    for slot in like.material_slots:
+        mesh.materials.append(slot.material)
+    ob.color, ob.pass_index = like.color, like.pass_index
+    registered = type(ob).bl_rna.properties
+    for key in like.keys():  # noqa: SIM118 - an object is no mapping
+        if key not in registered:
+            value = like[key]
+            ob[key] = value.to_dict() if hasattr(value, "to_dict") else value
+            if isinstance(value, int | float | str):
+                described = like.id_properties_ui(key).as_dict()  # pyright: ignore
+                ob.id_properties_ui(key).update(**described)  # pyright: ignore
+    if like.parent is not None:
+        _follow(ob, like)
+
+
+def _follow(ob: Object, like: Object) -> None:
+    """Give an object the parent of another, unless its uneven scale would distort it."""
+    place = ob.matrix_world.copy()
+    ob.parent, ob.parent_bone = like.parent, like.parent_bone
+    ob.parent_type = "OBJECT" if like.parent_type in NO_DEFORMING else like.parent_type
+    ob.parent_vertices = like.parent_vertices
+    ob.matrix_parent_inverse = like.matrix_parent_inverse
+    ob.matrix_world = place
+    bpy.context.view_layer.update()  # pyright: ignore[reportOptionalMemberAccess]
+    size = max(np.abs(np.array(place)).max(), 1e-12)
+    if np.abs(np.array(ob.matrix_world) - np.array(place)).max() > 1e-4 * size:
+        ob.parent = None
+        ob.matrix_world = place
+
+
+def left_behind(ob: Object) -> str:
+    """What a field does not get of a mesh object that has it, in the artist's language."""
+    return ", ".join(iface_(name) for name, has in _LEFT.items() if has(ob))
+
+
+def has_maps(ob: Object) -> bool:
+    """Whether the object has UV maps, of which seams are rough on a field."""
+    return isinstance(ob.data, Mesh) and len(ob.data.uv_layers) > 0
+
+
+def _mesh(ob: Object) -> Mesh:
+    assert isinstance(ob.data, Mesh)
+    return ob.data
+
+
+def _names(*names: str) -> Callable[[Object], bool]:
+    """Whether the mesh has an attribute of one of these names."""
+    return lambda ob: any(name in _mesh(ob).attributes for name in names)
+
+
+_LEFT: dict[str, Callable[[Object], bool]] = {
+    n_("shape keys"): lambda ob: _mesh(ob).shape_keys is not None,
+    n_("modifiers"): lambda ob: len(ob.modifiers) > 0,
+    n_("constraints"): lambda ob: len(ob.constraints) > 0,
+    n_("animation"): lambda ob: ob.animation_data is not None,
+    n_("children"): lambda ob: len(ob.children) > 0,
+    n_("custom normals"): lambda ob: _mesh(ob).has_custom_normals,
+    n_("creases"): _names("crease_edge", "crease_vert"),
+    n_("bevel weights"): _names("bevel_weight_edge", "bevel_weight_vert"),
+    n_("marked seams"): _names("uv_seam", ".uv_seam"),
+    n_("sharp edges"): _names("sharp_edge"),
+    n_("masks and face sets"): _names(".sculpt_mask", ".sculpt_face_set"),
+}
+"""All of it stays with the mesh, modifiers with what they do: the field has their result."""
