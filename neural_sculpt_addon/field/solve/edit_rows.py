@@ -32,8 +32,9 @@ from .spline_system import Array, Rows
 PRESERVE, AROUND = 2.5, 0.3
 """Weights of rows; a target has 1."""
 
-STEEP = 0.5
-"""Weight of a slope row, in cells: what one unit of slope weighs in units of length."""
+STEEP = 0.25
+"""Weight of a slope row, in cells: what one unit of slope weighs in units of length. With twice as
+much edits are a fifth less close, and their normals no closer."""
 
 UPRIGHT = 1.0
 """How much directions of slope rows lean towards the normal, along which |grad f| shows."""

@@ -50,7 +50,7 @@ LEAST_FINEST = 6
 COARSEST = 4
 """Level below which a stroke would wash out what it covers: it is refused."""
 
-DENSITY = 6.0
+DENSITY = 5.0
 """Tube samples for each cell's face: fewer leave nodes that no sample tells apart. With 8 edits are
 a tenth closer and take a tenth longer."""
 
