@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.detail import cells_of, distinct, spacing
-from neural_sculpt_addon.field.problem.problem import pose
+from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve.edit_rows import AROUND, EditedSurface
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
