@@ -32,9 +32,9 @@ from .spline_system import Array, Rows
 PRESERVE, AROUND = 2.5, 0.3
 """Weights of rows; a target has 1."""
 
-STEEP = 0.25
-"""Weight of a slope row, in cells: what one unit of slope weighs in units of length. With twice as
-much edits are a fifth less close, and their normals no closer."""
+STEEP = 0.5
+"""Weight of a slope row, in cells: what one unit of slope weighs in units of length. With half as
+much edits are a fifth closer, but crumbs come beside high ridges."""
 
 UPRIGHT = 1.0
 """How much directions of slope rows lean towards the normal, along which |grad f| shows."""
@@ -48,7 +48,10 @@ STEEPEST = 2.0
 BEYOND = 0.5
 """Cells aside of its nearest sample, from which on a point may lie beyond a crease."""
 
-CLOSE = 4
+CREASED = 0.9
+"""Cosine of the angle between normals of samples beside each other, below which there is one."""
+
+CLOSE = 6
 """Samples that tell how far samples are apart there, and which side of a crease a point is on."""
 
 TRIES = 3
@@ -177,7 +180,8 @@ class EditedSurface:
 
         plane, aside: how far they are from these along and across their normals
 
-        Beyond a crease a plane goes on, and the surface does not.
+        Beyond a crease a plane goes on, and the surface does not. On a wall that is stretched
+        samples are far apart, too, but look the same way.
         """
         after = self._before_and_after[1]
         if not len(points) or len(after.points) < CLOSE:
@@ -185,10 +189,12 @@ class EditedSurface:
         apart = self._tree.query(after.points[nearest], CLOSE)[0][:, -1]  # (N,)
         across = np.maximum(aside - apart, 0)
         away, close = self._tree.query(points, CLOSE)  # (N, CLOSE)
-        planes = ((points[:, None] - after.points[close]) * after.normals[close]).sum(axis=2)
-        planes[away > away[:, :1] + apart[:, None]] = 0
+        near, others = away < away[:, :1] + apart[:, None], after.normals[close]
+        cosines = np.einsum("nka,na->nk", others, after.normals[nearest])
+        creased = (near & (cosines < CREASED)).any(axis=1)
+        planes = near * ((points[:, None] - after.points[close]) * others).sum(axis=2)
         best = np.take_along_axis(planes, np.abs(planes).argmax(axis=1)[:, None], axis=1)[:, 0]
-        return np.where(across > 0, np.copysign(np.hypot(plane, across), best), plane)
+        return np.where(creased, np.copysign(np.hypot(plane, across), best), plane)
 
     def _preserved(
         self,
