@@ -22,7 +22,8 @@ STEP = 1 / 1024
 bends of a profile, smaller ones drown in single precision."""
 
 BEND = 5e-4
-"""Between two normals whose difference tells the curvature; the same."""
+"""Model units, between two normals whose difference tells the curvature: larger ones blur detail,
+smaller ones drown in single precision."""
 
 
 def move(copies: Copies, surface: Samples) -> tuple[Samples, Array]:

@@ -26,7 +26,7 @@ from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume, bounding
 
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
-CUT = 1 / 32  # radii: of those between what bounds something and what does not
+CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
 SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
 MOST = 15_000  # vertices of those, about
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
@@ -189,9 +189,10 @@ class Folded:
         return vertices, both, np.arange(len(both)) < len(displaced)
 
     def distance(self, points: NDArray[np.float32]) -> Array:
-        """Distance (N,) of points (N, 3) near where it runs through itself from those triangles.
+        """Distance (N,) of points (N, 3) from the surface that is asked for.
 
-        Of those that are held only the ones in the box around what is near are looked at.
+        The points are near a place where that runs through itself: of the triangles that the stroke
+        does not displace, only those in the box around such places are searched.
         """
         tree, vertices, triangles = self._tree
 

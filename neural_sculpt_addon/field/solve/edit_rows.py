@@ -49,10 +49,11 @@ BEYOND = 0.5
 """Cells aside of its nearest sample, from which on a point may lie beyond a crease."""
 
 CREASED = 0.9
-"""Cosine of the angle between normals of samples beside each other, below which there is one."""
+"""Cosine of the angle between the normals of two neighbouring samples, below which there is a crease
+between them."""
 
 CLOSE = 6
-"""Samples that tell how far samples are apart there, and which side of a crease a point is on."""
+"""Nearest samples that are asked how far apart they are, and on which side of a crease a point is."""
 
 TRIES = 3
 """Points in each such cell that are brought to the surface."""

@@ -61,16 +61,17 @@ LAYERS = 5
 """Active cells above each other, where the surface hardly moves."""
 
 FEWEST = 7
-"""Tube samples at least along and across a stroke: only one less than 2.5 cells wide or long, as of
-a radius below 0.0025, would have fewer."""
+"""Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
+would have fewer: those with a radius below 0.0025."""
 
 MARGIN = 0.75
 """Cells beyond both surfaces that are active, before one more on each side: half as much is 5 %
 less close, twice as much takes a sixth longer and is not closer."""
 
 GAP = 1.5
-"""Cells, of the proxy where those are larger: how far from all tube samples a gap begins. The way
-back from the mesh tells: it is a sixth shorter with half as much, a sixth longer with twice."""
+"""Cells, of the proxy where those are larger: how far from all tube samples a gap begins. With
+half as much the result is a sixth closer to the surface asked for, as measured from the result, and
+with twice as much a sixth less close."""
 
 HIGH = 4
 """Cells that the surface moves, from which on the coarse level has nodes beside its way, too: f
