@@ -49,11 +49,10 @@ BEYOND = 0.5
 """Cells aside of its nearest sample, from which on a point may lie beyond a crease."""
 
 CREASED = 0.9
-"""Cosine of the angle between the normals of two neighbouring samples, below which there is a crease
-between them."""
+"""Cosine of the angle between normals of neighbouring samples, below which a crease is between."""
 
 CLOSE = 6
-"""Nearest samples that are asked how far apart they are, and on which side of a crease a point is."""
+"""Nearest samples, which tell how far apart they are and on which side of a crease a point is."""
 
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
