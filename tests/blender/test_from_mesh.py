@@ -184,6 +184,7 @@ class FromMesh(SculptCase):
         source = bpy.context.active_object
         points = (vertices(source) * (0.5, 0.25, 1) + (0.1, 0.2, 1)).astype(np.float32)
         source.data.vertices.foreach_set("co", points.ravel())
+        source.data.update()  # Blender 4.2 fits the cube as it was without it
         source.location = (3, 2, 1)
         bpy.context.view_layer.update()
         notice = module("blender.notice")
