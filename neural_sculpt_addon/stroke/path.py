@@ -43,9 +43,9 @@ class Path:
 
 
 class Place(NamedTuple):
-    """Where points (M, 3) lie in a stroke, by the nearest point of its path."""
+    """Where points (M, 3) lie in a stroke, by the point of its path that they lie beside."""
 
-    u: Array  # (M,), of the nearest path point
+    u: Array  # (M,), of that point
     distance: Array  # (M,), to it
     sine: Array  # (M,), +1 on the side of v, -1 on the other, in between around an end
     cosine: Array  # (M,), 0 beside the path; around an end to 1 ahead of the last, -1 behind it
@@ -91,7 +91,7 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
         index, t = vertex, np.zeros(len(x))
         following = index
     else:
-        index, t = _nearest(path.points, path.closed, x, vertex)
+        index, t = _foot(path, x, vertex)
         following = index + 1
 
     start, end = path.table.take(index, axis=0), path.table.take(following, axis=0)
@@ -127,24 +127,26 @@ def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
     return vertex
 
 
-def _nearest(
-    path: Array, closed: bool, x: Array, vertex: NDArray[np.intp]
-) -> tuple[np.ndarray, Array]:
-    """Index of the segment of `path` nearest to each x, and the place on it in [0, 1]: it is one of
-    the two at the nearest vertex."""
-    chords = np.diff(path, axis=0)
-    squares = np.maximum(np.einsum("ij,ij->i", chords, chords), 1e-30)
-    count = len(chords)
-    found = []
-    for neighbour in (vertex - 1, vertex):
-        segment = neighbour % count if closed else np.clip(neighbour, 0, count - 1)
-        offset, chord = x - path.take(segment, axis=0), chords.take(segment, axis=0)
-        t = np.clip(np.einsum("ij,ij->i", offset, chord) / squares.take(segment), 0, 1)
-        offset -= t[:, None] * chord
-        found.append((segment, t, np.einsum("ij,ij->i", offset, offset)))
-    (first, t, nearer), (second, u, farther) = found
-    closer = farther < nearer
-    return np.where(closer, second, first), np.where(closer, u, t)
+def _foot(path: Path, x: Array, vertex: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array]:
+    """The segment of the path (M,) and the place on it in [0, 1] (M,) whose plane across the path
+    passes through x (M, 3): (x - p(t)) . u(t) = 0, with p and u linear along the segment.
+
+    The nearest point of a polyline jumps along the path inside of a bend, and stands still outside
+    of it; as u has no jumps, this place has none either. It is on one of the two segments at the
+    nearest vertex.
+    """
+    count = len(path.points) - 1
+    ahead = np.einsum("ij,ij->i", x - path.points[vertex], path.tangents[vertex]) >= 0
+    segment = vertex - ~ahead
+    segment = segment % count if path.closed else np.clip(segment, 0, count - 1)
+    offset = x - path.points[segment]
+    tangent, turn = path.tangents[segment], np.diff(path.tangents, axis=0)[segment]
+    chord = np.diff(path.points, axis=0)[segment]
+    a = -np.einsum("ij,ij->i", chord, turn)  # a t^2 + b t + c = 0
+    b = np.einsum("ij,ij->i", offset, turn) - np.einsum("ij,ij->i", chord, tangent)
+    c = np.einsum("ij,ij->i", offset, tangent)
+    root = np.sqrt(np.maximum(b * b - 4 * a * c, 0)) - b  # b < 0 up to the center of the bend
+    return segment, np.clip(2 * c / np.where(np.abs(root) > 1e-30, root, 1e-30), 0, 1)
 
 
 def _laterals(tangents: Array, normals: Array, image: Array) -> Array:
