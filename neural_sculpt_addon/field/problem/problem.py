@@ -24,6 +24,7 @@ from ..evaluate import normals, values_and_gradients
 from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
+from ..projection import project
 from ..threads import in_pieces, join
 from .copies import Copies, close
 from .displaced import move
@@ -33,6 +34,8 @@ from .lay import Laid
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
+MOST = 4  # times as many samples at most where the surface is stretched, on walls of 76 degrees
+ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
@@ -66,12 +69,14 @@ class DisplacedSurface(NamedTuple):
 class _Sampled(NamedTuple):
     """What `DisplacedSurface` says of the tubes alone, and how their samples are found.
 
-    tree: of every other sample before it is displaced, of those that were dropped, too
+    stretch: (N,), by what factor the area is stretched there
+    tree:    of every other sample before it is displaced, of those that were dropped, too
     """
 
     tubes: list[Tube]
     before: Samples
     after: Samples
+    stretch: Array
     f: NDArray[np.float32]
     gradient: NDArray[np.float32]
     swept: SweptVolume | None
@@ -128,18 +133,52 @@ class Problem:
         return DisplacedTubes(sampled.tubes, sampled.swept)
 
     def displaced_surface(
-        self, rows: int, columns: int, jitter: np.random.Generator, gap: float, gap_at_folds: float
+        self,
+        rows: int,
+        columns: int,
+        jitter: np.random.Generator,
+        apart: float,
+        gap: float,
+        gap_at_folds: float,
     ) -> DisplacedSurface:
-        """The same, and `gaps`: how far from all samples of the tubes these begin, elsewhere and
-        where the displaced surface runs through itself."""
-        _, before, after, f, gradient, swept, tree = self._sample(rows, columns, jitter)
-        gaps = self.gaps(tree, gap) if swept is None else self._gaps_at_folds(after, gap_at_folds)
-        more = values_and_gradients(self.field, gaps[1].points)
-        return DisplacedSurface(*join([(before, after, f, gradient), (*gaps, *more)]), swept)
+        """The same, as many samples more as it is stretched there, and `gaps`.
+
+        apart: how far from each other the tubes' samples are, before they are displaced
+        gap:   how far from all of them gaps begin, elsewhere and where the displaced surface runs
+               through itself
+        """
+        sampled = self._sample(rows, columns, jitter)
+        _, before, after, stretch, f, gradient, swept, tree = sampled
+        more = np.minimum(stretch, MOST) - 1 + jitter.uniform(size=len(stretch))
+        stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
+        added = join(
+            [
+                self.beside(before.where(stretched), apart, jitter, swept is not None),
+                self.gaps(tree, gap) if swept is None else self._gaps_at_folds(after, gap_at_folds),
+            ]
+        )
+        values = values_and_gradients(self.field, added[1].points)
+        return DisplacedSurface(*join([(before, after, f, gradient), (*added, *values)]), swept)
+
+    def beside(
+        self, surface: Samples, apart: float, jitter: np.random.Generator, folds: bool
+    ) -> tuple[Samples, Samples]:
+        """Samples of the unedited surface up to half of `apart` beside `surface` (N,), and where
+        they are displaced to: where the displaced surface `folds`, those that bound the result."""
+        start, upright = surface
+        away = jitter.uniform(-apart / 2, apart / 2, start.shape).astype(np.float32)
+        away -= np.einsum("na,na->n", away, upright)[:, None] * upright
+        found = project(self.field, start + away, tolerance=ON_SURFACE / 10)
+        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        after, _ = move(self.copies, before)
+        if folds:
+            bounding = self.folded.bounding(before, after)
+            before, after = before.where(bounding), after.where(bounding)
+        return before, after
 
     def _sample(self, rows: int, columns: int, jitter: np.random.Generator | None) -> _Sampled:
         tubes, swept = self._whole_tubes(rows, columns, jitter), None
-        before, after = join([(tube.surface, tube.target) for tube in tubes])
+        before, after, stretch = join([(tube.surface, tube.target, tube.stretch) for tube in tubes])
 
         def sample(part: slice) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
             return values_and_gradients(self.field, after.points[part])
@@ -154,14 +193,14 @@ class Problem:
             tubes = [tube.where(chosen) for tube, chosen in zip(tubes, kept, strict=True)]
             bounding = np.concatenate(kept)
             before, after = before.where(bounding), after.where(bounding)
-            f, gradient = f[bounding], gradient[bounding]
+            stretch, f, gradient = stretch[bounding], f[bounding], gradient[bounding]
         if not len(before.points):
             raise SculptError(
                 "The stroke leaves nothing of the surface under it: a mask keeps all of it, its"
                 " radius is too small, or its intensity so large that the surface runs through"
                 " itself. Change one of them."
             )
-        return _Sampled(tubes, before, after, f, gradient, swept, tree)
+        return _Sampled(tubes, before, after, stretch, f, gradient, swept, tree)
 
     def _bounding(self, tube: Tube) -> NDArray[np.bool_]:
         """Which samples of a tube bound the result, without single ones, which bound nothing."""

@@ -41,12 +41,14 @@ class Tube:
     surface:      (N,) samples of the unedited surface
     target:       where they go, p' = p + d n, and the unit normals of the displaced surface
     displacement: (N,) what moves them
+    stretch:      (N,) by what factor it stretches the surface's area
     grid:         (rows, columns) index of each sample's place in the grid, -1 where there is none
     """
 
     surface: Samples
     target: Samples
     displacement: Displacement
+    stretch: Array
     grid: NDArray[np.intp]
 
     def where(self, chosen: NDArray[np.bool_]) -> "Tube":
@@ -56,6 +58,7 @@ class Tube:
             self.surface.where(chosen),
             self.target.where(chosen),
             self.displacement.where(chosen),
+            self.stretch[chosen],
             places[self.grid],
         )
 
@@ -111,16 +114,16 @@ def sample_tube(
     guide = guide or field
     along, across = _grid(stroke, path, 1.0, rows, columns, jitter)
 
-    def sample(part: slice) -> tuple[Samples, Samples, Displacement, NDArray[np.bool_]]:
+    def sample(part: slice) -> tuple[Samples, Samples, Displacement, Array, NDArray[np.bool_]]:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
         surface, displacement, kept = _around(field, guide, stroke, path, 1.0, start)
-        target, _ = displaced(guide, stroke, path, surface, displacement)
-        return surface, target, displacement, kept
+        target, stretch = displaced(guide, stroke, path, surface, displacement)
+        return surface, target, displacement, stretch, kept
 
-    surface, target, displacement, kept = in_pieces(sample, along.size, check)
+    surface, target, displacement, stretch, kept = in_pieces(sample, along.size, check)
     grid = np.full(along.shape, -1)
     grid.ravel()[np.flatnonzero(kept)] = np.arange(np.count_nonzero(kept))
-    return Tube(surface, target, displacement, grid)
+    return Tube(surface, target, displacement, stretch, grid)
 
 
 def sample_rim(

@@ -23,7 +23,6 @@ from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
-from ..problem.displaced import move
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
@@ -129,18 +128,10 @@ class EditedSurface:
     ) -> tuple[Samples, Samples]:
         """More samples between those of the edited surface in `cells` of the level above: where
         they were, and where they are."""
-        h, problem, (before, after) = spacing(level), self._problem, self._before_and_after
+        before, after = self._before_and_after
         inside = np.isin(linear(cells_of(after.points, level - 1), level - 1), cells)
-        start, normals = (np.repeat(array, MORE, axis=0) for array in before.where(inside))
-        away = random.uniform(-h / 2, h / 2, start.shape).astype(np.float32)
-        away -= np.einsum("na,na->n", away, normals)[:, None] * normals
-        found = project(problem.field, start + away, tolerance=ON_SURFACE / 10)
-        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
-        after, _ = move(problem.copies, before)
-        if self._swept is not None:
-            left = problem.folded.bounding(before, after)
-            before, after = before.where(left), after.where(left)
-        return before, after
+        start = before.where(np.repeat(np.flatnonzero(inside), MORE))
+        return self._problem.beside(start, spacing(level), random, self._swept is not None)
 
     def _around(
         self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32] | None = None

@@ -307,7 +307,7 @@ def _sample(problem: Problem, level: int, random: np.random.Generator) -> Displa
         max(math.ceil(size * DENSITY**0.5 / h), FEWEST) for size in (length or width, width)
     )
     gap = GAP * max(h, problem.preparation.spacing)
-    return problem.displaced_surface(rows, columns, random, gap, GAP * h)
+    return problem.displaced_surface(rows, columns, random, h / DENSITY**0.5, gap, GAP * h)
 
 
 def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
