@@ -98,18 +98,17 @@ class EditedSurface:
     def finer(
         self,
         rows: Rows,
-        missed: NDArray[np.int32],
         active: NDArray[np.int32],
         level: int,
         field: Field,
         random: np.random.Generator,
     ) -> Rows:
         """The rows, and more in the cells `active` of a finer level: around the surface, and on it
-        in the cells `missed` of the level above, as dense as elsewhere.
+        as dense as elsewhere.
 
         field: what f is so far
         """
-        before, after = self._between(missed, level, random)
+        before, after = self._between(active, level, random)
         self._before_and_after = join([self._before_and_after, (before, after)])
         self._look()
         points, wanted = self._around(active, level)
@@ -126,10 +125,10 @@ class EditedSurface:
     def _between(
         self, cells: NDArray[np.int32], level: int, random: np.random.Generator
     ) -> tuple[Samples, Samples]:
-        """More samples between those of the edited surface in `cells` of the level above: where
-        they were, and where they are."""
+        """More samples between those of the edited surface in `cells` of a level: where they were,
+        and where they are."""
         before, after = self._before_and_after
-        inside = np.isin(linear(cells_of(after.points, level - 1), level - 1), cells)
+        inside = np.isin(linear(cells_of(after.points, level), level), cells)
         start = before.where(np.repeat(np.flatnonzero(inside), MORE))
         return self._problem.beside(start, spacing(level), random, self._swept is not None)
 

@@ -50,9 +50,9 @@ LEAST_FINEST = 6
 COARSEST = 4
 """Level below which a stroke would wash out what it covers: it is refused."""
 
-DENSITY = 8.0
-"""Tube samples for each cell's face: fewer leave nodes that no sample tells apart, and with 5 steep
-walls have bumps that one sees."""
+DENSITY = 6.0
+"""Samples of the displaced surface for each cell's face: fewer leave nodes that no sample tells
+apart."""
 
 ROWS, NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
@@ -93,6 +93,10 @@ closeness: half of TILTED is a quarter closer, half of MISSED a sixth, half of S
 FAMILY = 20
 """Nodes that such a cell takes, about: its children and those beside them. It counts where those of
 all cells would be more than NODES, as under a long stroke with creases."""
+
+COMPANY = 2
+"""Missed cells that must touch such a cell: what is worth a finer level, a crease or a detail, goes
+through several cells, and single ones come out as pimples on smooth walls."""
 
 FINER = 2
 """Levels at most that are finer than that of the stroke: with one, all is a tenth less close; with
@@ -195,9 +199,7 @@ class LocalEdit:
             level += 1
             cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
-            self._rows = self._surface.finer(
-                self._rows, missed, cells, level, self.field, self._random
-            )
+            self._rows = self._surface.finer(self._rows, cells, level, self.field, self._random)
             self._add(level, cells)
         level = self.resolution.level
         for _ in range(REPAIRS):
@@ -264,7 +266,7 @@ class LocalEdit:
         tilted = count(rows.points[rows.at[np.abs(rows.slopes) > TILTED]])
         share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
         most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
-        return np.sort(active[most[share[most] > SHARE]])
+        return _in_company(np.sort(active[most[share[most] > SHARE]]), level)
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
@@ -275,6 +277,16 @@ def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
 def _parents(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     """The cells (K,) of the level above in which the cells (N,) of a level lie, rising."""
     return numbers(centres(places(cells, level), level), level - 1)
+
+
+def _in_company(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+    """Of the cells (K,) of a level those that COMPANY others touch."""
+    if len(cells) <= COMPANY:
+        return cells[:0]
+    middles = centres(places(cells, level), level)
+    touching = 1.01 * math.sqrt(3) * spacing(level)
+    near, _ = search_tree(middles).query(middles, COMPANY + 1, distance_upper_bound=touching)
+    return cells[np.isfinite(near[:, -1])]
 
 
 def _feature(problem: Problem) -> float:

@@ -39,7 +39,7 @@ def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, inten
     circle = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     problem = pose(preparation, Stroke(circle, Brush(RADIUS, intensity, EDGE), closed=True))
     random, h = np.random.default_rng(0), spacing(LEVEL)
-    displaced = problem.displaced_surface(600, 60, random, h, h)
+    displaced = problem.displaced_surface(600, 60, random, RADIUS / 30, h, h)
     assert displaced.swept is None
     near = random.uniform(-3 * h, 3 * h, (30_000, 3)) + (0.5 + intensity) / 0.5 * circle[:1]
     active = distinct(cells_of(near.astype(np.float32), LEVEL), LEVEL)
