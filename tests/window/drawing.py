@@ -231,17 +231,24 @@ def _step(held: hand.Held, handlers: list) -> Steps:
     hand.window().view_layer.update()  # as the next picture does
 
 
-def still_picture(kind: "str | Part" = "WINDOW") -> Steps:
+def still_picture(
+    kind: "str | Part" = "WINDOW", unlike: NDArray[np.uint8] | None = None
+) -> Steps:
     """The window when a region of the viewport, or a part of the window, is drawn to the end,
-    however long that takes."""
+    however long that takes.
+
+    unlike: a picture from which the region must differ, for what changes it may come late
+    """
     place = hand.region(kind) if isinstance(kind, str) else kind
     rows = slice(-place.y - place.height, -place.y or None)
-    columns = slice(place.x, place.x + place.width)
+    region = rows, slice(place.x, place.x + place.width)
     picture = None
-    for _ in range(40):
+    for _ in range(40 if unlike is None else 400):
         yield 3 * hand.DRAWN
         last, picture = picture, hand.screen_pixels()
-        if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
+        if unlike is not None and np.array_equal(picture[region], unlike[region]):
+            continue
+        if last is not None and np.array_equal(last[region], picture[region]):
             break
     return picture
 
