@@ -47,15 +47,15 @@ MODULES = {
     ),
     "solve.edit_rows": (
         *("PRESERVE", "AROUND", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES", "MORE"),
-        "ON_SURFACE",
+        *("BEYOND", "CREASED", "CLOSE", "ON_SURFACE"),
     ),
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER"),
     "problem.displaced": ("STEP", "BEND"),
     "problem.tube": ("ARRIVED", "ON_SURFACE"),
-    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR"),
-    "problem.folded": ("FINE_EDGE", "SHORTEST", "MOST"),
+    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
+    "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
     "edit.edit": ("REPAIRS",),
 }

@@ -8,18 +8,16 @@ from unittest.mock import patch
 import bpy
 import numpy as np
 from bpy.types import Object
+from geometry import to_path
 from harness import (
-    SculptCase,
-    add,
+    SphereCase,
     arc,
     brush_settings,
-    field,
     module,
     redo,
     state,
     stroke,
     strokes_of,
-    to_path,
     undo,
     vertices,
 )
@@ -62,15 +60,7 @@ def middles(ob: Object) -> np.ndarray:
     return vertices(ob)[faces(ob)].mean(axis=1)
 
 
-class Masks(SculptCase):
-    def setUp(self) -> None:
-        super().setUp()
-        self.size = float(np.linalg.norm(vertices(add("SPHERE")), axis=1).mean())
-        self.line = arc(self.ob())
-
-    def ob(self) -> Object:
-        return field("Sphere")
-
+class Masks(SphereCase):
     def raised(self) -> np.ndarray:
         """By how much each vertex lies outside of the sphere (V,)."""
         return np.linalg.norm(vertices(self.ob()), axis=1) - self.size
