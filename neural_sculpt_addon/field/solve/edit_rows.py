@@ -30,7 +30,7 @@ from ..threads import in_pieces, join
 from .spline_system import Array, Rows
 
 PRESERVE_WEIGHT, AROUND_WEIGHT = 2.5, 0.3
-"""Weights of rows; a target has 1."""
+"""Weights of rows; a target has 1. With half of the first the rim moves a third farther."""
 
 STEEP = 0.5
 """Weight of a slope row, in cells: what one unit of slope weighs in units of length. With half as

@@ -58,7 +58,7 @@ ROWS, NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
 LAYERS = 5
-"""Active cells above each other, where the surface hardly moves."""
+"""Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
