@@ -158,6 +158,7 @@ class Live(WindowCase):
             yield from undo()
         self.assertEqual(state(field()), before)
 
+    @long
     def test_the_switch_is_beside_absorb(self) -> Steps:
         """Off, a stroke stays on the mesh alone; the picture shows the panel."""
         yield from self.add()

@@ -25,9 +25,7 @@ from simulated_input import Pixel, Steps
 MATERIALS = {
     "white": (1.0, 1.0, 1.0),
     "black": (0.0, 0.0, 0.0),
-    "grey": (0.4, 0.4, 0.4),
     "orange": (0.9, 0.4, 0.1),
-    "blue": (0.1, 0.3, 0.9),
 }
 SEEN = 24  # of 255; what differs by more is seen
 
