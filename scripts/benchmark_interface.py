@@ -12,15 +12,9 @@ longest call is the first after a new mesh, which is then sorted into a grid for
 """
 
 import argparse
-import shutil
-import sys
-import tempfile
-from pathlib import Path
 
-import blenders
-import build_extension
 import environment
-import screen
+import window_benchmark
 
 SCRIPT = environment.ROOT / "scripts" / "interface_in_blender.py"
 SECONDS = 7200
@@ -28,25 +22,9 @@ SECONDS = 7200
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `benchmark.py interface`."""
-    parser.add_argument("--json", type=Path, help="write one object per row")
-    parser.add_argument("--strokes", type=int, default=200, help="in a row (default: %(default)s)")
+    window_benchmark.add_options(parser, 200)
 
 
 def run(options: argparse.Namespace) -> None:
     """Build the extension, start Blender, print the tables."""
-    if missing := screen.why_none():
-        sys.exit(missing)
-    workshop = environment.ensure()
-    program = blenders.first(workshop)
-    with (
-        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user,
-        screen.virtual_screen() as on_screen,
-    ):
-        variables = {**program.variables, **on_screen, "BLENDER_USER_RESOURCES": user}
-        rows = Path(user) / "rows.json"
-        given = [str(build_extension.build(workshop)), str(options.strokes), str(rows)]
-        command = screen.window_command(program, SCRIPT, given)
-        code, _, _ = screen.run(command, variables, SECONDS)
-        if options.json and not code:
-            shutil.copy(rows, options.json)
-    sys.exit(code)
+    window_benchmark.run(SCRIPT, options, SECONDS)

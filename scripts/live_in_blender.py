@@ -31,6 +31,7 @@ BRUSHES = (
 )
 SIZE = 30  # pixels, radius of the brushes: 0.07 model units
 EACH = 3  # strokes with each brush that are measured
+LIFTED = 0.1  # seconds that an artist has the pen in the air
 LENGTH = 0.1  # of a stroke, model units
 POINTS = 6  # of the mouse in a stroke
 PAUSE = 0.03  # seconds at each of them, as of a hand
@@ -239,7 +240,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
             take(BRUSHES[number // 5 % len(BRUSHES)])
             yield hand.DRAWN
         yield from stroke(generator)
-        yield hand.DRAWN  # an artist lifts the pen
+        yield LIFTED
     drawn = time.perf_counter() - started
 
     def rests() -> bool:

@@ -46,22 +46,27 @@ MODULES = {
         *("FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
     ),
     "solve.edit_rows": (
-        *("PRESERVE", "AROUND", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES", "MORE"),
-        "ON_SURFACE",
+        *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
+        *("MORE", "BEYOND", "CREASED", "CLOSE"),
     ),
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
+    "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER"),
     "problem.displaced": ("STEP", "BEND"),
-    "problem.tube": ("ARRIVED", "ON_SURFACE"),
-    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR"),
-    "problem.folded": ("FINE_EDGE", "SHORTEST", "MOST"),
+    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
+    "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
     "edit.edit": ("REPAIRS",),
 }
 """The constants of each module of the field."""
 
-ALSO = {"solve.edit_rows.AROUND": "solve.local", "solve.spline_system.ITERATIONS": "solve.local"}
+ALSO = {
+    "solve.edit_rows.AROUND_WEIGHT": ("solve.local",),
+    "solve.spline_system.ITERATIONS": ("solve.local",),
+    "projection.ARRIVED": ("problem.tube", "problem.folded", "solve.edit_rows"),
+    "projection.ON_SURFACE": ("problem.tube", "solve.edit_rows"),
+}
 """Modules that import a constant by its name."""
 
 PARAMETERS = {
@@ -147,7 +152,7 @@ def _others(value: float) -> Iterator[float]:
 def _holders(name: str) -> list[Any]:
     """The modules in which a constant stands."""
     module, _, _ = name.rpartition(".")
-    modules = (module, ALSO[name]) if name in ALSO else (module,)
+    modules = (module, *ALSO.get(name, ()))
     return [importlib.import_module(f"neural_sculpt_addon.field.{one}") for one in modules]
 
 

@@ -30,7 +30,8 @@ Pixel = tuple[float, float]
 Held = Sequence[str]
 
 SCREEN_FILE = "NEURAL_SCULPT_SCREEN"
-DRAWN = 0.1  # seconds of the main loop in which the window is drawn
+DRAWN = 0.04  # seconds of the main loop, at whose end the window is drawn
+ASKED = 0.02  # seconds after which is asked again whether something is so
 FRONT = Quaternion((0.7071068, 0.7071068, 0.0, 0.0))
 TOP = Quaternion((1.0, 0.0, 0.0, 0.0))
 
@@ -87,7 +88,7 @@ def until(condition: Callable[[], bool], seconds: float, what: str) -> Steps:
     while time.monotonic() < end:
         if condition():
             return
-        yield 0.05
+        yield ASKED
     raise TimeoutError(f"after {seconds:.0f} s there is still not: {what}")
 
 

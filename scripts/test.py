@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The checks and tests of the project: python3 scripts/test.py.
 
-pytest comes first, in two processes. Then, in two lanes: the tests in a window, of the first
-installed Blender, with simulated input and as a person; and all else, which the first lane goes on
-with when it is through: the tests of Blender's side without a window, in the Blender of the
-project's own environment, the demo, ruff, basedpyright and import-linter. Tests marked `long` are
-left out.
+Three lanes run side by side, for a window waits often: the tests in a window, of the first
+installed Blender, with simulated input and as a person; pytest, in two processes; and all else,
+with which each lane goes on that is through: the tests of Blender's side without a window, in the
+Blender of the project's own environment, the demo, ruff, basedpyright and import-linter. Tests
+marked `long` are left out.
 
 With --all they are not, and every Blender that this computer can have takes part: the bpy wheels,
 each in a virtual environment of its own; those named in the environment variable BLENDER or found
@@ -71,14 +71,14 @@ def _run(
     background: Sequence[Part],
     windows: Sequence[Part],
 ) -> list[Outcome]:
-    """What pytest came to, and then all others; never two windows at a time."""
+    """What all parts came to; never two windows at a time."""
     if options.blender or options.window:
         return [lanes.alone(part) for part in (*background, *windows)]
     chosen = () if options.all else parts.SHORT_PYTEST
     given = (*parts.PROCESSES, *chosen, "--durations=10")
-    first = lanes.alone(parts.pytest(workshop, given, parts.ONE_THREAD))
+    beside = parts.pytest(workshop, given, parts.ONE_THREAD, parts.PATIENT)
     rest = [*background, parts.demo(workshop), *parts.checks(workshop)]
-    return [first, *lanes.side_by_side([windows, ()], rest)]
+    return lanes.side_by_side([[beside], windows, ()], rest)
 
 
 def _in_blenders(workshop: Workshop, options: argparse.Namespace) -> tuple[list[Part], list[Part]]:

@@ -24,7 +24,7 @@ RESOLUTION = 144
 SECONDS = 600
 SEEN_FROM = Quaternion((0.745, 0.61, 0.17, 0.21))
 PAUSES = 3  # pictures of the finished stroke
-PANEL = 10 * hand.DRAWN  # in which a panel grows or shrinks
+PANEL = 1.0  # seconds in which a panel grows or shrinks
 
 STROKES = (  # profile, modulation, radius, intensity; ends in parts of the view's width; its bow
     ("QUINTIC", "IDENTITY", 0.07, 0.06, (-0.12, 0.185), (0.22, 0.16), 0.045),

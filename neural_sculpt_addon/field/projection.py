@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from .evaluate import values_and_gradients
 from .field import Field
 
-ARRIVED = 1e-4  # what the last Newton step may have been
+ARRIVED = 1e-4  # what the last Newton step may have been: it leaves no more than its square
+ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
 SMALLEST_GRADIENT = 0.2  # below this a Newton step is no longer to be trusted
 
 

@@ -20,7 +20,7 @@ import torch
 
 from ..common.progress import Check, go_on
 
-MOST = 8  # threads
+MOST_THREADS = 8
 NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
 SEARCHED = 128  # points whose nearest are searched: where much is as near, each takes up to 0.2 ms
@@ -44,7 +44,7 @@ def one_thread() -> Iterator[None]:
 @cache
 def threads() -> int:
     """How many threads the pool has."""
-    return min(MOST, os.cpu_count() or 1)
+    return min(MOST_THREADS, os.cpu_count() or 1)
 
 
 @cache

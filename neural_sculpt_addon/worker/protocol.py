@@ -111,6 +111,8 @@ def write(stream: BufferedIOBase, message: Message) -> None:
 
 def _pieces(message: Message) -> list[bytes | memoryview]:
     """The frame as pieces to be written in order, the arrays where they are."""
+    size = sum(array.nbytes for array in message.arrays.values())
+    _check_sizes(0, size)  # before anything is copied
     arrays = {name: _little_endian(name, array) for name, array in message.arrays.items()}
     header = {
         "kind": message.kind.value,
@@ -125,7 +127,6 @@ def _pieces(message: Message) -> list[bytes | memoryview]:
         text = json.dumps(header, allow_nan=False, separators=(",", ":")).encode()
     except (TypeError, ValueError, RecursionError) as error:
         raise ProtocolError(f"The fields of a {message.kind} cannot be sent: {error}.") from error
-    size = sum(array.nbytes for array in arrays.values())
     _check_sizes(len(text), size)
     prefix = _PREFIX.pack(_MAGIC, len(text), size)
     return [prefix, text, *(array.reshape(-1).view(np.uint8).data for array in arrays.values())]

@@ -99,6 +99,19 @@ class SculptCase(unittest.TestCase):
         self.pump(lambda: self.session.rests)
 
 
+class SphereCase(SculptCase):
+    """Starts each test with a sphere: its `size`, the radius, and a `line` over its top."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.size = float(np.linalg.norm(vertices(add("SPHERE")), axis=1).mean())
+        self.line = arc(self.ob())
+
+    def ob(self) -> Object:
+        """The field, which no reference outlives."""
+        return field("Sphere")
+
+
 class SteeredCase(SculptCase):
     """As in a window, with a worker that ends its jobs when the test says so (toy_worker.py).
 
@@ -189,14 +202,6 @@ def in_world(ob: Object) -> np.ndarray:
     """(V, 3) in the scene."""
     matrix = np.array(ob.matrix_world)
     return vertices(ob) @ matrix[:3, :3].T + matrix[:3, 3]
-
-
-def to_path(points: np.ndarray, path: np.ndarray) -> np.ndarray:
-    """Distances (N,) of points (N, 3) from a polyline (K, 3)."""
-    start, along = path[:-1], np.diff(path, axis=0)  # (K - 1, 3)
-    offset = points[:, None] - start  # (N, K - 1, 3)
-    t = np.clip((offset * along).sum(-1) / (along**2).sum(-1), 0, 1)  # (N, K - 1)
-    return np.linalg.norm(offset - t[..., None] * along, axis=-1).min(1)
 
 
 def push_undo(message: str) -> None:

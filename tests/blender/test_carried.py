@@ -7,10 +7,8 @@ import bpy
 import numpy as np
 from bpy.types import Mesh, Object
 from harness import (
-    SculptCase,
-    add,
+    SphereCase,
     arc,
-    field,
     module,
     push_undo,
     redo,
@@ -96,15 +94,7 @@ def colors(points: np.ndarray) -> np.ndarray:
     return np.c_[3 * points[:, 0], points[:, 1:], np.ones(len(points))].astype(np.float32)
 
 
-class Carried(SculptCase):
-    def setUp(self) -> None:
-        super().setUp()
-        self.size = float(np.linalg.norm(vertices(add("SPHERE")), axis=1).mean())
-        self.line = arc(self.ob())
-
-    def ob(self) -> Object:
-        return field("Sphere")
-
+class Carried(SphereCase):
     def mesh(self) -> Mesh:
         return self.ob().data
 

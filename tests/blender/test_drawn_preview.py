@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
-from harness import field, module, push_undo, state, to_path, undo, vertices
+from geometry import to_path
+from harness import field, module, push_undo, state, undo, vertices
 from test_preview import LINE, SquareCase
 
 preview = module("blender.scene.mesh.preview")

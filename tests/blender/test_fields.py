@@ -6,6 +6,7 @@ import shutil
 
 import bpy
 import numpy as np
+from geometry import to_path
 from harness import (
     RESOLUTION,
     SculptCase,
@@ -19,7 +20,6 @@ from harness import (
     state,
     stroke,
     strokes_of,
-    to_path,
     undo,
     vertices,
 )

@@ -8,18 +8,16 @@ from unittest.mock import patch
 import bpy
 import numpy as np
 from bpy.types import Object
+from geometry import square, to_path
 from harness import (
-    SculptCase,
-    add,
+    SphereCase,
     arc,
     brush_settings,
-    field,
     module,
     redo,
     state,
     stroke,
     strokes_of,
-    to_path,
     undo,
     vertices,
 )
@@ -62,15 +60,7 @@ def middles(ob: Object) -> np.ndarray:
     return vertices(ob)[faces(ob)].mean(axis=1)
 
 
-class Masks(SculptCase):
-    def setUp(self) -> None:
-        super().setUp()
-        self.size = float(np.linalg.norm(vertices(add("SPHERE")), axis=1).mean())
-        self.line = arc(self.ob())
-
-    def ob(self) -> Object:
-        return field("Sphere")
-
+class Masks(SphereCase):
     def raised(self) -> np.ndarray:
         """By how much each vertex lies outside of the sphere (V,)."""
         return np.linalg.norm(vertices(self.ob()), axis=1) - self.size
@@ -284,7 +274,7 @@ class Masks(SculptCase):
             lambda: bpy.ops.neural_sculpt.remesh(resolution=64),
             bpy.ops.neural_sculpt.mute_stroke,
             bpy.ops.neural_sculpt.mute_stroke,
-            bpy.ops.neural_sculpt.consolidate,
+            lambda: bpy.ops.neural_sculpt.consolidate(width=32),
         ):
             change()
             mask, x = painted(self.ob())[".sculpt_mask"], vertices(self.ob())[:, 0]
@@ -336,15 +326,10 @@ class Masks(SculptCase):
 
 class Preview(unittest.TestCase):
     def test_a_preview_shows_what_a_mask_leaves(self) -> None:
-        axis = np.linspace(-0.8, 0.8, 81)
-        x, y = np.meshgrid(axis, axis, indexing="ij")
-        points = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
-        corner = np.arange(81 * 81, dtype=np.int32).reshape(81, 81)
-        a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-        triangles = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
+        points, triangles = square()
         line = np.array([[-0.4, 0, 0], [0.4, 0, 0]])
         brush = module("stroke.brush").Brush(0.2, 0.05, module("stroke.profile").Profile("linear"))
-        x, y, _ = points.T
+        y = points[:, 1]
         masked = np.clip(0.5 - y / 0.1, 0, 1)
         mask = Mask.of(points, masked, 0.02)
         result = module("interaction.displaced").Displaced(points, triangles)

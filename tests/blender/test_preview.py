@@ -3,6 +3,7 @@
 
 import bpy
 import numpy as np
+from geometry import square, to_path
 from harness import (
     SteeredCase,
     brush_settings,
@@ -12,7 +13,6 @@ from harness import (
     redo,
     state,
     stroke,
-    to_path,
     undo,
     vertices,
 )
@@ -20,15 +20,6 @@ from harness import (
 proxy_mesh = module("blender.scene.mesh.proxy_mesh")
 
 LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
-
-
-def square(count: int = 81) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (count^2, 3) of [-0.8, 0.8]^2 in the plane z = 0, and triangles that look up."""
-    x, y = np.meshgrid(np.linspace(-0.8, 0.8, count), np.linspace(-0.8, 0.8, count), indexing="ij")
-    points = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
-    corner = np.arange(count**2, dtype=np.int32).reshape(count, count)
-    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
-    return points, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 
 
 class SquareCase(SteeredCase):

@@ -7,17 +7,8 @@ import unittest
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import (
-    SculptCase,
-    add,
-    arc,
-    brush_settings,
-    module,
-    strokes_of,
-    to_path,
-    undo,
-    vertices,
-)
+from geometry import to_path
+from harness import SculptCase, add, arc, brush_settings, module, strokes_of, undo, vertices
 from mathutils import Matrix
 
 ops = bpy.ops.neural_sculpt

@@ -6,7 +6,8 @@ import unittest
 
 import numpy as np
 
-from tests.interaction.support import module, square, to_path
+from tests.blender.geometry import square, to_path
+from tests.interaction.support import module
 
 Brush = module("stroke.brush").Brush
 Ends = module("stroke.stroke").Ends

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.interaction.support import module, square
+from tests.blender.geometry import square
+from tests.interaction.support import module
 
 Displaced = module("interaction.displaced").Displaced
 Brush = module("stroke.brush").Brush

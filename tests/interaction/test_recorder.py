@@ -5,7 +5,8 @@ import unittest
 
 import numpy as np
 
-from tests.interaction.support import module, to_path
+from tests.blender.geometry import to_path
+from tests.interaction.support import module
 
 RECORDER = module("interaction.recorder")
 

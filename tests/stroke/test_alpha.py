@@ -187,6 +187,52 @@ def test_the_feature_of_waves_is_half_their_length():
     assert WHITE.feature == math.inf
 
 
+def pore(number, away):
+    """A place in a pore of the sequence, `away` from its middle as a share of its size."""
+    x, y = number * np.array([0.7548776662, 0.5698402910]) % 1 * 2 - 1
+    size = 0.09 + 0.08 * (number * 0.6180339887 % 1)
+    return x - away * size, y, 1 - math.exp(-(away**3))
+
+
+GREYS = {  # at x, y: by the geometry of each image
+    "scales": [
+        *((0, 0, 0.62), (0, -0.3, 0.89), (0.5, 0.2, 0.89), (-0.5, -0.8, 0.89)),  # towards the tips
+        *((0, -0.5, 1.07 * (0.56 - 0.5) / 0.18), (0.98, 0.2, 0.44)),  # on a rim, behind a middle
+    ],
+    "stitches": [
+        *((0, 0.5, 1), (0.5, 0.7, 1), (-0.5, -0.7, 1), (0, 0.625, 0.75), (0.75, 0.7, 0)),
+        *((0.625, 0.7, 0.75), (-0.625, 0.3, 0.75)),
+    ],
+    "pores": [pore(10, 0), pore(10, 0.5), pore(10, 1), pore(14, 1), (-1, -1, 0), (1, 1, 0)],
+    "rivet": [(0, 0, 1), (0.35, 0, 1), (0, -0.575, 0.75), (0.48, 0.64, 0), (-0.8, 0, 0)],
+    "star": [
+        *((0, 0, 1), (0, 0.95, 0), (0, 0.475, 0.5)),
+        *((0.4 * np.sin(x), 0.4 * np.cos(x), 0) for x in np.pi / 5 * np.array([1, 3, -1])),
+    ],
+    "rope": [(0, 0, 0), (0, 0.5, 1), (0, 1 / 6, 0.75), (5 / 7, 0, 1), (-5 / 21, 0, 0.75)],
+}
+
+
+@pytest.mark.parametrize("name", IMAGES)
+def test_built_in_images_are_as_drawn(name):
+    x, y, grey = np.transpose(GREYS[name])
+    np.testing.assert_allclose(np.clip(IMAGES[name](x, y), 0, 1), grey, atol=1e-6)
+
+
+def test_alphas_are_values():
+    assert hash(Alpha("star", angle=20)) == hash(Alpha("star", angle=20.0))
+
+
+@pytest.mark.parametrize("side", range(4))
+def test_an_image_that_is_light_on_one_side_goes_on_beyond_a_stroke_s_end(side):
+    grey = np.zeros((16, 16), np.uint8)
+    np.rot90(grey, side)[0, 4:-4] = 255  # a view
+    ahead, left = np.meshgrid(np.linspace(8, 12, 65), np.linspace(-0.99, 0.99, 65))
+    for light, goes_on in ((grey, True), (0 * grey, False)):
+        value = Alpha(pixels=light.tobytes()).along(ahead.ravel(), left.ravel(), 5.0)
+        assert value.any() == goes_on
+
+
 @pytest.mark.parametrize("name", IMAGES)
 def test_built_in_images_use_the_range_of_greys(name):
     x, y = np.meshgrid(*2 * [(np.arange(64) + 0.5) / 32 - 1])

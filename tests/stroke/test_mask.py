@@ -217,3 +217,10 @@ def test_what_is_no_mask_is_refused_in_a_sentence(bad):
 def test_what_lies_outside_of_the_box_masks_its_border():
     mask = Mask.of([[1.3, 0, 0], [0.8, 0, 0]], [1, 0], 0.125)
     assert mask([[1, 0, 0], [0.8, 0, 0]]).tolist() == [1, 0]
+
+
+def test_masks_are_told_apart_by_identity():
+    """Arrays in them have no truth and no hash."""
+    one, other = slab(), slab()
+    assert one != other
+    assert len({one, other, one}) == 2

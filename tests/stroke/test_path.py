@@ -220,6 +220,17 @@ def test_places_around_the_ends():
         assert place.beyond[1:4].all()
 
 
+def test_a_bend_is_left_along_the_tangent_of_its_own_end():
+    """A quarter of a circle, whose tangents at the ends are across each other."""
+    t = np.linspace(0, np.pi / 2, 65)
+    path = make_path(*plane(np.cos(t), np.sin(t)))
+    place = locate(path, [[1, -0.1, 0], [0.95, -0.1, 0], [-0.1, 1, 0], [-0.1, 0.95, 0]])
+    assert place.beyond.all()
+    np.testing.assert_allclose(place.u, [0, 0, 1, 1], atol=1e-9)
+    np.testing.assert_allclose(place.cosine[[0, 2]], [-1, 1], atol=0.02)
+    np.testing.assert_allclose(place.sine[[1, 3]], 1 / np.sqrt(5), atol=0.02)  # left: inward
+
+
 def test_many_points_are_located_like_few():
     t = np.linspace(0, 1, 33)
     path = make_path(*sphere(3 * t, np.sin(4 * t)))

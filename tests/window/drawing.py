@@ -4,7 +4,10 @@
 The sphere is seen from the front, so a stroke on it faces -Y. Model space is the world's.
 """
 
+import os
+import signal
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +16,8 @@ import harness
 import numpy as np
 import simulated_input as hand
 from bpy.types import Object
-from harness import brush_settings, module, to_path, vertices
+from geometry import to_path
+from harness import brush_settings, module, state, vertices
 from numpy.typing import NDArray
 from simulated_input import Steps
 
@@ -79,6 +83,24 @@ class WindowCase(harness.SculptCase):
         yield from hand.drag(hand.to_window(path), held)
         yield from self.strokes_are(count + 1)
 
+    def pen_down(self, path: Array) -> Steps:
+        """Draw through points (K, 3) and hold the pen there until the surface has caught up."""
+        first, *others = hand.to_window(path)
+        hand.move(first)
+        hand.press(first)
+        for place in others:
+            yield 0.02
+            hand.move(place)
+        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
+        yield 2 * hand.DRAWN
+
+    def set_points(self, places: Sequence[hand.Pixel]) -> Steps:
+        """Set control points, with P and then by clicks, in window pixels."""
+        for number, place in enumerate(places):
+            hand.move(place)
+            hand.tap("LEFTMOUSE" if number else "P", place)
+            yield 3 * hand.DRAWN
+
     def strokes_are(self, count: int) -> Steps:
         """Wait until the field has that many strokes and nothing is left to do."""
 
@@ -87,6 +109,25 @@ class WindowCase(harness.SculptCase):
 
         yield from hand.until(ended, SECONDS, f"{count} strokes")
         yield from self.idle()
+
+    def stop_worker(self) -> None:
+        """Let it do nothing until it may go on, be it at the end of the test."""
+        self.worker = self.session.client.pid
+        os.kill(self.worker, signal.SIGSTOP)
+        self.addCleanup(self.go_on)
+
+    def go_on(self) -> None:
+        """Let the worker do what it is to do."""
+        os.kill(self.worker, signal.SIGCONT)
+
+    def undo_and_redo(self, states: Sequence[tuple[object, ...]]) -> Steps:
+        """Ctrl Z takes the field back through all its states, and Shift Ctrl Z brings them back."""
+        for expected in states[-2::-1]:
+            yield from undo()
+            self.assertEqual(state(field()), expected)
+        for expected in states[1:]:
+            yield from redo()
+            self.assertEqual(state(field()), expected)
 
     def native(self, tilt: float) -> Steps:
         """Draw along an arc with Blender's own brush."""
@@ -231,17 +272,22 @@ def _step(held: hand.Held, handlers: list) -> Steps:
     hand.window().view_layer.update()  # as the next picture does
 
 
-def still_picture(kind: "str | Part" = "WINDOW") -> Steps:
+def still_picture(kind: "str | Part" = "WINDOW", unlike: NDArray[np.uint8] | None = None) -> Steps:
     """The window when a region of the viewport, or a part of the window, is drawn to the end,
-    however long that takes."""
+    however long that takes.
+
+    unlike: a picture from which the region must differ, for what changes it may come late
+    """
     place = hand.region(kind) if isinstance(kind, str) else kind
     rows = slice(-place.y - place.height, -place.y or None)
-    columns = slice(place.x, place.x + place.width)
+    region = rows, slice(place.x, place.x + place.width)
     picture = None
-    for _ in range(40):
+    for _ in range(40 if unlike is None else 400):
         yield 3 * hand.DRAWN
         last, picture = picture, hand.screen_pixels()
-        if last is not None and np.array_equal(last[rows, columns], picture[rows, columns]):
+        if unlike is not None and np.array_equal(picture[region], unlike[region]):
+            continue
+        if last is not None and np.array_equal(last[region], picture[region]):
             break
     return picture
 

@@ -5,7 +5,7 @@ muted stays."""
 import bpy
 import simulated_input as hand
 from drawing import PICTURES, WindowCase, field, middle, operate, still_picture, undo
-from harness import state
+from harness import long, state
 from simulated_input import Steps
 
 
@@ -19,6 +19,7 @@ class ApplyToBase(WindowCase):
         operate(bpy.ops.neural_sculpt.apply_to_base)
         yield 3 * hand.DRAWN
 
+    @long
     def test_it_asks(self) -> Steps:
         yield from self.add()
         for tilt in (-0.6, 0.0, 0.6):

@@ -104,13 +104,12 @@ class BooleanDialog(WindowCase):
         plain = yield from still_picture()
         self.assertLess(colored(plain), 0.02)
         x, y = middle()
-        hand.move((x, y))
-        operate(bpy.ops.neural_sculpt.boolean)
-        yield 5 * hand.DRAWN
+        yield from self.open((x, y))
         yield from click((x, y))  # the operation is under the mouse
         hand.save_png(PICTURES / "boolean_operations.png", (yield from still_picture()))
         hand.tap("D", (x, y))  # for Difference
-        yield 3 * hand.DRAWN
+        yield from self.seen()
+        self.stop_worker()  # or a busy Blender would not see the job before its end
         hand.tap("RET", corner())
         yield from hand.until(lambda: bool(self.session.jobs), SECONDS, "a job")
         yield from self.preview()
@@ -118,7 +117,7 @@ class BooleanDialog(WindowCase):
         hand.save_png(PICTURES / "boolean_preview.png", shown)
         self.assertGreater(colored(shown), 0.1)
         self.assertTrue(self.session.jobs)
-        os.kill(self.worker, signal.SIGCONT)
+        self.go_on()
         yield from self.strokes_are(1)
         self.assertEqual(field().neural_sculpt.strokes[0].name, "Difference from Cube")
         points = vertices(field())
@@ -130,8 +129,7 @@ class BooleanDialog(WindowCase):
         self.assertLess(colored(picture), 0.02)
 
     def preview(self) -> Steps:
-        """Wait for the first preview, and let the worker rest then."""
-        self.worker = self.session.client.pid
+        """Let the worker go on to its first preview, and rest then."""
         job, seen = self.session.jobs[0], []
         show = job.preview
 
@@ -141,7 +139,7 @@ class BooleanDialog(WindowCase):
             os.kill(self.worker, signal.SIGSTOP)
 
         job.preview = stop
-        self.addCleanup(os.kill, self.worker, signal.SIGCONT)
+        self.go_on()
         yield from hand.until(lambda: bool(seen), SECONDS, "a preview")
         yield 3 * hand.DRAWN
 

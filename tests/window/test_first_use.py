@@ -36,7 +36,8 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import brush_settings, module, to_path, vertices
+from geometry import to_path
+from harness import brush_settings, module, vertices
 from mathutils.bvhtree import BVHTree
 from simulated_input import Pixel, Steps
 

@@ -17,7 +17,6 @@ from drawing import (
     middle,
     moved_since,
     operate,
-    redo,
     take_native_brush,
     undo,
 )
@@ -71,12 +70,7 @@ class Live(WindowCase):
             self.assertEqual(field().mode, "SCULPT")
             states.append(state(field()))
         self.assertEqual(self.names()[1:], ["Clay", "Grab", "Smooth"])
-        for expected in states[-2::-1]:
-            yield from undo()
-            self.assertEqual(state(field()), expected)
-        for expected in states[1:]:
-            yield from redo()
-            self.assertEqual(state(field()), expected)
+        yield from self.undo_and_redo(states)
 
     def test_the_worker_has_a_stroke_before_the_window_shows_it(self) -> Steps:
         """And one that ends and is undone in a single turn of Blender's loop is no stroke."""
@@ -164,6 +158,7 @@ class Live(WindowCase):
             yield from undo()
         self.assertEqual(state(field()), before)
 
+    @long
     def test_the_switch_is_beside_absorb(self) -> Steps:
         """Off, a stroke stays on the mesh alone; the picture shows the panel."""
         yield from self.add()

@@ -2,9 +2,6 @@
 """The surface moves under the pen, comes back when the stroke is given up, and does not jump when
 it ends: pictures while the pen is down, after its release, and of the result."""
 
-import os
-import signal
-
 import bpy
 import numpy as np
 import simulated_input as hand
@@ -21,7 +18,8 @@ from drawing import (
     operate,
     still_picture,
 )
-from harness import long, module, state, to_path, vertices
+from geometry import to_path
+from harness import long, module, state, vertices
 from simulated_input import Steps
 
 STRONG = 24  # of 255; shading that differs by more is seen
@@ -30,26 +28,6 @@ FACETS = 0.004  # model space; how far the proxy's triangles lie from the sphere
 
 
 class LiveSurface(WindowCase):
-    def stop_worker(self) -> None:
-        """Let it do nothing until it may go on, be it at the end of the test."""
-        self.worker = self.session.client.pid
-        os.kill(self.worker, signal.SIGSTOP)
-        self.addCleanup(self.go_on)
-
-    def go_on(self) -> None:
-        os.kill(self.worker, signal.SIGCONT)
-
-    def pen_down(self, path: np.ndarray) -> Steps:
-        """Draw through points (K, 3) and hold the pen there until the surface has caught up."""
-        first, *others = hand.to_window(path)
-        hand.move(first)
-        hand.press(first)
-        for place in others:
-            yield 0.02
-            hand.move(place)
-        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
-        yield 2 * hand.DRAWN
-
     def assert_under_pen(self, path: np.ndarray) -> None:
         """Raised by the intensity along the path, and the sphere elsewhere."""
         heights = self.heights()
@@ -191,10 +169,7 @@ class LiveSurface(WindowCase):
         yield from self.add()
         before, path = state(field()), self.arc()
         clicks = hand.to_window(path[::7])
-        for place in clicks:
-            hand.move(place)
-            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
-            yield 3 * hand.DRAWN
+        yield from self.set_points(clicks)
         self.assert_under_pen(path)
         with module("blender.scene.commit").in_window():
             bpy.ops.ed.undo_push(message="Something else")
@@ -219,10 +194,7 @@ class LiveSurface(WindowCase):
         yield from self.add()
         before, path = state(field()), self.arc()
         clicks = hand.to_window(path[::7])
-        for place in clicks:
-            hand.move(place)
-            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
-            yield 3 * hand.DRAWN
+        yield from self.set_points(clicks)
         operate(bpy.ops.object.mode_set, "EXEC_DEFAULT", mode="SCULPT")
         choose_tool("builtin.brush")
         yield hand.DRAWN

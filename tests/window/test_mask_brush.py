@@ -18,7 +18,8 @@ from drawing import (
     redo,
     undo,
 )
-from harness import module, to_path, vertices
+from geometry import to_path
+from harness import module, vertices
 from simulated_input import Steps
 
 SIZE = 110  # pixels

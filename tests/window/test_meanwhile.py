@@ -4,8 +4,6 @@
 The worker is stopped meanwhile, so that the stroke waits for as long as the test wants.
 """
 
-import os
-import signal
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -61,15 +59,6 @@ class Meanwhile(WindowCase):
         yield from hand.until(lambda: any(j.strokes for j in self.session.jobs), SECONDS, "a job")
         yield 3 * hand.DRAWN
 
-    def stop_worker(self) -> None:
-        """Let it do nothing until it may go on, be it at the end of the test."""
-        self.worker = self.session.client.pid
-        os.kill(self.worker, signal.SIGSTOP)
-        self.addCleanup(self.go_on)
-
-    def go_on(self) -> None:
-        os.kill(self.worker, signal.SIGCONT)
-
     def listed(self) -> list[bool]:
         """Of each stroke in the list, whether it is muted."""
         return [item.muted for item in field().neural_sculpt.strokes]
@@ -96,12 +85,7 @@ class Meanwhile(WindowCase):
             changed(before, after, hand.region())
             hand.tap("ESC", button)
             yield 3 * hand.DRAWN
-            for expected in states[-2::-1]:
-                yield from undo()
-                self.assertEqual(state(field()), expected)
-            for expected in states[1:]:
-                yield from redo()
-                self.assertEqual(state(field()), expected)
+            yield from self.undo_and_redo(states)
 
     def edit_button(self) -> Steps:
         """Where Edit Stroke is in the first row of the list: two buttons to the left of the one

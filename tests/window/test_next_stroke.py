@@ -18,15 +18,14 @@ from drawing import (
     middle,
     still_picture,
 )
-from harness import brush_settings, module, to_path, vertices
+from geometry import to_path
+from harness import brush_settings, module, vertices
 from simulated_input import Pixel, Steps
 
 MATERIALS = {
     "white": (1.0, 1.0, 1.0),
     "black": (0.0, 0.0, 0.0),
-    "grey": (0.4, 0.4, 0.4),
     "orange": (0.9, 0.4, 0.1),
-    "blue": (0.1, 0.3, 0.9),
 }
 SEEN = 24  # of 255; what differs by more is seen
 
@@ -140,18 +139,12 @@ class NextStroke(WindowCase):
         yield from click((left + 5.5 * (right - left) / 8, (bottom + top) / 2))  # of eight pictures
         yield from hand.until(lambda: brush.alpha == "STAR", SECONDS, "stars")
         path = self.arc()
-        first, *others = hand.to_window(path)
-        hand.move(first)
-        hand.press(first)
-        for place in others:
-            yield 0.02
-            hand.move(place)
-        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
+        yield from self.pen_down(path)
         shown = yield from still_picture()
         hand.save_png(PICTURES / "alpha_under_the_pen.png", shown)
         along = to_path(vertices(field()), path[2:-2]) < 0.25 * RADIUS
         under_pen = self.heights()[along]
-        hand.release(others[-1])
+        hand.release(hand.to_window(path)[-1])
         yield from self.strokes_are(1)
         result = self.heights()[to_path(vertices(field()), path[2:-2]) < 0.25 * RADIUS]
         self.assertGreater(np.ptp(under_pen), 0.3 * INTENSITY)
@@ -160,10 +153,7 @@ class NextStroke(WindowCase):
     def click_points(self) -> Steps:
         """Click control points along the arc, and leave them; where the mouse is then."""
         clicks = hand.to_window(self.arc()[::7])
-        for place in clicks:
-            hand.move(place)
-            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
-            yield 3 * hand.DRAWN
+        yield from self.set_points(clicks)
         at = clicks[1][0], clicks[1][1] - 150
         hand.move(at)
         yield 3 * hand.DRAWN

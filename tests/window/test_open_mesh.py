@@ -5,12 +5,13 @@ import bpy
 import numpy as np
 import simulated_input as hand
 from drawing import PICTURES, SECONDS, WindowCase, field, middle, operate, still_picture
-from harness import vertices
+from harness import long, vertices
 from simulated_input import Steps
 from test_notice import reports
 
 
 class OpenMesh(WindowCase):
+    @long
     def test_a_tube_that_is_filled_is_told(self) -> Steps:
         bpy.ops.mesh.primitive_cylinder_add(radius=0.5, depth=1.4, end_fill_type="NOTHING")
         yield from hand.show_tab("Neural Sculpt")

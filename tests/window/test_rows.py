@@ -17,7 +17,7 @@ from drawing import (
     still_picture,
     uncovered,
 )
-from harness import module, state
+from harness import long, module, state
 from simulated_input import Pixel, Steps
 
 BUTTON = 20  # pixels of a button without words
@@ -109,6 +109,7 @@ class Rows(WindowCase):
         self.assertEqual(self.muted(), [False, False, False])
         self.assert_raised(*paths)
 
+    @long
     def test_a_narrow_sidebar(self) -> Steps:
         """Its edge is dragged: the names keep most of their rows, what was in them is below, and
         works there."""
@@ -138,6 +139,7 @@ class Rows(WindowCase):
         yield from hand.drag([(float(at), y) for at in np.linspace(x, target, 12)], pause=0.05)
         yield 3 * hand.DRAWN
 
+    @long
     def test_the_dialog_names_its_stroke(self) -> Steps:
         """A row is renamed by a click with Ctrl, and its dialog has the name as its title."""
         yield from self.three_strokes()

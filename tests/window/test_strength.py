@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Layers by hand: the strength of a stroke by its slider, and the report that follows."""
 
+from unittest.mock import patch
+
 import bpy
 import numpy as np
 import simulated_input as hand
 from drawing import INTENSITY, SECONDS, WindowCase, changed, field, still_picture
-from harness import state
+from harness import module, state
 from simulated_input import Steps
 
 
@@ -18,7 +20,11 @@ class Strength(WindowCase):
         view.ui_scale = 0.5
 
     def test_strength_by_its_slider(self) -> Steps:
-        """Dragged to the left the stroke sinks when the slider is released; Ctrl Z raises it."""
+        """Dragged to the left the stroke sinks when the slider is released; Ctrl Z raises it.
+
+        That it rests is no release here, be the computer as busy as it may.
+        """
+        self.enterContext(patch.object(module("blender.panels.strength"), "REST", SECONDS))
         yield from self.add()
         path = self.arc()
         yield from self.draw(path)
@@ -51,13 +57,14 @@ class Strength(WindowCase):
     def slider(self) -> Steps:
         """Where the slider is, as left, bottom, right, top in window pixels: what changes in the
         picture when its value does."""
-        strokes, pictures = field().neural_sculpt.strokes, []
-        for value in (0.0, 1.0):
-            strokes[0].strength = value
-            hand.region("UI").tag_redraw()
-            picture = yield from still_picture("UI")
-            pictures.append(picture)
-        return changed(*pictures, hand.region("UI"))
+        full = yield from still_picture("UI")
+        field().neural_sculpt.strokes[0].strength = 0.0
+        hand.region("UI").tag_redraw()
+        empty = yield from still_picture("UI", unlike=full)
+        field().neural_sculpt.strokes[0].strength = 1.0
+        hand.region("UI").tag_redraw()
+        yield from still_picture("UI", unlike=empty)
+        return changed(full, empty, hand.region("UI"))
 
 
 def strength() -> float:

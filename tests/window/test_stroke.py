@@ -120,10 +120,7 @@ class Strokes(WindowCase):
         path = self.arc()
         clicks = hand.to_window(path[::7])
         aside = hand.to_window(self.arc(0.4)[7:8])[0]
-        for place in (clicks[0], aside, clicks[2]):
-            hand.move(place)
-            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
-            yield hand.DRAWN
+        yield from self.set_points((clicks[0], aside, clicks[2]))
         yield from hand.drag([aside, clicks[1]], pause=0.05)
         self.assertEqual(len(field().neural_sculpt.strokes), 0)
         hand.tap("RET", clicks[2])
@@ -136,10 +133,7 @@ class Strokes(WindowCase):
         path = self.arc()
         clicks = hand.to_window(path[::7])
         aside = hand.to_window(self.arc(0.4)[7:8])[0]
-        for place in (clicks[0], aside, clicks[2]):
-            hand.move(place)
-            hand.tap("P" if place == clicks[0] else "LEFTMOUSE", place)
-            yield hand.DRAWN
+        yield from self.set_points((clicks[0], aside, clicks[2]))
         hand.tap("RET", clicks[2])
         yield from self.strokes_are(1)
         bent = state(field())

@@ -17,7 +17,8 @@ from drawing import (
     still_picture,
     uncovered,
 )
-from harness import module, state, to_path
+from geometry import to_path
+from harness import module, state
 from mathutils import Quaternion, Vector
 from simulated_input import Steps
 

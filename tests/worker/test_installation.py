@@ -104,6 +104,7 @@ def test_it_ends_in_the_midst_of_making_the_environment(folder):
 
 
 @LINUX
+@pytest.mark.long
 def test_it_goes_with_pip_when_its_parent_is_killed(folder, halting):
     script = textwrap.dedent(f"""
         import subprocess, time

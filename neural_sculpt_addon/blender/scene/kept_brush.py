@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The brush of the next stroke stays as the artist has set it, whatever undo and redo bring.
 
-Its settings and curves are in brush data-blocks, whose content Blender keeps through undo. Up to
-4.2, an undo to before they were made removes the data-blocks, and a redo brings them back with
-their old content. So they are written again after each step. Nothing points to them.
+Its settings and curves are in brush data-blocks, to which nothing points and whose content Blender
+keeps through undo. Up to 4.2, an undo to before they were made removes the data-blocks, and a redo
+brings them back with their old content. So the content is written again after each step.
 
-In older files the settings are in the scene and the curves in a node tree of it. Those of the scene
-that is shown are taken over.
+Older files have the settings in a scene, and the curves in a node tree of that scene. Those of the
+scene in the window are taken over.
 """
 
 # pyright: reportOptionalMemberAccess=false
@@ -23,9 +23,9 @@ from .brush_properties import BRUSH, NEURAL_SCULPT_PG_brush
 from .properties import GROUP
 
 Points = tuple[Sequence[tuple[float, float]], Sequence[str]]
-"""Of a curve: locations and kinds of handles."""
+"""The points of a curve: their locations, and the kinds of their handles."""
 
-_IN_SCENE_UNITS = {"scene_radius", "scene_intensity"}  # show the lengths beside them
+_IN_SCENE_UNITS = {"scene_radius", "scene_intensity"}  # radius and intensity once more
 _POINTER = "curves"
 
 _kept: tuple[dict[str, Any], dict[str, Points]] = {}, {}
@@ -34,7 +34,7 @@ _kept: tuple[dict[str, Any], dict[str, Points]] = {}, {}
 
 @persistent
 def ensure(*_: object) -> None:
-    """Make what of the brush there is not yet."""
+    """Make the brush where there is none yet."""
     curve_store.ensure_curves()
     if curve_store.data_block(BRUSH) is not None:
         return

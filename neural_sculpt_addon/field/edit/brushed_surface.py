@@ -24,7 +24,7 @@ from .patch import HELD, Patch, bend
 
 Array = NDArray[np.float32]
 
-MOST = 25_000  # vertices, about
+MOST_VERTICES = 25_000  # vertices, about
 
 
 class Brushed(NamedTuple):
@@ -65,7 +65,7 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
         return _middles(field, one, other)
 
     triangles, vertices = divide(
-        brushed.triangles, _vertices(field, brushed), is_long, middles, MOST
+        brushed.triangles, _vertices(field, brushed), is_long, middles, MOST_VERTICES
     )
     fine = Brushed(vertices.before, vertices.after, triangles)
     moved = fine.changed

@@ -34,7 +34,7 @@ REACH = 1.5
 FINE_EDGE, PER_CELL = 1 / 10, 0.4
 """Of the radius, and of a cell of the finest detail there: edges of the patch. The less counts."""
 
-MOST = 25_000  # vertices, about
+MOST_VERTICES = 25_000  # vertices, about
 STILL = 1e-6  # model units; what moves less is as it shall be
 RINGS = 2  # of triangles around those that move
 
@@ -114,7 +114,9 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
         return _Places(in_pieces(bring, len(start), problem.check))
 
     triangles = corners.reshape(-1, 3).astype(np.int32)
-    triangles, (points,) = divide(triangles, _Places(proxy.vertices[used]), is_long, middles, MOST)
+    triangles, (points,) = divide(
+        triangles, _Places(proxy.vertices[used]), is_long, middles, MOST_VERTICES
+    )
     return Samples(points, normals(field, points)), triangles.astype(np.int64)
 
 

@@ -21,7 +21,7 @@ from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..threads import SEARCHED, in_pieces
 
-WRONG_SIDE = 2e-3  # of f0, which may be as far off the surface that was asked for
+WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
 BESIDE = 1 / 64  # radii: how far outside of a sample the winding number is taken
 NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides

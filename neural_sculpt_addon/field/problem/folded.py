@@ -28,7 +28,7 @@ from .fold import SweptVolume, bounding
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
 SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
-MOST = 15_000  # vertices of those, about
+MOST_VERTICES = 15_000  # vertices of those, about
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
@@ -100,7 +100,7 @@ class Folded:
             return _Bounding(*some, self.bounding(before, after))
 
         triangles, found = self._divided
-        triangles, found = divide(triangles, with_bounds(found), is_cut, middles, MOST)
+        triangles, found = divide(triangles, with_bounds(found), is_cut, middles, MOST_VERTICES)
         before, after = Samples(*found[:2]), Samples(*found[2:4])
         return Under(before, after, found.bounds, triangles.astype(np.int64))
 
@@ -126,7 +126,7 @@ class Folded:
         vertices = self._proxy.vertices[some]
         found = self._moved(Samples(vertices, normals(self._field, vertices)))
         triangles = corners.reshape(-1, 3).astype(np.int32)
-        return divide(triangles, found, is_long, middles, MOST)
+        return divide(triangles, found, is_long, middles, MOST_VERTICES)
 
     def _halfway(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> _Moved:
         """The middles of edges, brought to the surface."""

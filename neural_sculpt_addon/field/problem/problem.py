@@ -24,7 +24,7 @@ from ..evaluate import normals, values_and_gradients
 from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
-from ..projection import project
+from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces, join
 from .copies import Copies, close
 from .displaced import move
@@ -35,7 +35,6 @@ from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
 MOST = 4  # times as many samples at most where the surface is stretched, on walls of 76 degrees
-ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
@@ -168,7 +167,7 @@ class Problem:
         start, upright = surface
         away = jitter.uniform(-apart / 2, apart / 2, start.shape).astype(np.float32)
         away -= np.einsum("na,na->n", away, upright)[:, None] * upright
-        found = project(self.field, start + away, tolerance=ON_SURFACE / 10)
+        found = project(self.field, start + away, tolerance=ARRIVED)
         before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
         after, _ = move(self.copies, before)
         if folds:

@@ -20,7 +20,7 @@ from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals
 from ..field import Field
 from ..mesh.surface import Samples
-from ..projection import project
+from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
 from .displaced import displaced
 
@@ -28,8 +28,6 @@ ROWS, COLUMNS = 99, 101
 LONGEST = 10  # times its width may be the length of a cell of the grid
 FEWEST_COLUMNS = 7
 MOST_CAP_ROWS = 99
-ARRIVED = 1e-4  # a Newton step this short leaves no more than its square
-ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
 TORN = 4.0  # usual edges of a triangle, at which it spans two parts of the surface
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 

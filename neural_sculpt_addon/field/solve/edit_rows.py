@@ -24,12 +24,12 @@ from ..field import Field
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
-from ..projection import SMALLEST_GRADIENT, project
+from ..projection import ARRIVED, ON_SURFACE, SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
 from .spline_system import Array, Rows
 
-PRESERVE, AROUND = 2.5, 0.3
-"""Weights of rows; a target has 1."""
+PRESERVE_WEIGHT, AROUND_WEIGHT = 2.5, 0.3
+"""Weights of rows; a target has 1. With half of the first the rim moves a third farther."""
 
 STEEP = 0.5
 """Weight of a slope row, in cells: what one unit of slope weighs in units of length. With half as
@@ -59,9 +59,6 @@ TRIES = 3
 MORE = 3
 """Samples between those of a missed cell, for each: so its halves have as many as it had."""
 
-ON_SURFACE = 1e-3
-"""What projection may leave; farther away it has lost its way."""
-
 
 class EditedSurface:
     """Samples of the surface after the stroke: where it is displaced, and where it is untouched."""
@@ -88,7 +85,7 @@ class EditedSurface:
         held = np.zeros(len(self.kept.points), np.float32)
         f0_beyond = values(problem.field, centres(places(beyond, level - 1), level - 1))
         parts = [
-            (self.kept.points, held, held, np.full_like(held, PRESERVE)),
+            (self.kept.points, held, held, np.full_like(held, PRESERVE_WEIGHT)),
             _value_rows(*self._around(active, level, f0), f0),
             _value_rows(*self._around(beyond, level - 1, f0_beyond), f0_beyond),
         ]
@@ -215,7 +212,7 @@ class EditedSurface:
         step = (f / np.maximum(slope[near], SMALLEST_GRADIENT))[:, None]
         samples = Samples(middles[near] + away - step * normals, normals)
         start = samples.where(problem.copies.untouched(samples)).points
-        found = project(problem.field, start, tolerance=ON_SURFACE / 10)
+        found = project(problem.field, start, tolerance=ARRIVED)
         problem.check()
         place = linear(cells_of(found.points, level), level)
         kept = (found.distance < ON_SURFACE) & np.isin(place, reached)
@@ -227,7 +224,7 @@ class EditedSurface:
 
 def _value_rows(points: Array, wanted: Array, f: Array) -> tuple[Array, Array, Array, Array]:
     """Points, targets, residuals and weights of rows (N,) around the surface, where f is so far."""
-    return points, wanted, wanted - f, np.full(len(f), AROUND, np.float32)
+    return points, wanted, wanted - f, np.full(len(f), AROUND_WEIGHT, np.float32)
 
 
 def _rows(

@@ -38,7 +38,7 @@ from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
-from .edit_rows import AROUND, EditedSurface
+from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .spline_system import ITERATIONS, Rows, solve_level
 
 CELLS_PER_FEATURE = 2.5
@@ -58,7 +58,7 @@ ROWS, NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
 LAYERS = 5
-"""Active cells above each other, where the surface hardly moves."""
+"""Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
@@ -223,7 +223,7 @@ class LocalEdit:
         added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
         self._active = np.union1d(self._active, added)
         middles = centres(places(added, level), level)
-        rows.add(middles, values(field, middles), np.zeros(len(added), np.float32), AROUND)
+        rows.add(middles, values(field, middles), np.zeros(len(added), np.float32), AROUND_WEIGHT)
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
         tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=CLEARING * h)[1])

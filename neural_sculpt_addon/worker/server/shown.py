@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What shows a state of a field: its proxy at the resolution that a job asks for, refined or not.
+"""The mesh of a state of a field: its proxy at the resolution that a job asks for, maybe refined.
 
     resolution: cells per axis;  triangles: refined to so many at most, 0 or none where not refined
 
-What was shown last is kept: the next is updated from it where both have the same base.
+The last mesh is kept: the next one is updated from it where both states have the same base.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ...field.mesh.proxy import Proxy
     from ...field.mesh.refine import Refined
 
-MOST = 10_000_000
+MOST_TRIANGLES = 10_000_000
 """Triangles that a job can ask for."""
 
 
 class _Last(NamedTuple):
-    """A refinement that was shown, of at most so many triangles."""
+    """The last refined mesh, of `most` triangles or fewer."""
 
     state: "State"
     refined: "Refined"
@@ -31,15 +31,15 @@ class _Last(NamedTuple):
 
 
 class Shown:
-    """What shows states."""
+    """Makes the meshes of states, and keeps the last one."""
 
     def __init__(self) -> None:
-        """Nothing was shown yet."""
+        """There is no mesh yet."""
         self._coarse: tuple[State, Proxy] | None = None
         self._refined: _Last | None = None
 
     def state(self, state: "State", job: Payload, progress: Progress) -> "Proxy | Refined":
-        """What shows a state."""
+        """The mesh of a state."""
         from ...field.detail import support
         from ...field.edit.layers import difference
         from ...field.mesh.refine import again, refine
@@ -59,10 +59,9 @@ class Shown:
         return refined
 
     def _proxy(self, state: "State", job: Payload, progress: Progress) -> "Proxy":
-        """The proxy of a state, which is known already at the usual resolution.
+        """The proxy of a state, which the state itself has at the usual resolution.
 
-        At another one it is that of the state that was shown last, updated, when both have the same
-        base.
+        At another one the last proxy is updated, if both states have the same base.
         """
         from ...field.detail import support
         from ...field.edit.layers import difference
@@ -83,7 +82,7 @@ class Shown:
 
 
 def refined(field: "Field", proxy: "Proxy", job: Payload, progress: Progress) -> "Proxy | Refined":
-    """What shows a field whose proxy was made, and of which no state is known."""
+    """The mesh of a field without a state: its proxy, refined where the job asks for it."""
     from ...field.mesh.refine import refine
 
     most = _most(job)
@@ -93,8 +92,9 @@ def refined(field: "Field", proxy: "Proxy", job: Payload, progress: Progress) ->
 def _most(job: Payload) -> int:
     """The triangles that a job allows, 0 where nothing is to be refined. SculptError."""
     most = job.fields.get("triangles", 0)
-    if type(most) is not int or not 0 <= most <= MOST:
+    if type(most) is not int or not 0 <= most <= MOST_TRIANGLES:
         raise SculptError(
-            f"A proxy is refined to at most {MOST:,} triangles, not to {most!r:.60}. Choose fewer."
+            f"A proxy is refined to at most {MOST_TRIANGLES:,} triangles, not to {most!r:.60}."
+            " Choose fewer."
         )
     return most

@@ -38,6 +38,7 @@ def done(bumpy):
     return consolidate(bumpy, 128)
 
 
+@pytest.mark.long
 def test_the_network_takes_the_bump(done):
     assert not done.field.detail.levels
     assert done.field.network.widths == (128, 128)
@@ -49,6 +50,7 @@ def test_the_network_takes_the_bump(done):
     assert bump(points).max() > 0.9 * HEIGHT * np.exp(-((HEIGHT / WIDTH) ** 2) / 2)
 
 
+@pytest.mark.long
 def test_the_field_stays_a_distance_near_its_surface(done, bumpy):
     x = np.random.default_rng(1).uniform(-1, 1, (20_000, 3))
     before, after = bumpy.sample(x), done.field.sample(x)
@@ -58,6 +60,7 @@ def test_the_field_stays_a_distance_near_its_surface(done, bumpy):
     assert cosine.mean() == pytest.approx(1, abs=0.03)
 
 
+@pytest.mark.long
 def test_the_report_is_what_was_lost(done, bumpy):
     report = done.report
     assert (report["components_before"], report["components"]) == (1, 1)

@@ -150,6 +150,7 @@ def test_without_detail_strays_are_only_counted(three):
     assert found.field is spoiled
 
 
+@pytest.mark.long
 def test_rods_beside_each_other_leave_no_islands():
     rods = [
         trimesh.creation.box((1.7, 0.06, 0.06)).apply_translation([0, 0.1 * i, 0]) for i in range(7)

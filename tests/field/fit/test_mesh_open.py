@@ -107,6 +107,7 @@ def test_a_small_fin_gets_a_thickness_with_a_word():
     assert (value < 0).tolist() == [True, True, False]
 
 
+@pytest.mark.long
 def test_a_cup_with_a_thickness_is_fitted_in_one_piece_with_a_word():
     fit = fit_mesh(CUP.vertices, CUP.faces, preset="draft", open_parts="thickness")
     assert fit.report["components"] == 1

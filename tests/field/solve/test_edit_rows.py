@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 
 from neural_sculpt_addon.field.detail import cells_of, distinct, spacing
 from neural_sculpt_addon.field.problem.pose import pose
-from neural_sculpt_addon.field.solve.edit_rows import AROUND, EditedSurface
+from neural_sculpt_addon.field.solve.edit_rows import AROUND_WEIGHT, EditedSurface
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -45,7 +45,7 @@ def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, inten
     active = distinct(cells_of(near.astype(np.float32), LEVEL), LEVEL)
     nothing = np.empty(0, np.int32)
     rows = EditedSurface(problem, displaced, active, nothing, nothing, LEVEL, random).rows
-    around = rows.weights == np.float32(AROUND)
+    around = rows.weights == np.float32(AROUND_WEIGHT)
     points, targets = rows.points[around].astype(float), rows.targets[around]
     half = np.stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]], axis=1)
     true = KDTree(section(intensity)).query(half)[0] * np.where(inside(half, intensity), -1, 1)
