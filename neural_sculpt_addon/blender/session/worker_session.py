@@ -135,6 +135,7 @@ class Session(JobQueue):
     def leave_file(self) -> None:
         """Before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
+        self.undone.forget()
         self.drop_behind()
 
     def poll_once(self) -> bool:
