@@ -277,6 +277,15 @@ class BrushResults(BrushCase):
         self.assertEqual(self.session.last_error, "")
         self.assert_all_are_steps(["Clay", "Neural"])
 
+    def test_a_stroke_just_after_a_result_is_one_of_its_brush(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        brush("Clay")  # no look came before it
+        self.look()
+        self.finish()
+        self.assert_all_are_steps(["Neural", "Clay"])
+
     def test_of_both_undo_takes_back_the_last_first(self) -> None:
         self.before = state(self.ob())
         stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")

@@ -25,3 +25,6 @@ class Arrivals:
     def may_come(self, job: Job) -> bool:
         """Whether something is being done of which one may come that a job must know of."""
         return False
+
+    def follow(self, job: Job) -> None:
+        """The result of a job has come into the scene."""

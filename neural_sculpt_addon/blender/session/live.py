@@ -72,6 +72,12 @@ class LiveResults(BrushResults):
             return False
         return is_brushing() or (_will_look() and not is_at_work())
 
+    def follow(self, job: Job) -> None:
+        """Know the proxy at once, for the next look comes after a brush that begins before it."""
+        ob = None if job.target is None else find(job.target)
+        if ob is not None and job.kind is not JobKind.BRUSHED and _can_absorb(ob):
+            _known(ob, preview.true_positions(proxy_mesh.mesh_of(ob)))
+
 
 def is_on_its_way(ob: Object) -> bool:
     """Whether all that brushes did to the proxy is being absorbed."""

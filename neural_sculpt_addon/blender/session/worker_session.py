@@ -339,6 +339,7 @@ class Session(JobQueue):
         with self.history_grows():
             if self.attempt(job, partial(job.apply, message)):
                 self.end(job, JobStatus.DONE, "")
+                self.arrivals.follow(job)
             else:
                 self._silence(job)
 
