@@ -4,7 +4,8 @@
     blender --python scripts/orders_in_blender.py -- FOLDER SEED FIRST COUNT
 
 FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. What
-started Blender does the lines that begin with `xdotool`.
+started Blender does the lines that begin with `xdotool`. Of an order that fails, KEPT has a text,
+with what was done and Blender's history, and a picture of the window.
 """
 
 import faulthandler
@@ -15,8 +16,11 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import environment
 import simulated_input
 import stressed_blender
+
+KEPT = environment.ROOT / "test-output" / "undo_keys"
 
 
 def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.Steps:
@@ -39,10 +43,23 @@ def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.S
             yield from order.play()
         except Exception as error:  # noqa: BLE001 - whatever it is, it is what we look for
             told = f"{type(error).__name__}: {error} After {', '.join(order.told)}."
+            keep(f"{seed} {number}", told)
             print(f"sequence {number} fails: {' '.join(told.split())}", flush=True)
         else:
             print(f"sequence {number} ends: {len(order.told)}", flush=True)
         case.doCleanups()
+
+
+def keep(name: str, told: str) -> None:
+    """What there is to see of an order that has failed just now."""
+    harness: Any = importlib.import_module("harness")
+    steps = harness.module("blender.scene.sculpt_steps").steps()
+    listed = [f"{step.kind}: {step.name}" for part in steps for step in part]
+    session = harness.module("blender.session.worker_session").session
+    after = f"{len(steps[0])} steps and {len(steps[1])} to redo", *listed, session.last_error
+    KEPT.mkdir(parents=True, exist_ok=True)
+    (KEPT / f"{name}.txt").write_text("\n".join((told, *after)) + "\n", encoding="utf-8")
+    simulated_input.save_png(KEPT / f"{name}.png", simulated_input.screen_pixels())
 
 
 faulthandler.enable()

@@ -42,12 +42,15 @@ def has_person() -> bool:
 
 @contextmanager
 def virtual_screen(size: tuple[int, int] = SIZE) -> Iterator[Mapping[str, str]]:
-    """Environment variables of a program that is to draw on a new virtual screen."""
+    """Environment variables of a program that is to draw on a new virtual screen.
+
+    A key that is held types once: on a busy computer a finger rests longer than it was to.
+    """
     with tempfile.TemporaryDirectory() as folder:
         reading, writing = os.pipe()
         command = [
             *("Xvfb", "-displayfd", str(writing), "-screen", "0", f"{size[0]}x{size[1]}x24"),
-            *("-fbdir", folder, "-nolisten", "tcp", "-noreset", "-nocursor"),
+            *("-fbdir", folder, "-nolisten", "tcp", "-noreset", "-nocursor", "-r"),
         ]
         with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as server:
             try:

@@ -14,9 +14,11 @@ import blenders
 import environment
 import screen
 import stress_undo
+import stress_undo_window
 
 COUNT = 200
 ROLE = "worker"
+SIZE = stress_undo_window.SIZE
 SCRIPT = Path(__file__).with_name("orders_in_blender.py")
 
 
@@ -28,8 +30,8 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     program = blenders.first(environment.ensure_or_exit())
 
     def command(given: Any) -> list[str]:
-        return screen.window_command(program, SCRIPT, given, simulate=False)
+        return screen.window_command(program, SCRIPT, given, simulate=False, size=SIZE)
 
-    with screen.virtual_screen() as on_screen:
+    with screen.virtual_screen(SIZE) as on_screen:
         variables = {**program.variables, **on_screen}
         return stress_undo.play(command, variables, count, seed, report)

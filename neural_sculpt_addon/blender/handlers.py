@@ -15,18 +15,14 @@ from bpy.app.handlers import persistent
 from ..common.errors import SculptError
 from . import notice
 from .scene import native_steps, sculpt_steps
-from .scene.commit import in_edit_mode, in_window, push_undo
+from .scene.commit import in_edit_mode, in_window
 from .scene.mesh import preview
-from .scene.sculpt_steps import BORDER, Step
 from .session import brush_results, live, reports, saved_strokes
-from .session.job import Job
 from .session.worker_session import session
 
 
 class _State:
     passing: bool = False  # over a border: the step that Blender takes is ours
-    undone: tuple[Step | None, Job] | None = None
-    """The job that undo cancelled last, and the border at which redo brings it back."""
 
 
 @persistent
@@ -46,10 +42,10 @@ def prepare_undo(*_: object) -> None:
         return
     if not in_edit_mode() and (job := session.newest_change()) is not None:
         session.cancel_job(job, f"{job.label:.100} was undone.")
-        push_undo(BORDER)
-        _State.undone = sculpt_steps.active(), job
-    elif sculpt_steps.undo_passes():
-        _pass(bpy.ops.ed.undo)
+        session.undone.take(job)
+        return
+    while sculpt_steps.undo_passes() and _pass(bpy.ops.ed.undo):
+        pass
 
 
 @persistent
@@ -61,17 +57,25 @@ def prepare_redo(*_: object) -> None:
     if not _State.passing:
         brush_results.finish(unless_undone=True)
     preview.hide()
-    if not _State.passing and sculpt_steps.redo_passes():
-        _pass(bpy.ops.ed.redo)
+    if not _State.passing:
+        while _redo_passes() and _pass(bpy.ops.ed.redo):
+            pass
 
 
-def _pass(step: Callable[[], object]) -> None:
+def _redo_passes() -> bool:
+    return sculpt_steps.redo_passes() and not session.undone.is_next()
+
+
+def _pass(step: Callable[[], object]) -> bool:
+    """Whether that led to another step."""
+    before = sculpt_steps.active()
     _State.passing = True
     try:
         with in_window():
             step()
     finally:
         _State.passing = False
+    return sculpt_steps.active() != before
 
 
 @persistent
@@ -110,10 +114,11 @@ def follow(*_: object) -> None:
 @persistent
 def bring_back(*_: object) -> None:
     """After redo: what undo cancelled is done after all."""
-    if _State.undone is None or _State.undone[0] != sculpt_steps.active():
+    if _State.passing or native_steps.is_ours() or (job := session.undone.bring_back()) is None:
         return
-    job = _State.undone[1]
-    _State.undone = None
+    before = sculpt_steps.steps()[0]
+    if len(before) > 1:
+        session.move_on(before[-2], before[-1])
     try:
         session.submit_again(job)
     except SculptError as error:
@@ -123,7 +128,6 @@ def bring_back(*_: object) -> None:
 @persistent
 def leave(*_: object) -> None:
     """Before another file is loaded."""
-    _State.undone = None
     preview.let_go()
     live.forget()
     session.leave_file()

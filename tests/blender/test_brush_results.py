@@ -267,6 +267,43 @@ class BrushResults(BrushCase):
         self.assertEqual(self.session.last_error, "")
         self.assert_all_are_steps([*NAMES, "Smooth", "Neural"])
 
+    def test_a_stroke_while_a_job_is_computed_comes_first(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        brush("Clay")
+        self.look()
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assert_all_are_steps(["Clay", "Neural"])
+
+    def test_a_stroke_just_after_a_result_is_one_of_its_brush(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        brush("Clay")  # no look came before it
+        self.look()
+        self.finish()
+        self.assert_all_are_steps(["Neural", "Clay"])
+
+    def test_of_both_undo_takes_back_the_last_first(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        brush("Clay")
+        sculpted = vertices(self.ob())
+        self.look()
+        self.pump(lambda: self.names() == ["Clay"])
+        undo()
+        self.assertFalse(self.session.jobs)
+        self.assert_is(sculpted)
+        undo()
+        self.assertEqual(state(self.ob()), self.before)
+        redo()
+        redo()
+        self.finish()
+        self.assert_all_are_steps(["Clay", "Neural"])
+
     def test_a_job_that_waits_for_them_is_undone(self) -> None:
         self.come_in(2)
         stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")

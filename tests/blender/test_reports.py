@@ -27,6 +27,8 @@ class Reports(SteeredCase):
         self.assertEqual(len(field("Sphere").neural_sculpt.strokes), 1)
         self.assertEqual(self.report(), "")
         self.pump(lambda: self.session.behind.status == "running")
+        is_measured_now = module("blender.session.reports").is_measured_now
+        self.assertTrue(is_measured_now(field("Sphere")))
         self.assertFalse(self.session.jobs)
         self.assertIsNone(self.session.slow_job())
         self.assertFalse(bpy.ops.neural_sculpt.cancel.poll())
@@ -35,6 +37,7 @@ class Reports(SteeredCase):
         self.assertEqual(self.report(), "")
         self.measured()
         self.assertEqual(self.report(), "Two")
+        self.assertFalse(is_measured_now(field("Sphere")))
 
     def test_undo_and_redo_show_that_of_their_revision(self) -> None:
         for name in ("One", "Two"):

@@ -24,7 +24,7 @@ BORDERS = [
 """An order that has all kinds of steps beside each other."""
 REPORT = 4  # in harness.state; it comes when it comes
 MESH = 4  # in what an order looks at
-ROUNDING = 0.0 if bpy.app.version >= (5, 0, 0) else 1e-9
+ROUNDING = 0.0 if bpy.app.version >= (5, 0, 0) else 1e-8
 """Of what Blender's own brushes move, when Blender takes it back and brings it back."""
 Steps = Generator[float, None, None]
 

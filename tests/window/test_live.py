@@ -10,6 +10,7 @@ import simulated_input as hand
 from drawing import (
     SECONDS,
     WindowCase,
+    choose_tool,
     edited,
     enter_sculpt_mode,
     field,
@@ -125,6 +126,42 @@ class Live(WindowCase):
         yield from self.idle()
         self.assertTrue(np.array_equal(vertices(field()), before))
         self.assertFalse(edited())
+
+    def test_a_brush_while_a_neural_stroke_is_computed(self) -> Steps:
+        """The result comes while the brush is down: both are in the history, the brush first."""
+        make_native_brushes("Clay")
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        before = state(field())
+        choose_tool()
+        yield hand.DRAWN
+        worker = self.session.client.pid
+        os.kill(worker, signal.SIGSTOP)
+        yield from hand.drag(hand.to_window(self.arc(0.6)))
+        yield from hand.until(lambda: any(j.strokes for j in self.session.jobs), SECONDS, "a job")
+        take_native_brush("Clay")
+        yield 3 * hand.DRAWN
+        first, *others = hand.to_window(self.arc(0.0))
+        hand.move(first)
+        hand.press(first)
+        os.kill(worker, signal.SIGCONT)
+        for point in others:
+            yield 2 * hand.DRAWN  # the worker answers meanwhile
+            hand.move(point)
+        self.assertEqual(self.names(), [])
+        hand.release(others[-1])
+        yield from self.strokes_are(2)
+        self.assertEqual(self.names()[0], "Clay")
+        self.assertFalse(any(item.muted for item in field().neural_sculpt.strokes))
+        self.assertFalse(edited())
+        both = state(field())
+        yield from undo()
+        self.assertEqual(self.names(), ["Clay"])
+        yield from undo()
+        self.assertEqual(state(field()), before)
+        yield from redo()
+        yield from redo()
+        self.assertEqual(state(field())[2], both[2])
 
     @long
     def test_a_dialog_is_open_when_a_stroke_is_absorbed(self) -> Steps:

@@ -64,6 +64,7 @@ class PersonHands:
 
     def __init__(self, case: WindowCase, seed: int) -> None:
         self.case, self.random = case, random.Random(seed)
+        bpy.context.preferences.view.pie_tap_timeout = 1000  # hundredths: a tap, though it be slow
         focus()
 
     def native(self) -> Steps:

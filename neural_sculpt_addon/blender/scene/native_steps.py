@@ -23,7 +23,7 @@ _state: set[str] = set()
 
 
 def is_ours() -> bool:
-    """Whether the undo that is being done is one of this module's and no wish of the artist."""
+    """Whether the undo that is being done is no wish of the artist."""
     return _OURS in _state
 
 
@@ -46,7 +46,7 @@ def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
     if first not in before[:-1] or not sculpt_steps.is_native(before[-1]):
         return False
     kept, count = brush_attributes.read(mesh()), len(mesh().vertices)
-    with _ours():
+    with ours():
         bpy.ops.ed.undo()
         if sculpt_steps.active() == before[-1]:  # Blender has forgotten what was before it
             return False
@@ -58,7 +58,8 @@ def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
 
 
 @contextmanager
-def _ours() -> Iterator[None]:
+def ours() -> Iterator[None]:
+    """While steps are taken that are no wish of the artist."""
     _state.add(_OURS)
     window = bpy.context.window_manager.windows[0]
     try:

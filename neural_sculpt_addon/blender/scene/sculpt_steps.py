@@ -63,8 +63,8 @@ def is_native(step: Step) -> bool:
 
 def undo_passes() -> bool:
     """Whether the scene is at a border, and undo must leave that first."""
-    step = active()
-    return step is not None and step.name == BORDER
+    before, _ = steps()
+    return len(before) > 2 and before[-1].name == BORDER
 
 
 def redo_passes() -> bool:

@@ -21,3 +21,10 @@ class Arrivals:
     def hold(self, job: Job) -> bool:
         """Whether a job must not begin before they are there."""
         return False
+
+    def may_come(self, job: Job) -> bool:
+        """Whether something is being done of which one may come that a job must know of."""
+        return False
+
+    def follow(self, job: Job) -> None:
+        """The result of a job has come into the scene."""

@@ -50,7 +50,8 @@ ROUNDING = 1e-7
 """What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
 
 UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
-_AT_WORK = ("SCULPT_OT_", "TRANSFORM_OT_", "NEURAL_SCULPT_OT_draw")
+_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
+_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
 
 
 @dataclass(eq=False)
@@ -125,8 +126,17 @@ proxies: dict[int, BrushedProxy] = {}
 
 def is_at_work() -> bool:
     """Whether a brush, or something else that moves vertices, is being used."""
+    return _runs(_AT_WORK)
+
+
+def is_brushing() -> bool:
+    """The same, but for a neural stroke."""
+    return _runs(_BRUSHES)
+
+
+def _runs(names: tuple[str, ...]) -> bool:
     windows = bpy.context.window_manager.windows
-    return any(op.bl_idname.startswith(_AT_WORK) for w in windows for op in w.modal_operators)
+    return any(op.bl_idname.startswith(names) for w in windows for op in w.modal_operators)
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:

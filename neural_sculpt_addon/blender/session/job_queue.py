@@ -28,9 +28,11 @@ from ..scene.commit import in_edit_mode
 from ..scene.mesh import carried, proxy_mesh
 from ..scene.objects import find
 from ..scene.properties import field_of
+from ..scene.sculpt_steps import Step
 from .arrivals import Arrivals
 from .job import Job, JobStatus
 from .session_watcher import Watcher
+from .undone import Undone
 
 log = logging.getLogger(__name__)
 
@@ -47,6 +49,7 @@ class JobQueue:
         """The job that waits for all others to end."""
         self.watcher = Watcher()
         self.arrivals = Arrivals()
+        self.undone = Undone()
         self.last_error = ""
         self.waits = bpy.app.background
         """Whether operators wait for their jobs."""
@@ -78,9 +81,15 @@ class JobQueue:
     @contextmanager
     def history_grows(self) -> Iterator[None]:
         """While results reach Blender's history: the jobs that wait were asked for after them."""
-        before = sculpt_steps.active()
+        before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
+        if is_next and after != before:
+            self.undone.push_again()
+        self.move_on(before, after)
+
+    def move_on(self, before: Step | None, after: Step | None) -> None:
+        """The jobs that were asked for at a step of Blender's history were so at another one."""
         for job in self.jobs:
             if job.step == before:
                 job.step = after

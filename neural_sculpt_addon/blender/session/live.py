@@ -35,7 +35,14 @@ from ..scene.stroke_list import SCULPTED
 from . import brush_results, states
 from .absorb_job import absorb_job
 from .arrivals import Arrivals
-from .brush_results import BrushedProxy, BrushResults, BrushStroke, is_at_work, proxies
+from .brush_results import (
+    BrushedProxy,
+    BrushResults,
+    BrushStroke,
+    is_at_work,
+    is_brushing,
+    proxies,
+)
 from .job import Job, Request
 from .worker_session import session
 
@@ -53,6 +60,23 @@ _left: dict[int, int] = {}
 class _State:
     brushes: bool = False
     """Whether a brush was at work when something changed last, and was not looked at since."""
+
+
+class LiveResults(BrushResults):
+    """Those of the strokes that are absorbed by themselves."""
+
+    def may_come(self, job: Job) -> bool:
+        """While a brush is at work on the object of the job, and until that was looked at."""
+        ob = None if job.target is None else find(job.target)
+        if ob is None or job.kind is JobKind.BRUSHED or not _can_absorb(ob):
+            return False
+        return is_brushing() or (_will_look() and not is_at_work())
+
+    def follow(self, job: Job) -> None:
+        """Know the proxy at once, for the next look comes after a brush that begins before it."""
+        ob = None if job.target is None else find(job.target)
+        if ob is not None and job.kind is not JobKind.BRUSHED and _can_absorb(ob):
+            _known(ob, preview.true_positions(proxy_mesh.mesh_of(ob)))
 
 
 def is_on_its_way(ob: Object) -> bool:
@@ -221,7 +245,7 @@ def _note(*_: object) -> None:
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT" or not is_field(ob):
         return
-    if not bpy.app.timers.is_registered(_look_later):
+    if not _will_look():
         bpy.app.timers.register(_look_later)
     if at_work:
         _State.brushes = True
@@ -232,6 +256,10 @@ def _note(*_: object) -> None:
 def expect_no_stroke() -> None:
     """Before undo and redo: what changes is not a brush's doing, though one may just have ended."""
     _State.brushes = False
+
+
+def _will_look() -> bool:
+    return bpy.app.timers.is_registered(_look_later)
 
 
 def _look_later() -> float | None:
@@ -251,7 +279,7 @@ def _try_to_look() -> None:
 
 def register() -> None:
     """Listen to what changes."""
-    session.arrivals = BrushResults()
+    session.arrivals = LiveResults()
     if not bpy.app.background:
         bpy.app.handlers.depsgraph_update_post.append(_note)
 
@@ -262,5 +290,5 @@ def unregister() -> None:
     session.arrivals = Arrivals()
     if _note in bpy.app.handlers.depsgraph_update_post:
         bpy.app.handlers.depsgraph_update_post.remove(_note)
-    if bpy.app.timers.is_registered(_look_later):
+    if _will_look():
         bpy.app.timers.unregister(_look_later)

@@ -84,7 +84,7 @@ def measure(ob: Object) -> None:
         redraw.tag_panels()
 
     request = Request({"revision": revision})
-    job = Job(JobKind.MEASURE, "Measuring", lambda: request, keep, ob.session_uid, revision)
+    job = Job(JobKind.MEASURE, "Measuring", lambda: request, keep, ob.session_uid, base=revision)
     session.submit_behind(job)
 
 

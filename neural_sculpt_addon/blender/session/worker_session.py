@@ -135,6 +135,7 @@ class Session(JobQueue):
     def leave_file(self) -> None:
         """Before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
+        self.undone.forget()
         self.drop_behind()
 
     def poll_once(self) -> bool:
@@ -272,7 +273,11 @@ class Session(JobQueue):
             return True
         if message.kind is not MessageKind.RESULT:
             return False
-        return self.in_other_mode(job) or self._foresee(job, message)
+        if self.arrivals.may_come(job):
+            return True
+        return not self.arrivals.hold(job) and (
+            self.in_other_mode(job) or self._foresee(job, message)
+        )
 
     def _check(self, job: Job, message: Message) -> None:
         """ProtocolError unless the message can be one of the job; each is looked through once."""
@@ -322,12 +327,21 @@ class Session(JobQueue):
         elif message.kind is MessageKind.ERROR:
             self._hear_error(job, message.fields)
         else:
-            self.worker.keep(message)
-            with self.history_grows():
-                if self.attempt(job, partial(job.apply, message)):
-                    self.end(job, JobStatus.DONE, "")
-                else:
-                    self._silence(job)
+            self._hear_result(job, message)
+
+    def _hear_result(self, job: Job, message: Message) -> None:
+        """It is dropped when a brush was used meanwhile, whose stroke has to come first."""
+        self.worker.keep(message)
+        if self.arrivals.hold(job):
+            self.queue_again(job)
+            job.base, job.step = "", sculpt_steps.active()
+            return
+        with self.history_grows():
+            if self.attempt(job, partial(job.apply, message)):
+                self.end(job, JobStatus.DONE, "")
+                self.arrivals.follow(job)
+            else:
+                self._silence(job)
 
     def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
         text = fields["message"]

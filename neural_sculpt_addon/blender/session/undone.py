@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Jobs that undo cancelled, and the borders in Blender's history at which redo brings them back.
+
+Undo takes back a change that has no result yet by cancelling its job, and Blender's own undo is
+given a border to take back. Each further job needs another border behind it, so all are pushed
+anew: a step cuts off what could be redone before. So does a result that comes meanwhile, of a job
+that was not undone; after that the borders are pushed once more.
+
+    two strokes wait, undo, undo    ...; to redo: border (One), border (Two)
+    redo                            ..., border; to redo: border (Two)
+"""
+
+import logging
+
+import bpy
+
+from ..scene import native_steps, sculpt_steps
+from ..scene.commit import push_undo
+from ..scene.mesh import preview
+from ..scene.sculpt_steps import BORDER, Step
+from .job import Job
+
+log = logging.getLogger(__name__)
+
+
+class Undone:
+    """Those that redo can bring back."""
+
+    def __init__(self) -> None:
+        """There are none."""
+        self._jobs: list[Job] = []  # the next one last
+        self._borders: list[Step] = []  # the next one first
+
+    def forget(self) -> None:
+        """Redo brings nothing back."""
+        self._jobs.clear()
+        self._borders.clear()
+
+    def is_next(self) -> bool:
+        """Whether redo would bring a job back now, and nothing else."""
+        return bool(self._jobs) and sculpt_steps.steps()[1] == self._borders
+
+    def take(self, job: Job) -> None:
+        """Before undo: a job that was cancelled. What undo takes back then is its border."""
+        if not self.is_next():
+            self.forget()
+        self._jobs.append(job)
+        self._push()
+        self._step_back(len(self._jobs) - 1)
+
+    def bring_back(self) -> Job | None:
+        """After redo: the job whose border it has reached."""
+        before, after = sculpt_steps.steps()
+        if not self._jobs or [*before[-1:], *after] != self._borders:
+            return None
+        del self._borders[:1]
+        return self._jobs.pop()
+
+    def push_again(self) -> None:
+        """After a new step of Blender's history, before which a job was next. An operator that runs
+        would not bear it, but what it does cuts off the borders anyway."""
+        windows = bpy.context.window_manager.windows
+        if any(len(window.modal_operators) for window in windows):
+            self.forget()
+            return
+        self._push()
+        self._step_back(len(self._jobs))
+        preview.show()
+
+    def _push(self) -> None:
+        for _ in self._jobs:
+            push_undo(BORDER)
+        self._borders = sculpt_steps.steps()[0][-len(self._jobs) :]
+
+    def _step_back(self, count: int) -> None:
+        with native_steps.ours():
+            for _ in range(count):
+                bpy.ops.ed.undo()

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What undo takes back before it has a result, redo brings back: one change for each press."""
+
+import bpy
+import numpy as np
+from harness import SteeredCase, field, redo, state, stroke, undo
+
+
+class UndoneJobs(SteeredCase):
+    def waiting(self) -> list[str]:
+        return [job.label for job in self.session.jobs]
+
+    def listed(self) -> list[str]:
+        return [item.name for item in field("Sphere").neural_sculpt.strokes]
+
+    def draw(self, *names: str) -> None:
+        for name in names:
+            stroke(np.eye(3), name=name)
+
+    def go_back_and_forth(self) -> None:
+        """All that waits is taken back and brought back, one for each press."""
+        names = self.waiting()
+        for count in range(len(names)):
+            undo()
+            self.assertEqual(self.waiting(), names[: -count - 1])
+        for count in range(len(names)):
+            redo()
+            self.assertEqual(self.waiting(), names[: count + 1])
+
+    def test_each_redo_brings_back_one(self) -> None:
+        before = state(self.ob)
+        self.draw("One", "Two", "Three")
+        self.go_back_and_forth()
+        self.go_back_and_forth()
+        self.finish()
+        states = [before]
+        for count in (2, 1, 0):
+            states.insert(1, state(field("Sphere")))
+            undo()
+            self.assertEqual(self.listed(), ["One", "Two", "Three"][:count])
+        for expected in states:
+            self.assertEqual(state(field("Sphere")), expected)
+            if expected is not states[-1]:
+                redo()
+
+    def test_what_was_done_before_is_one_press_away(self) -> None:
+        for mode in ("OBJECT", "SCULPT"):
+            with self.subTest(mode=mode):
+                bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode=mode)
+                before = state(field("Sphere"))
+                self.draw("Before")
+                self.finish()
+                drawn = state(field("Sphere"))
+                self.draw("One", "Two")
+                self.go_back_and_forth()
+                undo()
+                undo()
+                self.assertEqual(state(field("Sphere"))[2:], drawn[2:])
+                undo()
+                self.assertEqual(state(field("Sphere")), before)
+                redo()
+                self.assertEqual(state(field("Sphere"))[2:], drawn[2:])
+                for count in (1, 2):
+                    redo()
+                    self.assertEqual(self.waiting(), ["One", "Two"][:count])
+                self.session.cancel()
+                undo()
+                self.assertEqual(state(field("Sphere")), before)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_a_result_comes_before_redo(self) -> None:
+        for mode in ("OBJECT", "SCULPT"):
+            with self.subTest(mode=mode):
+                bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode=mode)
+                self.draw("One", "Two", "Three")
+                undo()
+                undo()
+                self.finish()
+                self.assertEqual(self.listed()[-1], "One")
+                one = state(field("Sphere"))
+                for name in ("Two", "Three"):
+                    redo()
+                    self.assertEqual(self.waiting(), [name])
+                    self.finish()
+                    self.assertEqual(self.listed()[-1], name)
+                undo()
+                undo()
+                self.assertEqual(state(field("Sphere")), one)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_what_is_done_instead_cuts_it_off(self) -> None:
+        self.draw("One", "Two")
+        undo()
+        undo()
+        self.draw("Three")
+        self.finish()
+        undo()
+        redo()
+        self.assertEqual(self.waiting(), [])
+        self.assertEqual(self.listed(), ["Three"])
