@@ -42,7 +42,7 @@ def new_revision() -> str:
 class NewField:
     """What a new object is called and where it is placed.
 
-    scale: in the world, what the artist reads as the object's scale; the rest of the matrix's, which
+    scale: in the world, what the artist reads as the object's scale; the rest of the matrix's, as
            the model's box asks for, is its delta scale. None where there was no object before it
     """
 

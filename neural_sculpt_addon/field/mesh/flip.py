@@ -2,8 +2,8 @@
 """Edge flips: thin and turned triangles of a refined mesh are mended within their coarse ones.
 
 The two triangles beside an edge are divided by their other diagonal where the worse of them is
-better then. Edges of a coarse triangle's border stay, so what becomes of it depends on it alone. Nor
-does one come between two vertices of the same side of it: the coarse triangle on the other side
+better then. Edges of a coarse triangle's border stay, so what becomes of it depends on it alone.
+Nor does one come between two vertices of the same side of it: the coarse triangle on the other side
 could get the same edge, which four triangles would have then.
 """
 
