@@ -188,9 +188,9 @@ def read_source(
 def kept_scale(source: Object) -> float:
     """The scale of an object in the world, where it is the same along all axes and mirrors nothing;
     another one is applied to the shape, and 1 is left."""
-    scale = source.matrix_world.to_scale()
-    even = min(scale) > 0 and max(scale) < (1 + EVEN) * min(scale)
-    return sum(scale) / 3 if even else 1.0
+    scale = np.array(source.matrix_world.to_scale())
+    even = scale.min() > 0 and scale.max() < (1 + EVEN) * scale.min()
+    return float(scale.mean()) if even else 1.0
 
 
 def read_dress(source: Object, context: Context, vertices: NDArray[np.float32]) -> Dress:

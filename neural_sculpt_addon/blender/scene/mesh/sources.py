@@ -85,10 +85,10 @@ class Places:
             heaviest = shares.argmax(axis=1)[:, None]
             index[some] = np.take_along_axis(three, heaviest, axis=1)[:, 0]
             is_between = shares.max(axis=1) < 1
-            found.append(tuple(each.compress(is_between, axis=0) for each in (some, three, shares)))
+            found.append((some[is_between], three[is_between], shares[is_between]))
             yield
-        lists, joined = zip(*found, strict=True), []
-        for each in lists:
+        joined = []
+        for each in zip(*found, strict=True):
             joined.append(np.concatenate(each))
             yield
         return cls(index, *joined)
