@@ -79,19 +79,22 @@ class Places:
         cls, index: Indices, rows: Indices, among: Indices, weights: Vectors
     ) -> Generator[None, None, "Places"]:
         """Those of `rows` are between others, but for those that are exactly at one; in steps."""
-        index, found = index.copy(), [(rows[:0], among[:0], weights[:0])]
+        index = index.copy()
+        found: list[Indices] = [rows[:0]]
+        corners: list[Indices] = [among[:0]]
+        kept: list[Vectors] = [weights[:0]]
         for start in range(0, len(rows), PART):
             some, three, shares = (each[start : start + PART] for each in (rows, among, weights))
             heaviest = shares.argmax(axis=1)[:, None]
             index[some] = np.take_along_axis(three, heaviest, axis=1)[:, 0]
             is_between = shares.max(axis=1) < 1
-            found.append((some[is_between], three[is_between], shares[is_between]))
+            found.append(some[is_between])
+            corners.append(three[is_between])
+            kept.append(shares[is_between])
             yield
-        joined = []
-        for each in zip(*found, strict=True):
-            joined.append(np.concatenate(each))
-            yield
-        return cls(index, *joined)
+        among = np.concatenate(corners)
+        yield
+        return cls(index, np.concatenate(found), among, np.concatenate(kept))
 
     def take(self, values: Values, blends: bool) -> Generator[None, None, Values]:
         """The values (N, W), of (R, W), in steps."""
