@@ -80,11 +80,10 @@ class Places:
     ) -> Generator[None, None, "Places"]:
         """Those of `rows` are between others, but for those that are exactly at one; in steps."""
         index = index.copy()
-        found: list[Indices] = [rows[:0]]
-        corners: list[Indices] = [among[:0]]
-        kept: list[Vectors] = [weights[:0]]
+        found, corners, kept = [rows[:0]], [among[:0]], [weights[:0]]
         for start in range(0, len(rows), PART):
-            some, three, shares = (each[start : start + PART] for each in (rows, among, weights))
+            part = slice(start, start + PART)
+            some, three, shares = rows[part], among[part], weights[part]
             heaviest = shares.argmax(axis=1)[:, None]
             index[some] = np.take_along_axis(three, heaviest, axis=1)[:, 0]
             is_between = shares.max(axis=1) < 1
