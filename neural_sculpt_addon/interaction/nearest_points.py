@@ -19,7 +19,8 @@ Steps = Generator[None, None, Indices]
 """Rests between two steps, and gives what was found in the end."""
 
 PART = 65536  # points that are compared in a step
-PIECE = 2048  # points whose neighbours are looked for in a step
+PIECE = 2048  # points whose neighbours are looked for in a step,
+CANDIDATES = 1 << 16  # and neighbours at most, about
 SIZE = 2.0  # usual spacings: the first cells in which neighbours are looked for
 MOST_CELLS = 1024  # along an axis
 WALK = 8  # from neighbour to neighbour
@@ -155,8 +156,7 @@ def _within(points: Vectors, places: Vectors, among: Vectors, size: float, reach
         cells = yield from _Cells.sorting(among, near, size)
         for start in range(0, len(points), PIECE):
             part = slice(start, start + PIECE)
-            found[part] = cells.nearest(points[part], places[part], reach)
-            yield
+            found[part] = yield from cells.nearest(points[part], places[part], reach)
     return found
 
 
@@ -187,15 +187,26 @@ class _Cells:
         yield
         return cells
 
-    def nearest(self, points: Vectors, places: Vectors, reach: float) -> Indices:
+    def nearest(self, points: Vectors, places: Vectors, reach: float) -> Steps:
         """Those nearest to `points` (P, 3) in the eight cells around `places` (P, 3), and within
         reach; -1 where there is none. Beyond all cells others may be looked at."""
         first = np.floor((places - self._low) / self._size - 0.5)
         first = np.clip(first, 0, self._shape - 2).astype(np.int32)  # (P, 3)
         columns = first[:, None] + np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]], np.int32)
         cell = self._linear(columns.reshape(-1, 3))  # (4 P,), of two each
-        start, end = (np.searchsorted(self._number, c) for c in (cell, cell + np.int32(2)))
-        count = end - start
+        ends = (np.searchsorted(self._number, c) for c in (cell, cell + np.int32(2)))
+        start, end = (each.reshape(-1, 4) for each in ends)  # (P, 4)
+        total = np.cumsum((end - start).sum(axis=1))
+        found = np.full(len(points), -1)
+        breaks = np.flatnonzero(np.diff(total // CANDIDATES)) + 1
+        for part in np.split(np.arange(len(points)), breaks):
+            found[part] = self._nearest(points[part], start[part], end[part], reach)
+            yield
+        return found
+
+    def _nearest(self, points: Vectors, start: Indices, end: Indices, reach: float) -> Indices:
+        """Those nearest to `points` (P, 3) among the rows from `start` to `end` (P, 4)."""
+        start, count = start.ravel(), (end - start).ravel()
         owner = np.repeat(np.repeat(np.arange(len(points)), 4), count)  # (Q,), rising
         skipped = np.repeat(start - (np.cumsum(count) - count), count)
         candidate = self._near[np.arange(len(owner)) + skipped]

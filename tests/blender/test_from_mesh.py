@@ -177,6 +177,52 @@ class FromMesh(SculptCase):
         bpy.context.view_layer.update()
         self.assertAlmostEqual(ob.matrix_world.translation.x, before.translation.x + 5, places=4)
 
+    def test_a_parent_whose_uneven_scale_would_distort_is_left_and_told(self) -> None:
+        """Stretched along one axis, a turned sphere is sheared, which no field can be."""
+        parent = bpy.data.objects.new("Stretched", None)
+        bpy.context.scene.collection.objects.link(parent)
+        parent.scale = (1, 3, 1)
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
+        source = bpy.context.active_object
+        source.parent, source.rotation_euler = parent, (0, 0, 0.6)
+        bpy.context.view_layer.update()
+        notice = module("blender.notice")
+        with patch.object(notice, "tell") as told:
+            ob = self.fit(source)
+        self.assertIsNone(ob.parent)
+        sentences = [call.args[0] for call in told.call_args_list]
+        expected = "has no parent: the uneven scale of Stretched would"
+        self.assertTrue(any(expected in sentence for sentence in sentences), sentences)
+        self.assertLess(self.gaps(source, ob).max(), 0.05)
+
+    def test_an_even_scale_stays_the_objects_own(self) -> None:
+        """Twice its own, under a parent of three times; set to 1 it is half as large."""
+        parent = bpy.data.objects.new("Parent", None)
+        bpy.context.scene.collection.objects.link(parent)
+        parent.scale = (3, 3, 3)
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        source.parent, source.rotation_euler = parent, (0, 0, 0.6)
+        source.scale = (2, 2, 2)
+        bpy.context.view_layer.update()
+        ob = self.fit(source)
+        self.assertEqual(ob.parent, parent)
+        np.testing.assert_allclose(ob.scale, (2, 2, 2), rtol=1e-5)
+        self.assertLess(self.gaps(source, ob).max(), 0.05)
+        size = np.ptp(in_world(ob), axis=0)
+        ob.scale = (1, 1, 1)
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(np.ptp(in_world(ob), axis=0), size / 2, rtol=1e-5)
+
+    def test_an_uneven_scale_is_applied(self) -> None:
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        source.scale = (1, 2, 3)
+        bpy.context.view_layer.update()
+        ob = self.fit(source)
+        np.testing.assert_allclose(ob.scale, (1, 1, 1), rtol=1e-5)
+        np.testing.assert_allclose(np.ptp(in_world(ob), axis=0), (2, 4, 6), atol=0.05)
+
     def test_the_origin_stays_where_the_shape_still_fits(self) -> None:
         """A figure of 1 x 0.5 x 2 that stands on its origin, a little to its left: across and in
         depth its origin is kept, and not in its height, which would halve its size."""

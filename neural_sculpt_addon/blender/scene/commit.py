@@ -40,13 +40,18 @@ def new_revision() -> str:
 
 @dataclass(frozen=True)
 class NewField:
-    """What a new object is called and where it is placed."""
+    """What a new object is called and where it is placed.
+
+    scale: in the world, what the artist reads as the object's scale; the rest of the matrix's, as
+           the model's box asks for, is its delta scale. None where there was no object before it
+    """
 
     name: str
     source: str
     matrix: Matrix
     resolution: int
     solver: str = LOCAL
+    scale: float | None = None
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,8 @@ def create_field(
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
+    if new.scale is not None:
+        ob.delta_scale = new.matrix.to_scale() / new.scale
     ob.matrix_world = new.matrix
     with in_window():
         succession.link(ob, replaced)

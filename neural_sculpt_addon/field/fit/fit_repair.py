@@ -133,12 +133,15 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     away = distance.away(points.astype(float))
     cell = proxy.active.spacing
     far = away > NEAR * cell
+    beside = np.bincount(piece, ~far, count) == 0  # a film begins and ends at the mesh
+    apart = Strays(points[beside[piece]], away[beside[piece]])
     far[far] = distance.known(points[far].astype(float))
     mesh = far | (away <= NEAR * cell)  # no film
     points, piece, away, far = points[mesh], piece[mesh], away[mesh], far[mesh]
     mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
     far |= (mean > NO_PIECE * cell)[piece]
-    return _known(Strays(points[far], away[far]), distance)
+    far &= ~beside[piece]
+    return join([_known(Strays(points[far], away[far]), distance), apart])
 
 
 def _within(points: Points, reached: Cells) -> NDArray[np.bool_]:

@@ -35,6 +35,10 @@ AWAY = -0.5
 """Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
 those of an edge across a right-angled crease are not."""
 
+JOINS = -0.2
+"""Cosine of the normals at both ends, 100 degrees, below which an edge joins two sides of something
+thinner than the lattice's cells: what it is split into turns over as often as not."""
+
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
@@ -66,6 +70,7 @@ class Middles(NamedTuple):
 class Growth:
     """A mesh while its edges are split.
 
+    count: of its vertices, those of the coarse triangles, which come first
     known: splits of edges on the border of what is split, which are to be as they are; None where
            there is no border
     """
@@ -75,9 +80,11 @@ class Growth:
         field: Field,
         vertices: NDArray[np.float32],
         normals: NDArray[np.float32],
+        count: int,
         known: Splits | None = None,
     ) -> None:
         self.field, self.vertices, self.normals, self.known = field, vertices, normals, known
+        self.count = count
         self.splits = [in_order(np.empty(0, np.int64), np.empty(0, np.int32))]
         if known is not None:
             self.splits.append(known)
@@ -102,13 +109,16 @@ class Growth:
 
     def _measured(self, edges: Edges, limit: float, progress: Progress) -> Middles:
         """How far edges are off: by the normals at their ends, and by f itself, near to a distance,
-        where these say nothing of detail between. Those on the border and the box's faces stay."""
+        where these say nothing of detail between. Those on the border and the box's faces stay, and
+        those that join two sides of something thin."""
         low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
         along, points = high - low, (low + high) / 2
+        first, second = (self.normals.take(end, axis=0) for end in edges.ends.T)
         inner = (np.abs(points) < 1).all(axis=1)
+        inner &= np.einsum("na,na->n", first, second) > JOINS
         if self.known is not None:
             inner &= ~edges.alone
-        bend = _bend(along, *(self.normals.take(end, axis=0) for end in edges.ends.T))
+        bend = _bend(along, first, second)
         off = _length(bend)[:, 0] * inner
         points += bend
         straight = np.flatnonzero(inner & (off <= limit))
@@ -126,13 +136,16 @@ class Growth:
         """`parts` with better triangles where some are thin or turned: edges are flipped, and
         vertices but for the first `fixed` moved towards the mean of their neighbours."""
         poor = find_poor(parts.triangles, self.vertices, self.normals)
+        if not poor.any():
+            return parts
+        sides = self._sides(parts.triangles[np.isin(parts.parents, parts.parents[poor])])
         moving = np.empty(0, np.int32)
         for _ in range(MENDED):
             if len(moving):
                 self._relax(moving, parts.triangles)
             place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor], kind="table"))
             some = parts.triangles[place]
-            flip(some, parts.parents[place], self.vertices, self.normals)
+            flip(some, parts.parents[place], self.vertices, self.normals, sides, self.count)
             parts.triangles[place] = some
             poor = place[find_poor(some, self.vertices, self.normals)]
             moving = np.unique(parts.triangles[poor])
@@ -140,6 +153,27 @@ class Growth:
             if not len(moving):
                 break
         return parts
+
+    def _sides(self, triangles: NDArray[np.int32]) -> NDArray[np.int64]:
+        """The names (V,) of the coarse edges that vertices of these triangles (F, 3) lie on, or -1:
+        a vertex is on the one that its edge was a part of."""
+        used = np.zeros(len(self.vertices), bool)
+        used[triangles] = True
+        edges, middles = (np.concatenate(each) for each in zip(*self.splits, strict=True))
+        some = used.take(middles)
+        ends, middles = ends_of(edges[some]), middles[some]
+        corner = ends < self.count  # (S, 2)
+        sides = np.full(len(self.vertices), -1, np.int64)
+        sides[middles[corner.all(axis=1)]] = names(ends[corner.all(axis=1)])
+        for _ in range(ROUNDS - 1):  # a round's edges have vertices of those before
+            side = sides.take(ends)  # (S, 2)
+            line = side.max(axis=1)
+            on = (side == line[:, None]) | corner & (ends[..., None] == ends_of(line)[:, None]).any(
+                2
+            )
+            some = (line >= 0) & on.all(axis=1)
+            sides[middles[some]] = line[some]
+        return sides
 
     def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
         """Move vertices (M,) towards the mean of their neighbours, and back onto f = 0."""

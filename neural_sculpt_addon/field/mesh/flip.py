@@ -3,13 +3,15 @@
 
 The two triangles beside an edge are divided by their other diagonal where the worse of them is
 better then. Edges of a coarse triangle's border stay, so what becomes of it depends on it alone.
+Nor does one come between two vertices of the same side of it: the coarse triangle on the other side
+could get the same edge, which four triangles would have then.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .edges import find_edges
-from .subdivide import names
+from .subdivide import ends_of, names
 
 POOR = 0.25
 """Quality below which a triangle is mended: angles of some 8 degrees. 1 is equilateral, below zero
@@ -26,14 +28,17 @@ def flip(
     parents: NDArray[np.int32],
     vertices: NDArray[np.float32],
     normals: NDArray[np.float32],
+    sides: NDArray[np.int64],
+    count: int,
 ) -> None:
     """Flip edges of triangles (F, 3), in place, while that mends some of them.
 
     parents:           (F,), the coarse triangle that each is a part of, and stays
-    vertices, normals: (V, 3)
+    vertices, normals: (V, 3), of which the first `count` are of the coarse triangles
+    sides:             (V,), the names of the coarse edges that the others lie on, or -1
     """
     for _ in range(ROUNDS):
-        if not _flip(triangles, parents, vertices, normals):
+        if not _flip(triangles, parents, vertices, normals, sides, count):
             return
 
 
@@ -49,13 +54,15 @@ def _flip(
     parents: NDArray[np.int32],
     vertices: NDArray[np.float32],
     normals: NDArray[np.float32],
+    sides: NDArray[np.int64],
+    count: int,
 ) -> bool:
     """Flip edges of `triangles` (F, 3), those that gain most from it, at most one of each triangle;
     whether there was one."""
     ends, of_corners = find_edges(triangles)
     order = np.argsort(of_corners.ravel(), kind="stable")  # corners by their edges
-    count = np.bincount(of_corners.ravel(), minlength=len(ends))
-    first = (np.cumsum(count) - count)[count == 2]
+    uses = np.bincount(of_corners.ravel(), minlength=len(ends))
+    first = (np.cumsum(uses) - uses)[uses == 2]
     corner, other = order[first], order[first + 1]
     quality = _quality(triangles, vertices, normals)
     now = np.minimum(quality[corner // 3], quality[other // 3])
@@ -69,7 +76,7 @@ def _flip(
     then = np.minimum(*(_quality(each, vertices, normals) for each in (left, right)))
     fresh = names(np.stack([c, d], axis=1))
     gain = np.where(np.isin(fresh, names(ends)), -1.0, then - now)
-    gain[gain < BETTER] = -1
+    gain[(gain < BETTER) | _on_one_side(c, d, sides, count)] = -1
     best = np.full(len(triangles), -1.0)
     np.maximum.at(best, one, gain)
     np.maximum.at(best, two, gain)
@@ -80,6 +87,16 @@ def _flip(
     chosen = chosen[np.unique(fresh[chosen], return_index=True)[1]]
     triangles[one[chosen]], triangles[two[chosen]] = left[chosen], right[chosen]
     return len(chosen) > 0
+
+
+def _on_one_side(
+    one: NDArray[np.int32], other: NDArray[np.int32], sides: NDArray[np.int64], count: int
+) -> NDArray[np.bool_]:
+    """Whether both of two vertices (N,) of a coarse triangle are on the same edge of it (N,)."""
+    side = np.maximum(sides.take(one), sides.take(other))
+    ends = ends_of(side)
+    on = [(sides.take(each) == side) | (each[:, None] == ends).any(axis=1) for each in (one, other)]
+    return (side >= 0) & on[0] & on[1] | (one < count) & (other < count)
 
 
 def _next(corner: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from neural_sculpt_addon.field.detail import Level, cells_of, distinct, quantised
+from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit.fit import TOLERANCES, Preset, fit_mesh
 from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
@@ -127,6 +127,24 @@ def test_strays_are_taken_away_and_all_else_stays(three, center, level, height, 
         np.abs(values(field, surface)).mean() for field in (three.field, spoiled, found.field)
     )
     assert now < max(given, good + 1e-4)  # a tenth of what the preset allows
+
+
+def test_an_island_over_a_film_is_taken_away_and_the_film_stays():
+    """A ball without its top is closed by a film, over which 27 splines make an island: a piece
+    by itself, which the mesh has none of, though a film may be anywhere there."""
+    vertices, faces = merged(BALL)
+    faces = faces[vertices[faces].mean(axis=1)[:, 2] < 0.2]
+    fit = fit_mesh(vertices, faces, preset="draft")
+    distance = MeshDistance(clean(vertices, faces), np.random.default_rng(0))
+    center = np.array([0, 0, distance.vertices[:, 2].max() + 0.3])
+    assert not distance.known(center[None])[0]
+    nodes = dilated(distinct(cells_of(center[None], 5), 5), 5)
+    spoiled = fit.field.plus({5: Level(nodes, quantised(np.full(len(nodes), -1.0)))})
+    assert extract(spoiled, CELLS).components.total == 2
+    found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
+    assert (found.left, found.proxy.components.total) == (0, 1)
+    before, now = (extract(field, CELLS).vertices for field in (fit.field, found.field))
+    assert now.max(axis=0) == pytest.approx(before.max(axis=0), abs=0.01)
 
 
 def test_a_piece_that_is_off_all_over_is_a_stray_however_near_the_mesh_is(three):

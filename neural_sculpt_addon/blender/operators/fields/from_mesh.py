@@ -2,7 +2,8 @@
 """Fit a neural field to the active mesh, as its modifiers show it.
 
 The fit works in coordinates that differ from the world only by the object's place and rotation, so
-the new object is never sheared or unevenly scaled and a round brush is round in the scene.
+the new object is never sheared or unevenly scaled and a round brush is round in the scene. A scale
+that is the same along all axes stays the object's own.
 """
 
 # pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
@@ -32,6 +33,9 @@ from ..launch import REGISTER, Outcome, refuse, reports_errors
 
 PROPOSED = 0.02
 """Thickness of open parts, as a share of the longest side."""
+
+EVEN = 1e-4
+"""By how much the scale along one axis may be larger than along another, and is the same."""
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -125,7 +129,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         vertices, triangles, frame = read_source(source, context)
         dress = read_dress(source, context, vertices)
         resolution = preferences.resolution()
-        name, uid, solver = source.name, source.session_uid, self.solver
+        name, uid, solver, scale = source.name, source.session_uid, self.solver, kept_scale(source)
 
         def place(message: Message) -> Matrix:
             shift = Matrix.Translation(message.fields["center"])
@@ -147,9 +151,14 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
         def add(result: Message) -> None:
             place_now = place(result)
-            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver)
-            report = result.fields["report"]
-            create_field(new, result, report, find(uid), dress.worn(result))
+            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver, scale)
+            report, replaced = result.fields["report"], find(uid)
+            ob = create_field(new, result, report, replaced, dress.worn(result))
+            if replaced is not None and replaced.parent is not None and ob.parent is None:
+                notice.tell(
+                    f"The field of {name} has no parent: the uneven scale of"
+                    f" {replaced.parent.name} would distort it."
+                )
             axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
             if axes:
                 notice.tell(
@@ -174,6 +183,14 @@ def read_source(
     location, rotation, _ = source.matrix_world.decompose()
     frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
     return *read_in(source, context, frame), frame
+
+
+def kept_scale(source: Object) -> float:
+    """The scale of an object in the world, where it is the same along all axes and mirrors nothing;
+    another one is applied to the shape, and 1 is left."""
+    scale = np.array(source.matrix_world.to_scale())
+    even = scale.min() > 0 and scale.max() < (1 + EVEN) * scale.min()
+    return float(scale.mean()) if even else 1.0
 
 
 def read_dress(source: Object, context: Context, vertices: NDArray[np.float32]) -> Dress:

@@ -79,16 +79,21 @@ class Places:
         cls, index: Indices, rows: Indices, among: Indices, weights: Vectors
     ) -> Generator[None, None, "Places"]:
         """Those of `rows` are between others, but for those that are exactly at one; in steps."""
-        index, between = index.copy(), np.empty(len(rows), bool)
+        index = index.copy()
+        found, corners, kept = [rows[:0]], [among[:0]], [weights[:0]]
         for start in range(0, len(rows), PART):
             part = slice(start, start + PART)
-            heaviest = weights[part].argmax(axis=1)[:, None]
-            index[rows[part]] = np.take_along_axis(among[part], heaviest, axis=1)[:, 0]
-            between[part] = weights[part].max(axis=1) < 1
+            some, three, shares = rows[part], among[part], weights[part]
+            heaviest = shares.argmax(axis=1)[:, None]
+            index[some] = np.take_along_axis(three, heaviest, axis=1)[:, 0]
+            is_between = shares.max(axis=1) < 1
+            found.append(some[is_between])
+            corners.append(three[is_between])
+            kept.append(shares[is_between])
             yield
-        among = among[between]
+        among = np.concatenate(corners)
         yield
-        return cls(index, rows[between], among, weights[between])
+        return cls(index, np.concatenate(found), among, np.concatenate(kept))
 
     def take(self, values: Values, blends: bool) -> Generator[None, None, Values]:
         """The values (N, W), of (R, W), in steps."""
@@ -207,7 +212,11 @@ class Sources:
         old, corner = self.before, self.triangles[closest.changed].ravel()
         number = np.zeros(len(self.after), np.intp)
         number[closest.vertices] = np.arange(len(closest.vertices))
-        triangle, weights = closest.triangle[number[corner]], closest.weights[number[corner]]
+        number = number[corner]
+        yield
+        triangle = closest.triangle[number]
+        yield
+        weights = closest.weights.take(number, axis=0)
         yield
         begin = np.repeat(faces[closest.changed], 3)
         near = yield from beside_seams(old.triangles, edges, seams)
@@ -217,7 +226,9 @@ class Sources:
         )
         index, rows = _corners_of(faces).ravel(), _corners_of(closest.changed).ravel()
         yield
-        return (yield from Places.between(index, rows, _corners_of(triangle), weights))
+        among = _corners_of(triangle)
+        yield
+        return (yield from Places.between(index, rows, among, weights))
 
 
 @dataclass(frozen=True)
