@@ -3,7 +3,7 @@
 
 import json
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 from neural_sculpt_addon.common.whole_file import write_whole
@@ -36,7 +36,7 @@ def run(
         settings = settings.without(missing)
     fits = work_folder / "fields"
 
-    @lru_cache(maxsize=1)
+    @cache
     def scene(name: str) -> Scene:
         return shapes.scene_of(name, fits, settings.cells)
 

@@ -49,7 +49,7 @@ def methods(settings: Settings) -> list[Method]:
 
 
 def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> list[Task]:
-    """One for each edit on each shape."""
+    """One for each edit on each shape; an edit of every shape comes before the next of any."""
     compared = methods(settings)
     seconds = SECONDS_OF_EPOCH * settings.quality
     seconds += SECONDS_OF_MEASURES * settings.samples / 100_000 + 3
@@ -60,7 +60,7 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
 
         return Task(f"table2-{shape}-{number}", seconds, make)
 
-    return [task(shape, number) for shape in settings.shapes for number in range(settings.edits)]
+    return [task(shape, number) for number in range(settings.edits) for shape in settings.shapes]
 
 
 def row(
