@@ -101,6 +101,12 @@ def tables(rows: Mapping[str, Row]) -> list[Table]:
     ]
 
 
+def counts(rows: Sequence[Row]) -> str:
+    """How many edits there are of each shape."""
+    shapes = [row["shape"] for row in rows]
+    return ", ".join(f"{shape} {shapes.count(shape)}" for shape in dict.fromkeys(shapes))
+
+
 def _mean(rows: Sequence[Row], shape: str, method: str, measure: str) -> float:
     chosen = [row["methods"][method][measure] for row in rows if row["shape"] == shape]
     return statistics.fmean(chosen)
@@ -127,8 +133,8 @@ def _chamfer_table(
         f"Table {number}: Chamfer distance over {words}",
         ("shape", "paper: stroke / 3DNS / coarse", "noise floor", *names),
         tuple(lines),
-        "1e-3 of model space; means over the edits. The noise floor is that of two samplings of the"
-        " ground truth.",
+        f"1e-3 of model space; means over random edits ({counts(rows)}). The noise floor is that of"
+        " two samplings of the ground truth.",
     )
 
 
@@ -151,7 +157,7 @@ def _clean_table(rows: Sequence[Row], shapes: Sequence[str], names: Sequence[str
             *("normals, °", "untouched normals, °", "kB", "seconds"),
         ),
         tuple(lines),
-        "1e-3 of model space; means over the edits. Asked: displaced samples from the result. Back:"
-        " the result in the tube from the ground truth's mesh. Drift: untouched surface from the"
-        " result.",
+        f"1e-3 of model space; means over random edits ({counts(rows)}). Asked: displaced samples"
+        " from the result. Back: the result in the tube from the ground truth's mesh. Drift:"
+        " untouched surface from the result.",
     )
