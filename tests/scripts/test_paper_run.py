@@ -45,6 +45,13 @@ def test_finished_rows_are_not_made_again(tmp_path):
     assert said[0].startswith("1 of 2 rows are finished; the others take about 60 seconds")
 
 
+def test_rows_that_are_not_finished_are_left_out(tmp_path):
+    one, two = Task("one", 60.0, lambda: {"x": 1}), Task("two", 60.0, lambda: {"x": 2})
+    work = Work(tmp_path, {})
+    work.do([two], quiet)
+    assert work.rows([one, two]) == {"two": {"x": 2}}
+
+
 def test_a_row_that_fails_leaves_the_others(tmp_path):
     def fail():
         raise RuntimeError("no memory")
