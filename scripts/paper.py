@@ -4,7 +4,7 @@
 Writes docs/paper/: the tables as Markdown and CSV, the figures, the machine, the versions and the
 seeds; a run of all tables also writes the one in README.md. Rows that are finished are kept in
 test-output/paper/, and a later start goes on from there. Times are to be compared within one run on
-a machine with nothing else to do; tables 1, 2 and 4 have some.
+a machine with nothing else to do; tables 1 and 4 have some.
 
     --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
     --plan      only tell what is left and how long it takes

@@ -29,7 +29,7 @@ from .surface import Array
 from .work import Row, Task
 
 SHAPE, RADIUS, INTENSITY = "sphere", 0.14, 0.1
-CAMERA = Camera((0.15, -0.75, 0.95), target=(0.04, -0.46, 0.2), half=0.56)
+CAMERA = Camera((0.15, -0.75, 0.95), target=(0.04, -0.46, 0.24), half=0.53)
 ROWS, COLUMNS = 29, 9  # of the grid that is shown; 99 x 101 are computed
 FRAMES = (0.16, 0.5, 0.84)  # u of the frames
 LENGTH = 0.16  # of an axis
@@ -107,9 +107,9 @@ class _Drawing:
                 path.points[at] + np.array([[0.0], [LENGTH], [1.2 * LENGTH]]) * way[at]
             )
             sheet.pointed(self._draw, tuple(start), tuple(end), color, 2.5 * LARGER)
-            self._draw.text(
-                tuple(letter), name, color, sheet.font(sheet.LABEL * LARGER), anchor="mm"
-            )
+            halo = {"stroke_width": LARGER, "stroke_fill": "white"}
+            large = sheet.font(sheet.LABEL * LARGER)
+            self._draw.text(tuple(letter), name, color, large, anchor="mm", **halo)
 
     def _places(self, points: Array) -> Array:
         """On the larger page (N, 2), of points (N, 3)."""

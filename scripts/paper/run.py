@@ -13,7 +13,7 @@ from .about import about, told
 from .methods import Scene
 from .settings import FULL, QUICK
 from .table import Table
-from .work import Row, Work, plan
+from .work import Row, Task, Work, plan
 
 MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond, "figures": figures}
 PAGE, GALLERY = "README.md", "gallery.jpg"
@@ -62,8 +62,8 @@ def run(
     main = main_table.main_table(rows)
     tables = [*main, *(table for name in chosen for table in MODULES[name].tables(rows))]
     heading = ["# The paper's tables and figures\n", f"{told(facts)}\n"]
-    if unfinished := [task.key for task in tasks if task.key not in rows]:
-        heading.append(f"Not finished, and so not in the tables: {', '.join(unfinished)}.\n")
+    if len(rows) < len(tasks):
+        heading.append(f"Not all of it is finished: {missing_of(tasks, rows)}.\n")
     out.mkdir(parents=True, exist_ok=True)
     parts = [*heading, *_written(tables, out), *_drawn(rows, work_folder, out)]
     write_whole(out / PAGE, "\n".join(parts).encode())
@@ -72,6 +72,14 @@ def run(
         text = main_table.replaced(readme.read_text(encoding="utf-8"), main)
         write_whole(readme, text.encode())
     say(f"Wrote {len(tables)} tables to {out}.")
+
+
+def missing_of(tasks: Sequence[Task], rows: Mapping[str, Row]) -> str:
+    """How many rows of each kind there are not."""
+    kinds = [task.key.partition("-")[0] for task in tasks]
+    left = [task.key.partition("-")[0] for task in tasks if task.key not in rows]
+    counted = [f"{left.count(k)} of {kinds.count(k)} rows of {k}" for k in dict.fromkeys(left)]
+    return f"{', '.join(counted)} are missing"
 
 
 def _written(tables: Sequence[Table], out: Path) -> list[str]:

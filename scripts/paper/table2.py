@@ -75,10 +75,8 @@ def row(
     found["truth_bytes"] = truth.bytes
     for method in compared:
         method.prepare(scene)
-        result = method.edit(scene, stroke)
-        surface = result.surface
+        surface = method.edit(scene, stroke).surface
         found["methods"][method.name] = {
-            "seconds": result.seconds,
             "bytes": surface.bytes,
             "triangles": len(surface.triangles) if isinstance(surface, MeshSurface) else None,
             **chamfer.of(surface),
@@ -148,13 +146,13 @@ def _clean_table(rows: Sequence[Row], shapes: Sequence[str], names: Sequence[str
                 for scale, measure in zip(scales, CLEAN, strict=True)
             ]
             size = _mean(rows, shape, name, "bytes") / 1e3
-            lines.append((shape, name, *found, size, _mean(rows, shape, name, "seconds")))
+            lines.append((shape, name, *found, size))
     return Table(
         "table-2c",
         "Table 2c: distances without sampling noise, and sizes",
         (
             *("shape", "method", "asked", "asked p95", "back", "drift", "drift p99"),
-            *("normals, °", "untouched normals, °", "kB", "seconds"),
+            *("normals, °", "untouched normals, °", "kB"),
         ),
         tuple(lines),
         f"1e-3 of model space; means over random edits ({counts(rows)}). Asked: displaced samples"

@@ -4,6 +4,7 @@
 import json
 
 import pytest
+from paper.run import missing_of
 from paper.settings import FULL, QUICK
 from paper.table import Table
 from paper.work import Task, Work, plan
@@ -50,6 +51,12 @@ def test_rows_that_are_not_finished_are_left_out(tmp_path):
     work = Work(tmp_path, {})
     work.do([two], quiet)
     assert work.rows([one, two]) == {"two": {"x": 2}}
+
+
+def test_the_page_tells_how_many_rows_are_missing():
+    tasks = [Task(key, 1.0, dict) for key in ("table2-a-0", "table2-b-0", "table3-8", "figure-x")]
+    told = missing_of(tasks, {"table2-a-0": {}, "figure-x": {}})
+    assert told == "1 of 2 rows of table2, 1 of 1 rows of table3 are missing"
 
 
 def test_a_row_that_fails_leaves_the_others(tmp_path):
