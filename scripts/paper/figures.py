@@ -38,16 +38,19 @@ SHAPE, PEAKS = "sphere", 5
 LEAST, MOST = 1e-6, 1e-2  # of the colours of drift
 COLOURS = np.array([[255, 255, 255], [254, 224, 144], [244, 109, 67], [165, 0, 38]], float)
 STROKE_COLOUR = 165.0
+COLUMNS = 3
 BAR = 16  # pixels, height of the colours that a legend shows
-METHODS = "One stroke by all methods: radius 0.08, intensity 0.06, quintic, the first random edit"
-DRIFT = (
-    "The same: how far the surface moved where the stroke does not reach (the stroke is grey), in"
-    " model space"
-)
-PEAKED = (
-    f"A profile of five peaks of one height, radius {WIDE}, intensity {LOW}: what a network of"
-    " 70 kB can hold, and what local detail can"
-)
+CAPTIONS = {
+    "sequence": sequence.CAPTION,
+    "frame": frame.CAPTION,
+    **{name: family.caption for name, family in families.FAMILIES.items()},
+    "peaks": f"A profile of five peaks of one height, radius {WIDE}, intensity {LOW}: what is"
+    " left of it in a network of 70 kB, and in local detail (table 5a)",
+    "methods": "One stroke by all methods: radius 0.08, intensity 0.06, quintic, the first random"
+    " edit of the sphere (table 2)",
+    "drift": "The same: how far the surface moved where the stroke does not reach, in model space;"
+    " the stroke is grey",
+}
 
 
 def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> list[Task]:
@@ -62,10 +65,9 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         fields = _edited([stroke, *dns, *ours()], here, edit)
         problem, camera = pose(here.preparation, edit), _camera(edit)
         drift = {n: drift_map(problem, f, camera, size) for n, f in fields.items()}
-        sheet.save(folder / "methods.jpg", _row(_shaded(fields, camera, size)))
-        page = _row(drift)
-        sheet.save(folder / "drift.jpg", sheet.below([page, _scale(size)]))
-        return {"pictures": {"methods": METHODS, "drift": DRIFT}}
+        sheet.save(folder / "methods.jpg", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "drift.jpg", sheet.below([_page(drift), _scale(size)]))
+        return {"pictures": ["methods", "drift"]}
 
     def peaks() -> Row:
         here = scene(SHAPE)
@@ -73,8 +75,8 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         edit = Stroke(points, Brush(WIDE, LOW, peaked(PEAKS)))
         fields = _edited([stroke, *ours()], here, edit)
         camera = _camera(edit)
-        sheet.save(folder / "peaks.jpg", _row(_shaded(fields, camera, size)))
-        return {"pictures": {"peaks": PEAKED}}
+        sheet.save(folder / "peaks.jpg", _page(_shaded(fields, camera, size)))
+        return {"pictures": ["peaks"]}
 
     epoch = 0.08 + 0.17 + 0.17
     return [
@@ -93,8 +95,8 @@ def tables(_rows: Mapping[str, Row]) -> list[Table]:
 
 def pictures(rows: Mapping[str, Row]) -> dict[str, str]:
     """What each picture shows, by the name of its file without suffix."""
-    some = [row["pictures"] for key, row in rows.items() if key.startswith("figure-")]
-    return {name: caption for row in some for name, caption in row.items()}
+    some = [row for key, row in rows.items() if key.startswith("figure-")]
+    return {name: CAPTIONS[name] for row in some for name in row["pictures"]}
 
 
 def drift_map(
@@ -146,11 +148,11 @@ def _shaded(
     return {name: field_picture.picture(f, camera, size, light) for name, f in fields.items()}
 
 
-def _row(cells: Mapping[str, Picture]) -> Picture:
-    """Pictures beside each other, each with its name below."""
-    return sheet.beside(
-        [sheet.below([cell, sheet.label(name, cell.shape[1])]) for name, cell in cells.items()]
-    )
+def _page(cells: Mapping[str, Picture]) -> Picture:
+    """Rows of pictures, each with its name below."""
+    named = [sheet.below([cell, sheet.label(name, cell.shape[1])]) for name, cell in cells.items()]
+    rows = [named[at : at + COLUMNS] for at in range(0, len(named), COLUMNS)]
+    return sheet.below([sheet.beside(row) for row in rows])
 
 
 def _scale(width: int) -> Picture:

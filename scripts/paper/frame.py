@@ -66,7 +66,7 @@ def task(settings: Settings, folder: Path) -> Task:
             sheet.below([one.picture(), sheet.label(name, size)]) for name, one in panels.items()
         ]
         sheet.save(folder / "frame.jpg", sheet.beside(labelled))
-        return {"pictures": {"frame": CAPTION}}
+        return {"pictures": ["frame"]}
 
     return Task("figure-frame", 15, make)
 
