@@ -85,19 +85,15 @@ def ring() -> list[Data]:
 def pumpkin() -> list[Data]:
     """Ribs, a stalk, and a face that is carved into them."""
     rib = [on_sphere(18, b) for b in range(-80, 81, 10)]
-    nose = [on_sphere(0, 6), on_sphere(-5, -4), on_sphere(5, -4)]
-    eye = [on_sphere(*p) for p in ((14, 12), (22, 24), (34, 22))]
-    mouth = [
-        on_sphere(a, -22 - 12 * math.cos(math.radians(2.2 * a)) + (5 if k % 2 else 0))
-        for k, a in enumerate(range(-42, 43, 7))
-    ]
+    mouth = [on_sphere(a, -11 - 12 * math.cos(math.radians(2.2 * a))) for a in range(-42, 43, 7)]
     carved = {"profile": {"name": "cubic"}}
     return [
         stroke("Ribs", rib, 0.1, -0.06, radial=[1, 1, 10], profile={"name": "cubic"}),
         stroke("Stalk", [on_sphere(0, 90)], 0.13, 0.14, profile={"name": "cubic"}),
-        stroke("Eyes", eye, 0.05, -0.06, mirror="X", **carved),
-        stroke("Nose", nose, 0.04, -0.06, closed=True, **carved),
-        stroke("Mouth", mouth, 0.045, -0.07, **carved),
+        stroke("Eyes", [on_sphere(22, 18)], 0.1, -0.09, mirror="X"),
+        stroke("Nose", [on_sphere(0, 3)], 0.06, -0.05, **carved),
+        stroke("Mouth", mouth, 0.05, -0.06, **carved),
+        stroke("Teeth", [on_sphere(13, -18)], 0.04, 0.05, mirror="X"),
     ]
 
 
