@@ -65,13 +65,13 @@ def main_table(rows: Mapping[str, Row]) -> list[Table]:
     return [Table("table-main", title, columns, tuple(lines), about)]
 
 
-def replaced(text: str, tables: Sequence[Table]) -> str:
-    """The README's `text` with the table between its markers. SculptError when it has none."""
+def replaced(text: str, tables: Sequence[Table], note: str = "") -> str:
+    """The README's `text` with table and note between its markers. SculptError without these."""
     before, begin, rest = text.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):
         raise SculptError("README.md has no place for the paper's table.")
-    told = "\n".join(f"{table.grid()}\n\n{table.about}" for table in tables)
+    told = "\n".join(f"{table.grid()}\n\n{table.about} {note}".rstrip() for table in tables)
     return f"{before}{begin}\n\n{told}\n\n{end}{after}"
 
 

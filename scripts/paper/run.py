@@ -62,14 +62,15 @@ def run(
     main = main_table.main_table(rows)
     tables = [*main, *(table for name in chosen for table in MODULES[name].tables(rows))]
     heading = ["# The paper's tables and figures\n", f"{told(facts)}\n"]
-    if len(rows) < len(tasks):
-        heading.append(f"Not all of it is finished: {missing_of(tasks, rows)}.\n")
+    note = f"Preliminary: {missing_of(tasks, rows)}." if len(rows) < len(tasks) else ""
+    if note:
+        heading.append(f"{note}\n")
     out.mkdir(parents=True, exist_ok=True)
     parts = [*heading, *_written(tables, out), *_drawn(rows, work_folder, out)]
     write_whole(out / PAGE, "\n".join(parts).encode())
     write_whole(out / "about.json", (json.dumps(facts, indent=1) + "\n").encode())
     if readme:
-        text = main_table.replaced(readme.read_text(encoding="utf-8"), main)
+        text = main_table.replaced(readme.read_text(encoding="utf-8"), main, note)
         write_whole(readme, text.encode())
     say(f"Wrote {len(tables)} tables to {out}.")
 

@@ -78,6 +78,7 @@ def test_the_readme_gets_the_table_between_its_markers():
     assert once.startswith(f"before\n{BEGIN}\n\n| method |") and once.endswith(f"{END}\nafter\n")
     assert "old" not in once and "| the paper's stroke method | 1 | 0.2 |" in once
     assert replaced(once, tables) == once
+    assert "noise floor. Some are missing.\n" in replaced(once, tables, "Some are missing.")
     with pytest.raises(SculptError, match="no place"):
         replaced(f"{BEGIN} without an end", tables)
 
