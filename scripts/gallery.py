@@ -17,6 +17,7 @@ from environment import ROOT
 SCRIPT = ROOT / "scripts" / "gallery_in_blender.py"
 FOLDER = ROOT / "test-output" / "gallery"
 TARGET = ROOT / "docs" / "paper" / "gallery.jpg"
+SHOWN = "ring", "pumpkin", "scales", "inscription", "robot", "hair"
 CELLS = 256  # of the meshes that are rendered
 COLUMNS = 3
 
@@ -30,7 +31,7 @@ def main() -> None:
         sys.exit(f"There is no example {', '.join(sorted(unknown))}.")
     environment.enter("worker")
     FOLDER.mkdir(parents=True, exist_ok=True)
-    meshes = [_mesh(name) for name in names or make_examples.EXAMPLES]
+    meshes = [_mesh(name) for name in names or SHOWN]
     command = [str(environment.ensure().blender), str(SCRIPT), *map(str, meshes)]
     subprocess.run(command, check=True)
     if not names:
@@ -62,12 +63,12 @@ def _join(paths: list[Path]) -> None:
     """All renderings as one picture."""
     from PIL import Image
 
-    cells = [Image.open(path).convert("RGB") for path in paths]
+    cells = [Image.open(path) for path in paths]
     width, height = cells[0].size
     rows = -(-len(cells) // COLUMNS)
     page = Image.new("RGB", (width * COLUMNS, height * rows), "white")
     for place, cell in enumerate(cells):
-        page.paste(cell, (width * (place % COLUMNS), height * (place // COLUMNS)))
+        page.paste(cell, (width * (place % COLUMNS), height * (place // COLUMNS)), cell)
     TARGET.parent.mkdir(parents=True, exist_ok=True)
     page.save(TARGET, quality=85)
     print(TARGET.relative_to(ROOT))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What gallery.py does in Blender: render each mesh in the demo's studio. Needs bpy."""
+"""What gallery.py does in Blender: meshes in the demo's studio, on no ground. Needs bpy."""
 
 import sys
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import bpy
 import demo_picture
@@ -18,6 +18,7 @@ SEEN_FROM = {  # by the names of the files
     "robot": (0.3, -1.0, 0.15),
 }
 OTHERS = (0.2, -1.0, 0.28)
+AROUND = (0.34, 0.35, 0.37, 1.0)  # even light, brighter than that of the demo's dark studio
 
 
 def main(paths: list[Path]) -> None:
@@ -29,8 +30,13 @@ def main(paths: list[Path]) -> None:
         assert ob is not None
         cast(Mesh, ob.data).shade_smooth()
         demo_picture.set_up(ob, Vector(SEEN_FROM.get(path.stem, OTHERS)).normalized())
+        world = bpy.context.scene.world
+        assert world is not None and world.node_tree is not None
+        cast(Any, world.node_tree.nodes["Background"].inputs["Color"]).default_value = AROUND
         render = bpy.context.scene.render
         render.resolution_x, render.resolution_y = SIZE
+        render.film_transparent = True
+        render.image_settings.color_mode = "RGBA"
         demo_picture.render(path.with_suffix(".png"))
 
 

@@ -23,6 +23,7 @@ DIGITS = 4
 STEPS, LONGEST = 200, 0.05  # of points on their way to the surface from the front
 CARVED = {"points": [[-1, 0], [-0.6, 0.15], [0, -1], [0.6, 0.15], [1, 0]]}
 CHISEL = {"points": [[-1, 0], [-0.35, -1], [0.15, 0.35], [1, 0]]}  # not symmetric
+WAVES = {"points": [[-1, 0], [-0.75, 1], [-0.25, -1], [0.25, 1], [0.75, -1], [1, 0]]}
 BRAID = {"points": [[-1, 0], [-0.5, 1], [0, 0.1], [0.5, 1], [1, 0]]}
 
 Point = tuple[float, float, float]
@@ -84,19 +85,15 @@ def ring() -> list[Data]:
 def pumpkin() -> list[Data]:
     """Ribs, a stalk, and a face that is carved into them."""
     rib = [on_sphere(18, b) for b in range(-80, 81, 10)]
-    nose = [on_sphere(0, 6), on_sphere(-5, -4), on_sphere(5, -4)]
-    eye = [on_sphere(*p) for p in ((14, 12), (22, 24), (34, 22))]
-    mouth = [
-        on_sphere(a, -22 - 12 * math.cos(math.radians(2.2 * a)) + (5 if k % 2 else 0))
-        for k, a in enumerate(range(-42, 43, 7))
-    ]
+    mouth = [on_sphere(a, -11 - 12 * math.cos(math.radians(2.2 * a))) for a in range(-42, 43, 7)]
     carved = {"profile": {"name": "cubic"}}
     return [
         stroke("Ribs", rib, 0.1, -0.06, radial=[1, 1, 10], profile={"name": "cubic"}),
         stroke("Stalk", [on_sphere(0, 90)], 0.13, 0.14, profile={"name": "cubic"}),
-        stroke("Eyes", eye, 0.05, -0.06, mirror="X", **carved),
-        stroke("Nose", nose, 0.04, -0.06, closed=True, **carved),
-        stroke("Mouth", mouth, 0.045, -0.07, **carved),
+        stroke("Eyes", [on_sphere(22, 18)], 0.1, -0.09, mirror="X"),
+        stroke("Nose", [on_sphere(0, 3)], 0.06, -0.05, **carved),
+        stroke("Mouth", mouth, 0.05, -0.06, **carved),
+        stroke("Teeth", [on_sphere(13, -18)], 0.04, 0.05, mirror="X"),
     ]
 
 
@@ -193,6 +190,40 @@ def hair() -> list[Data]:
     return made
 
 
+def idol() -> list[Data]:
+    """A head out of a sphere in fourteen strokes, no two of which have the same brush."""
+
+    def way(*places: tuple[float, float]) -> list[Point]:
+        return [on_sphere(*place) for place in places]
+
+    sides = {"mirror": "X"}
+    rising = {"points": [[0, 0.15], [0.75, 1], [1, 0.9]]}
+    return [
+        stroke("chin", way((0, -68)), 0.34, 0.13),
+        stroke("brows", way((4, 18), (14, 27), (30, 30), (48, 20)), 0.1, 0.08, **sides),
+        stroke("sockets", way((21, 8)), 0.15, -0.09, **sides),
+        stroke("eyes", way((21, 8)), 0.09, 0.08, profile={"name": "cubic"}, **sides),
+        stroke("lids", way((9, 8), (21, 20), (33, 8)), 0.035, 0.025,
+               profile={"name": "linear"}, modulation={"name": "central"}, **sides),
+        stroke("nose", way((0, 18), (0, 8), (0, -2), (0, -12)), 0.09, 0.14, modulation=rising),
+        stroke("mouth", way((-26, -33), (-13, -35), (0, -36), (13, -35), (26, -33)), 0.07, 0.06,
+               profile=CARVED, modulation={"points": [[0, 0.3], [0.3, 1], [0.7, 1], [1, 0.3]]}),
+        stroke("cheeks", way((10, -10), (22, -14), (33, -28), (32, -42)), 0.06, 0.035,
+               modulation={"name": "exponential"}, **sides),
+        stroke("forehead", way((-26, 45), (-13, 47), (0, 48), (13, 47), (26, 45)), 0.085, 0.02,
+               profile=WAVES),
+        stroke("ears", way((88, 4)), 0.2, 0.22, profile={"name": "quintic"}, **sides),
+        stroke("hollows", way((72, 4)), 0.09, -0.08, profile={"name": "cubic"}, **sides),
+        stroke("hair", way((40, 70), (58, 58), (72, 42), (80, 30)), 0.065, 0.03,
+               profile=BRAID, **sides),
+        stroke("crest", [*way(*((0, b) for b in range(64, 90, 8))),
+                         *way(*((180, b) for b in range(86, 20, -8)))], 0.06, 0.045,
+               profile={"name": "cubic"}, modulation={"name": "sinusoidal"}),
+        stroke("beard", way((0, -54), (0, -61), (0, -68)), 0.11, 0.1,
+               profile={"name": "linear"}, modulation={"name": "linear"}),
+    ]  # fmt: skip
+
+
 EXAMPLES = {
     "ring": Example("torus", ring),
     "pumpkin": Example("sphere", pumpkin),
@@ -200,6 +231,7 @@ EXAMPLES = {
     "inscription": Example("sphere", inscription),
     "robot": Example("suzanne", robot, from_front=True),
     "hair": Example("suzanne", hair),
+    "idol": Example("sphere", idol),
 }
 
 

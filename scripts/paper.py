@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Repeat the paper's evaluation: python3 scripts/paper.py.
 
-Writes docs/paper/: the tables as Markdown and CSV, the machine, the versions and the seeds. Rows
-that are finished are kept in test-output/paper/, and a later start goes on from there. Times are to
-be compared within one run on a machine with nothing else to do.
+Writes docs/paper/: the tables as Markdown and CSV, the figures, the machine, the versions and the
+seeds; a run of all tables also writes the one in README.md. Rows that are finished are kept in
+test-output/paper/, and a later start goes on from there. Times are to be compared within one run on
+a machine with nothing else to do; tables 1 and 4 have some.
 
     --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
     --plan      only tell what is left and how long it takes
+    --finished  make no more rows, and write the tables of those that are there
     1 2 3 4 beyond figures   only these
 """
 
@@ -30,6 +32,7 @@ def main() -> None:
     parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(TABLES))
     parser.add_argument("--quick", action="store_true", help="a small form, in minutes")
     parser.add_argument("--plan", action="store_true", help="only tell how long it takes")
+    parser.add_argument("--finished", action="store_true", help="only write what is finished")
     parser.add_argument("--work", type=Path, help="folder of finished rows")
     parser.add_argument("--out", type=Path, help="where the tables go (default: docs/paper)")
     options = parser.parse_args()
@@ -51,6 +54,8 @@ def main() -> None:
             out,
             functools.partial(print, flush=True),
             only_plan=options.plan,
+            only_finished=options.finished,
+            readme=None if options.quick or options.tables or options.out else ROOT / "README.md",
         )
     except SculptError as error:
         sys.exit(f"{error}")

@@ -6,7 +6,9 @@
                           who sculpts it: each method behind one interface, ours and baselines
     surface, ground       what comes out, and what should have
     chamfer, measures     how far apart these are
-    table1 ... beyond     rows of one table each
+    table1 ... beyond     rows of one table each; main_table, of those, for the README
+    figures, families, frame, sequence, sheet
+                          pictures, and how they are put on a page
     settings, work, about, table
                           the run: its two sizes, finished rows, the machine, Markdown and CSV
 

@@ -43,7 +43,7 @@ FAR = 1.5  # radii from all strokes of a session
 
 
 def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> list[Task]:
-    """All of them."""
+    """All of them; what takes longest comes last."""
     stroke, second = Product("stroke", "paper", settings.quality), settings.quality * 0.08
     dns = ThreeDns("3DNS union", settings.quality, union=True)
     profiled, torn = [stroke, *ours()], [stroke, dns, *ours()]
@@ -52,15 +52,20 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
             (f"peaks-{n}", second + 12, _peaks(profiled, scene, n, settings))
             for n in settings.peaks
         ),
+        ("undo", 0.8 * settings.session, _undo(scene, settings)),
+        *(
+            (f"session-{name}", settings.session * seconds, _session(name, scene, settings))
+            for name, seconds in (("local", 0.6), ("network", 1))
+        ),
         *(
             (f"torn-{height:g}", 4 * second, _torn(torn, scene, height, settings))
             for height in settings.intensities
         ),
-        *(
-            (f"session-{name}", settings.session * seconds, _session(name, scene, settings))
-            for name, seconds in (("paper", settings.speed * 0.08), ("network", 1), ("local", 0.6))
+        (
+            "session-paper",
+            settings.session * settings.speed * 0.08,
+            _session("paper", scene, settings),
         ),
-        ("undo", 0.8 * settings.session, _undo(scene, settings)),
     ]
     return [Task(f"beyond-{key}", seconds, make) for key, seconds, make in made]
 
@@ -250,6 +255,7 @@ def _torn_table(rows: Sequence[Row]) -> Table:
 
 
 def _session_table(rows: Sequence[Row]) -> Table:
+    rows = sorted(rows, key=lambda row: ("paper", "network", "local").index(row["solver"]))
     lines: list[tuple[Cell, ...]] = [
         (
             {"paper": "stroke"}.get(row["solver"], row["solver"]),

@@ -5,17 +5,16 @@ methods  one stroke of radius 0.08 and intensity 0.06, the first random edit of 
 drift    the same, coloured by how far the surface moved where the stroke does not reach: a decade
          a step of colour, from 1e-6 (white) to 1e-2 (dark red); the stroke itself is grey
 peaks    a stroke whose profile has five peaks
+
+`families`, `frame` and `sequence` show strokes of ours alone.
 """
 
-import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import field_picture
 import numpy as np
-from PIL import Image, ImageDraw
 
-from neural_sculpt_addon.common.whole_file import write_whole
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.problem.metrics import FAR
 from neural_sculpt_addon.field.problem.pose import pose
@@ -24,24 +23,33 @@ from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
 
+from . import families, frame, sequence, sheet
 from .beyond import LOW, WIDE, peaked
 from .edits import random_edit
 from .methods import Method, Product, Scene, ours
 from .settings import Settings
+from .sheet import Picture
 from .surface import FieldSurface
 from .table import Table
 from .three_dns import ThreeDns
 from .work import Row, Task
 
 SHAPE, PEAKS = "sphere", 5
-LABEL = 26  # pixels
 LEAST, MOST = 1e-6, 1e-2  # of the colours of drift
 COLOURS = np.array([[255, 255, 255], [254, 224, 144], [244, 109, 67], [165, 0, 38]], float)
 STROKE_COLOUR = 165.0
-ABOUT = {
-    "methods": "One stroke by all methods",
-    "drift": "How far the surface moved beside it: white 1e-6 or less, dark red 1e-2",
-    "peaks": "A profile of five peaks",
+COLUMNS = 3
+BAR = 16  # pixels, height of the colours that a legend shows
+CAPTIONS = {
+    "sequence": sequence.CAPTION,
+    "frame": frame.CAPTION,
+    **{name: family.caption for name, family in families.FAMILIES.items()},
+    "peaks": f"A profile of five peaks of one height, radius {WIDE}, intensity {LOW}: what is"
+    " left of it in a network of 70 kB, and in local detail (table 5a)",
+    "methods": "One stroke by all methods: radius 0.08, intensity 0.06, quintic, the first random"
+    " edit of the sphere (table 2)",
+    "drift": "The same: how far the surface moved where the stroke does not reach, in model space;"
+    " the stroke is grey",
 }
 
 
@@ -56,10 +64,9 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         edit = random_edit(here.preparation, 0, settings.seed)
         fields = _edited([stroke, *dns, *ours()], here, edit)
         problem, camera = pose(here.preparation, edit), _camera(edit)
-        shaded = {n: field_picture.picture(f, camera, size) for n, f in fields.items()}
         drift = {n: drift_map(problem, f, camera, size) for n, f in fields.items()}
-        _save(folder / "methods.png", shaded)
-        _save(folder / "drift.png", drift)
+        sheet.save(folder / "methods.jpg", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "drift.jpg", sheet.below([_page(drift), _scale(size)]))
         return {"pictures": ["methods", "drift"]}
 
     def peaks() -> Row:
@@ -68,14 +75,16 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         edit = Stroke(points, Brush(WIDE, LOW, peaked(PEAKS)))
         fields = _edited([stroke, *ours()], here, edit)
         camera = _camera(edit)
-        shaded = {n: field_picture.picture(f, camera, size) for n, f in fields.items()}
-        _save(folder / "peaks.png", shaded)
+        sheet.save(folder / "peaks.jpg", _page(_shaded(fields, camera, size)))
         return {"pictures": ["peaks"]}
 
     epoch = 0.08 + 0.17 + 0.17
     return [
-        Task("figure-methods", settings.quality * epoch + 60, first),
+        sequence.task(settings, folder),
+        frame.task(settings, folder),
+        *families.tasks(settings, folder),
         Task("figure-peaks", settings.quality * 0.08 + 30, peaks),
+        Task("figure-methods", settings.quality * epoch + 60, first),
     ]
 
 
@@ -87,7 +96,7 @@ def tables(_rows: Mapping[str, Row]) -> list[Table]:
 def pictures(rows: Mapping[str, Row]) -> dict[str, str]:
     """What each picture shows, by the name of its file without suffix."""
     some = [row for key, row in rows.items() if key.startswith("figure-")]
-    return {name: ABOUT[name] for row in some for name in row["pictures"]}
+    return {name: CAPTIONS[name] for row in some for name in row["pictures"]}
 
 
 def drift_map(
@@ -132,14 +141,24 @@ def _camera(edit: Stroke) -> field_picture.Camera:
     return field_picture.Camera((float(seen[0]), float(seen[1]), float(seen[2])), half=0.72)
 
 
-def _save(path: Path, cells: Mapping[str, np.ndarray]) -> None:
-    """Pictures beside each other, each with its name below."""
-    size = next(iter(cells.values())).shape[0]
-    page = Image.new("RGB", (size * len(cells), size + LABEL), "white")
-    draw = ImageDraw.Draw(page)
-    for place, (name, cell) in enumerate(cells.items()):
-        page.paste(Image.fromarray(cell), (place * size, 0))
-        draw.text(((place + 0.5) * size, size + LABEL / 2), name, "black", anchor="mm")
-    buffer = io.BytesIO()
-    page.save(buffer, "PNG", optimize=True)
-    write_whole(path, buffer.getvalue())
+def _shaded(
+    fields: Mapping[str, Field], camera: field_picture.Camera, size: int
+) -> dict[str, Picture]:
+    light = field_picture.EVEN_LIGHT
+    return {name: field_picture.picture(f, camera, size, light) for name, f in fields.items()}
+
+
+def _page(cells: Mapping[str, Picture]) -> Picture:
+    """Rows of pictures, each with its name below."""
+    named = [sheet.below([cell, sheet.label(name, cell.shape[1])]) for name, cell in cells.items()]
+    rows = [named[at : at + COLUMNS] for at in range(0, len(named), COLUMNS)]
+    return sheet.below([sheet.beside(row) for row in rows])
+
+
+def _scale(width: int) -> Picture:
+    """The colours of drift, and what they stand for."""
+    across = np.geomspace(LEAST, MOST, width)
+    strip = np.tile(coloured(across).astype(np.uint8), (BAR, 1, 1))
+    strip[[0, -1]] = strip[:, [0, -1]] = sheet.PALE
+    ends = sheet.label("1e-6 or less", width // 3), sheet.label("1e-2 or more", width // 3)
+    return sheet.beside([ends[0], strip, ends[1]])

@@ -49,5 +49,9 @@ def measure(
 
 
 def angles(one: Array, other: Array) -> Array:
-    """Degrees (N,) between unit vectors (N, 3)."""
-    return np.degrees(np.arccos(np.clip(np.einsum("na,na->n", one, other), -1, 1)))
+    """Degrees (N,) between unit vectors (N, 3).
+
+    By their distance: the cosine of a small angle is rounded to what may be 0.03 degrees.
+    """
+    apart = np.linalg.norm(np.subtract(one, other, dtype=np.float64), axis=1)
+    return np.degrees(2 * np.arcsin(np.clip(apart / 2, 0, 1)))

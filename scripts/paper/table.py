@@ -27,13 +27,17 @@ class Table:
 
     def markdown(self) -> str:
         """A heading, a paragraph and the table."""
+        parts = [f"## {self.title}", self.about, self.grid()]
+        return "\n\n".join(part for part in parts if part) + "\n"
+
+    def grid(self) -> str:
+        """The table alone, as Markdown."""
         lines = [
             _line(self.columns),
             _line(["---"] * len(self.columns)),
             *(_line([_short(cell, self.digits) for cell in row]) for row in self.rows),
         ]
-        parts = [f"## {self.title}", self.about, "\n".join(lines)]
-        return "\n\n".join(part for part in parts if part) + "\n"
+        return "\n".join(lines)
 
     def csv(self) -> str:
         """The table with all digits."""

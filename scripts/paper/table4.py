@@ -104,12 +104,15 @@ def tables(rows: Mapping[str, Row]) -> list[Table]:
     return found
 
 
-def figures(rows: Mapping[str, Row]) -> dict[str, str]:
-    """Pictures by the names of their files."""
+def figures(rows: Mapping[str, Row]) -> dict[str, tuple[str, str]]:
+    """Pictures and what they show, by the names of their files."""
     titles = {FIRST: "One epoch of the paper's method as published"}
     titles |= {name: f"One whole edit by {name}" for name in OURS}
     return {
-        f"stages-{name}.svg": gantt(title, [Span(*span) for span in row["spans"]])
+        f"stages-{name}.svg": (
+            gantt(title, [Span(*s) for s in row["spans"]]),
+            f"{title}: its stages",
+        )
         for name, title in titles.items()
         if (row := rows.get(f"table4-{name}"))
     }

@@ -59,6 +59,10 @@ class Work:
             took = time.monotonic() - started
             rest = sum(other.seconds for other in left[number:])
             say(f"{number}/{len(left)} {task.key}: {took:.0f} s; about {_span(rest)} left")
+        return self.rows(tasks)
+
+    def rows(self, tasks: Sequence[Task]) -> dict[str, Row]:
+        """Those rows that are finished, by their keys."""
         rows = {task.key: self.finished(task) for task in tasks}
         return {key: row for key, row in rows.items() if row is not None}
 

@@ -86,14 +86,16 @@ def test_the_small_form_of_the_whole_command(tmp_path):
     command = [sys.executable, str(ROOT / "scripts" / "paper.py"), "--quick", *folders]
     subprocess.run(command, check=True, capture_output=True, timeout=2400)
     names = {path.stem for path in (tmp_path / "tables").glob("table-*.csv")}
-    assert names == {
-        f"table-{n}" for n in ["1", "2a", "2b", "2c", "3", "4a", "4b", "4c", "5a", "5b", "5c", "5d"]
-    }
+    later = ["3", "4a", "4b", "4c", "5a", "5b", "5c", "5d"]
+    assert names == {f"table-{n}" for n in ["main", "1", "2a", "2b", "2c", *later]}
     with (tmp_path / "tables" / "table-2c.csv").open() as file:
         drift = {row["method"]: float(row["drift"]) for row in csv.DictReader(file)}
     assert min(drift, key=drift.get) == "local"
-    for name in ("methods", "drift", "peaks"):
-        assert Image.open(tmp_path / "tables" / f"{name}.png").width >= 300
+    page = (tmp_path / "tables" / "README.md").read_text(encoding="utf-8")
+    families = "profiles", "modulations", "radius-intensity"
+    for name in ("methods", "drift", "peaks", *families, "frame", "sequence"):
+        assert Image.open(tmp_path / "tables" / f"{name}.jpg").width >= 200
+        assert f"![{name}]({name}.jpg)" in page
     again = subprocess.run(command, check=True, capture_output=True, text=True, timeout=120)
     count = len([*(tmp_path / "rows").glob("*.json")]) - 1  # about.json is no row
     assert f"{count} of {count} rows are finished." in again.stdout

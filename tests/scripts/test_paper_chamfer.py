@@ -80,6 +80,14 @@ def test_a_field_and_a_mesh_are_seen_alike(preparation):
         assert np.linalg.norm(drawn, axis=1) == pytest.approx(0.5, abs=4e-4)
 
 
+def test_small_angles_of_float32_vectors():
+    """A ten-thousandth of a degree, whose cosine is 1 in float32."""
+    turn = np.radians([0, 1e-4, 1e-2, 1, 90, 180])
+    one = np.tile(np.float32([1, 0, 0]), (len(turn), 1))
+    other = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1).astype(np.float32)
+    assert angles(one, other) == pytest.approx(np.degrees(turn), rel=1e-4, abs=1e-7)
+
+
 def test_samples_in_a_region_lie_in_it_and_are_as_many_as_asked():
     """Also where its triangles have many points outside of it."""
     surface = sphere(0.5, 2)

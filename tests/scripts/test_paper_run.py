@@ -4,6 +4,7 @@
 import json
 
 import pytest
+from paper.run import missing_of
 from paper.settings import FULL, QUICK
 from paper.table import Table
 from paper.work import Task, Work, plan
@@ -43,6 +44,19 @@ def test_finished_rows_are_not_made_again(tmp_path):
     assert rows == {"one": {"key": "one"}, "two": {"key": "two"}}
     assert made == ["one", "two"]
     assert said[0].startswith("1 of 2 rows are finished; the others take about 60 seconds")
+
+
+def test_rows_that_are_not_finished_are_left_out(tmp_path):
+    one, two = Task("one", 60.0, lambda: {"x": 1}), Task("two", 60.0, lambda: {"x": 2})
+    work = Work(tmp_path, {})
+    work.do([two], quiet)
+    assert work.rows([one, two]) == {"two": {"x": 2}}
+
+
+def test_the_page_tells_how_many_rows_are_missing():
+    tasks = [Task(key, 1.0, dict) for key in ("table2-a-0", "table2-b-0", "table3-8", "figure-x")]
+    told = missing_of(tasks, {"table2-a-0": {}, "figure-x": {}})
+    assert told == "1 of 2 rows of table2, 1 of 1 rows of table3 are missing"
 
 
 def test_a_row_that_fails_leaves_the_others(tmp_path):
