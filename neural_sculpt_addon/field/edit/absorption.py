@@ -107,7 +107,7 @@ class Absorption:
         """
         self._check = partial(progress, 0.5, "Absorbing")
         self._check()
-        self._field, self._layer = field, dict[int, Level]()
+        self._field, self._layer, self._detail = field, dict[int, Level](), Detail()
         moved = patch.points[patch.moved]
         between = _ways(moved, project(field, moved).points if origins is None else origins)
         there = field.sample(moved)
@@ -174,7 +174,7 @@ class Absorption:
         f, gradient = self._field.sample(points)
         added, steeper = torch.zeros(len(points)), torch.zeros(len(points), 3)
         x = torch.from_numpy(points)
-        Detail.of(self._layer).add_value_and_gradient(x, added, steeper)
+        self._detail.add_value_and_gradient(x, added, steeper)
         target = np.where(moved, 0, f).astype(np.float32)
         slope = np.where(moved[:, None], wanted, gradient) - gradient - steeper.numpy()
         along = unit(rng.standard_normal(points.shape, np.float32))
@@ -196,12 +196,13 @@ class Absorption:
         """More rows off the surface, at `points` (N, 3)."""
         target, value = asked(points)
         added = torch.zeros(len(points))
-        Detail.of(self._layer).add_value(torch.from_numpy(points), added)
+        self._detail.add_value(torch.from_numpy(points), added)
         self._rows.add(points, target, target - value - added.numpy(), weight)
 
     def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, nodes, self._rows, self._check, ITERATIONS, damped)
+        self._detail = self._detail.plus({level: found})
         if level in self._layer:
             total = Level.sum([self._layer[level], found])
             found = Level(total.index, quantised(total.values))  # within the bound of coefficients
