@@ -228,7 +228,8 @@ class _Asked:
 
 def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
-    off = np.abs(rows.residuals[rows.at]) > tolerance.distance
+    kept = rows.weights[rows.at] == KEPT  # was not moved, and shall not move by half as much
+    off = np.abs(rows.residuals[rows.at]) > np.where(kept, 0.5, 1) * tolerance.distance
     off |= np.abs(rows.slopes) > tolerance.slope
     lies_in = linear(cells_of(rows.points[rows.at], level), level)
     cells, place = np.unique(lies_in, return_inverse=True)
