@@ -32,7 +32,7 @@ from . import brush_attributes, proxy_mesh, seen_surface
 MOST = 8000
 """Vertices that are looked at in a move of the pen, and when it is lifted, some 3 ms: what takes
 more is shown later, one stroke after another."""
-SOON = 0.01  # seconds after which the rest is worked on
+SOON = 0.001  # seconds after which the rest is worked on: Blender hears the artist in between
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
 """Attributes that a preview changes, and those that keep what they were."""
