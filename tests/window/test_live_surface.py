@@ -47,8 +47,12 @@ class LiveSurface(WindowCase):
         for place in others:
             yield 0.02
             hand.move(place)
-        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
+        yield from self.caught_up()
         yield 2 * hand.DRAWN
+
+    def caught_up(self) -> Steps:
+        """Until the surface shows all that was drawn."""
+        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
 
     def assert_under_pen(self, path: np.ndarray) -> None:
         """Raised by the intensity along the path, and the sphere elsewhere."""
@@ -232,6 +236,7 @@ class LiveSurface(WindowCase):
         choose_tool()
         hand.move(clicks[0])
         yield 3 * hand.DRAWN
+        yield from self.caught_up()
         self.assert_under_pen(path)
         operate(bpy.ops.object.mode_set, "EXEC_DEFAULT", mode="OBJECT")
         hand.tap("ESC", clicks[0])
