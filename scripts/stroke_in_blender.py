@@ -40,7 +40,7 @@ def main() -> None:
     addon: Any = bpy.context.preferences.addons[EXTENSION]
     session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
     prepare = importlib.import_module(f"{EXTENSION}.blender.session.stroke_jobs").prepare_job
-    preview = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
+    preview: Any = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
     preview.goes_on = lambda: True  # for `_poll` does what timers do
     addon.preferences.resolution, strokes = json.loads((FOLDER / "strokes.json").read_text())
     rows = []

@@ -123,7 +123,9 @@ class Absorption:
         self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
         self._points = patch.points
         if closely is not None:
-            self._add_samples(asked, closely.between(nodes[COARSEST], COARSEST), spacing(finest), rng)
+            self._add_samples(
+                asked, closely.between(nodes[COARSEST], COARSEST), spacing(finest), rng
+            )
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)

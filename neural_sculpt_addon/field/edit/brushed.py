@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
 from ..detail import Coefficients, spacing, support
-from ..field import Field
 from ..fit.fit_detail import COARSEST
 from ..fit.fit_report import deviation
 from ..fit.mesh_cleanup import areas, normals

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..detail import cells_of, linear
 from ..field import Field
-from ..fit.fit_detail import COARSEST, among
+from ..fit.fit_detail import among
 from ..fit.mesh_cleanup import unit
 from ..mesh.edges import find_edges
 from ..mesh.subdivide import divide, rows
