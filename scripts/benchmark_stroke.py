@@ -12,7 +12,8 @@ proxy    the proxy's update
 arrays   the mesh's edges, and the layer as bytes
 send     through the pipe, and until Blender looks
 commit   stroke, layer and mesh written into the scene, its undo step, and the view layer updated
-blocked  the most work of Blender's main thread at a time, for submit or commit
+blocked  the most work of Blender's main thread at a time: for submit, a piece of the preview, or a
+         look for news, of which the last is commit
 
 The strokes are the public cases, or where these are absent strokes over the top of the primitives.
 """

@@ -40,6 +40,8 @@ def main() -> None:
     addon: Any = bpy.context.preferences.addons[EXTENSION]
     session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
     prepare = importlib.import_module(f"{EXTENSION}.blender.session.stroke_jobs").prepare_job
+    preview: Any = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
+    preview.goes_on = lambda: True  # for `_poll` does what timers do
     addon.preferences.resolution, strokes = json.loads((FOLDER / "strokes.json").read_text())
     rows = []
     for path, name, text in strokes:
@@ -67,30 +69,36 @@ def _sculpt(session: Any, text: str) -> dict[str, float]:
     count, start, worked = listed(), time.perf_counter(), time.thread_time()
     operators.neural_sculpt.stroke(stroke_json=text)
     submitting = time.thread_time() - worked
-    seen, commit, committing = _poll(session, lambda: listed() > count)
+    seen, commit, polling = _poll(session, lambda: listed() > count)
     if session.last_error:  # the stroke is listed, muted
         sys.exit(session.last_error)
     ends = json.loads(NOTES.read_text(encoding="utf-8").splitlines()[-1])
     times = [start, *(ends[step] for step in STEPS[:5]), seen, seen + commit]
     steps = {step: b - a for step, (a, b) in zip(STEPS, itertools.pairwise(times), strict=True)}
-    steps |= {"total": times[-1] - start, "blocked": max(submitting, committing)}
+    steps |= {"total": times[-1] - start, "blocked": max(submitting, polling)}
     return {step: 1000 * seconds for step, seconds in steps.items()}
 
 
 def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]:
-    """Look for news, as the timer does, until something is so: when the last look began, how long
-    it took, and how long this thread worked on it."""
+    """Look for news, and go on with the preview, as timers do, until something is so: when the last
+    look began, how long it took, and the most that this thread worked at a time."""
     import bpy
 
     tick = importlib.import_module(f"{EXTENSION}.blender.panels.session_display").TICK
-    end = time.monotonic() + SECONDS
+    preview = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
+    end, most = time.monotonic() + SECONDS, 0.0
     while time.monotonic() < end:
         time.sleep(tick)
+        worked = time.thread_time()
+        preview.catch_up()
+        bpy.context.view_layer.update()
+        most = max(most, time.thread_time() - worked)
         start, worked = time.perf_counter(), time.thread_time()
         session.poll_once()
+        bpy.context.view_layer.update()
+        most = max(most, time.thread_time() - worked)
         if until():
-            bpy.context.view_layer.update()
-            return start, time.perf_counter() - start, time.thread_time() - worked
+            return start, time.perf_counter() - start, most
     sys.exit(f"The worker has not answered within {SECONDS} s. {session.last_error}")
 
 

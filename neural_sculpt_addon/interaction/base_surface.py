@@ -20,7 +20,7 @@ Indices = NDArray[np.intp]
 
 PIECE = 4096  # vertices that are looked at between two rests
 CELLS = 3  # of the grid, in the reach of a stroke
-MOST_CELLS = 96  # along an axis
+MOST_CELLS = 64  # along an axis; more take longer to count than they save
 
 
 class Lists:
@@ -94,7 +94,7 @@ class BaseSurface:
         self._lists = Lists(self._flat(cells.T), int(self._shape.prod()))
         around = np.arange(-CELLS - 1, CELLS + 2)
         gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
-        near = gaps[:, None, None] + gaps[:, None] + gaps <= CELLS**2
+        near = gaps[:, None, None] + gaps[:, None] + gaps <= (reach / self._cell) ** 2
         self._ball = np.argwhere(near) - CELLS - 1  # (B, 3)
 
     def near(self, points: Array) -> Indices:

@@ -92,7 +92,7 @@ class Displaced:
         since, and is seen when it is at its end."""
         if self._fans is None:
             self._fans = Fans(self._triangles, len(self._positions))
-            yield len(self._positions) // 8
+            yield len(self._positions) // 2
         fans, before = self._fans, self._before
         stale = np.zeros(len(before), bool)
         copies = strokes[-1].copies() if strokes[-1].kind is Kind.DRAW else ()
@@ -129,7 +129,7 @@ class Displaced:
         if not copies:
             return
         surface = BaseSurface(self._before, fans, reach_of(stroke))
-        yield len(self._before) // 8
+        yield len(self._before) // 4
         for _ in range(copies):
             self._growths += (Growth(surface),)
             yield len(self._before) // 64

@@ -93,7 +93,9 @@ class Preview(SquareCase):
 
         self.say("go")
         self.pump(lambda: len(vertices(field("Sphere"))) != len(self.flat))
-        self.assertEqual(heard, [True, False])
+        self.assertEqual(heard.pop(), False)
+        self.assertTrue(all(heard))
+        self.assertLess(len(heard), 5)
         self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
 
     def test_undo_takes_back_the_stroke_and_nothing_else(self) -> None:

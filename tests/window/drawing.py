@@ -91,8 +91,12 @@ class WindowCase(harness.SculptCase):
         for place in others:
             yield 0.02
             hand.move(place)
-        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
+        yield from self.caught_up()
         yield 2 * hand.DRAWN
+
+    def caught_up(self) -> Steps:
+        """Until the surface shows all that was drawn."""
+        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
 
     def set_points(self, places: Sequence[hand.Pixel]) -> Steps:
         """Set control points, with P and then by clicks, in window pixels."""

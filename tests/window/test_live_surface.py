@@ -204,6 +204,7 @@ class LiveSurface(WindowCase):
         choose_tool()
         hand.move(clicks[0])
         yield 3 * hand.DRAWN
+        yield from self.caught_up()
         self.assert_under_pen(path)
         operate(bpy.ops.object.mode_set, "EXEC_DEFAULT", mode="OBJECT")
         hand.tap("ESC", clicks[0])

@@ -34,6 +34,10 @@ from .worker_process import Worker
 
 log = logging.getLogger(__name__)
 
+LONG = 0.003
+"""Seconds after which what was read is not shown before the window is drawn: to read a mesh of
+100,000 triangles takes 2 ms, and to show it 8."""
+
 
 class Session(JobQueue):
     """Starts the worker when it is first needed, and feeds it jobs."""
@@ -154,11 +158,13 @@ class Session(JobQueue):
     def _poll(self) -> bool:
         heard = False
         self.watcher.polled()
+        begun = time.perf_counter()
         fresh = self.worker.poll()
         if self.waits and self.hangs:
             self.worker.give_up()
         self._news.extend(fresh)
-        read = any(message.arrays for message in fresh)  # the window has waited long enough
+        read = any(message.arrays for message in fresh)
+        read = read and time.perf_counter() - begun > LONG  # the window has waited long enough
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
             self._hear(message)

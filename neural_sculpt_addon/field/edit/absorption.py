@@ -70,6 +70,17 @@ class Tolerance(NamedTuple):
     slope: float  # of the gradient, along any direction
 
 
+class Closely(NamedTuple):
+    """Where finer levels come, and what they are told.
+
+    tolerance: what is close enough for them to be left out
+    between:   more samples of the surface, in cells (K,), rising, of a level
+    """
+
+    tolerance: Tolerance
+    between: Callable[[NDArray[np.int32], int], Patch]
+
+
 class Absorption:
     """The layer that brings the zero level of a field to a patch.
 
@@ -85,18 +96,18 @@ class Absorption:
         rng: np.random.Generator,
         progress: Progress = silent,
         origins: Array | None = None,
-        tolerance: Tolerance | None = None,
+        closely: Closely | None = None,
     ) -> None:
         """Solve it, from the coarsest level to the finest.
 
         signed:    the signed distance to the new surface
         finest:    level
         origins:   (M, 3) where the moved points were; projected onto the field unless given
-        tolerance: what is close enough for finer levels to be left out; everywhere without one
+        closely:   where finer levels come; everywhere without it
         """
         self._check = partial(progress, 0.5, "Absorbing")
         self._check()
-        self._field, self._layer = field, dict[int, Level]()
+        self._field, self._layer, self._detail = field, dict[int, Level](), Detail()
         moved = patch.points[patch.moved]
         between = _ways(moved, project(field, moved).points if origins is None else origins)
         there = field.sample(moved)
@@ -107,19 +118,26 @@ class Absorption:
         if coarsest < COARSEST:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
-        everywhere = range(coarsest, 1 + (finest if tolerance is None else COARSEST))
+        everywhere = range(coarsest, 1 + (finest if closely is None else COARSEST))
         asked = _Asked(field, signed, patch)
         self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
+        self._points = patch.points
+        if closely is not None:
+            self._add_samples(
+                asked, closely.between(nodes[COARSEST], COARSEST), spacing(finest), rng
+            )
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
         for level in range(everywhere.stop, finest + 1):
-            assert tolerance is not None
-            missed = _missed(self._rows, level, tolerance)
+            assert closely is not None
+            missed = _missed(self._rows, level, closely.tolerance)
             if not len(missed):
                 break
             some = dilated(missed, level)
-            self._add_around(asked, _apart(some, patch, level))
+            more = closely.between(dilated(some, level), level)
+            self._add_samples(asked, more, spacing(finest), rng)
+            self._add_around(asked, _apart(some, self._points, level))
             self._add(level, some)
 
     @property
@@ -137,7 +155,7 @@ class Absorption:
         side = np.sign(islands.distance).astype(np.float32)  # (N,)
         tree = search_tree(islands.points)
         near = np.asarray(tree.query(rows.points, distance_upper_bound=spacing(level))[1])
-        near[: len(rows.at)] = len(side)  # the surface itself stays
+        near[rows.at] = len(side)  # the surface itself stays
         some = np.flatnonzero(near < len(side))
         now, there = rows.targets[some], side[near[some]]
         wanted = np.where(now * there > 0, now, clear * there)
@@ -148,16 +166,45 @@ class Absorption:
         cells = np.unique(linear(cells_of(islands.points, level), level))
         self._add(level, dilated(cells, level), LEAST_TOUCHED)
 
-    def _add_around(self, asked: "_Asked", points: Array) -> None:
+    def _add_samples(
+        self, asked: "_Asked", more: Patch, h: float, rng: np.random.Generator
+    ) -> None:
+        """Rows on more of the surface, and beside it."""
+        points, wanted, moved = more
+        if not len(points):
+            return
+        f, gradient = self._field.sample(points)
+        added, steeper = torch.zeros(len(points)), torch.zeros(len(points), 3)
+        x = torch.from_numpy(points)
+        self._detail.add_value_and_gradient(x, added, steeper)
+        target = np.where(moved, 0, f).astype(np.float32)
+        slope = np.where(moved[:, None], wanted, gradient) - gradient - steeper.numpy()
+        along = unit(rng.standard_normal(points.shape, np.float32))
+        rows, count = self._rows, len(points)
+        self._rows = Rows(
+            points=np.concatenate([rows.points, points]),
+            targets=np.concatenate([rows.targets, target]),
+            residuals=np.concatenate([rows.residuals, target - f - added.numpy()]),
+            weights=np.concatenate([rows.weights, np.where(moved, 1, KEPT).astype(np.float32)]),
+            at=np.concatenate([rows.at, len(rows.points) + np.arange(count)]),
+            along=np.concatenate([rows.along, along]),
+            slopes=np.concatenate([rows.slopes, (slope * along).sum(axis=1)]),
+            steep=np.concatenate([rows.steep, np.full(count, SLOPE * h, np.float32)]),
+        )
+        self._points = np.concatenate([self._points, points])
+        self._add_around(asked, _beside(points[moved], wanted[moved], h, rng), SIDE)
+
+    def _add_around(self, asked: "_Asked", points: Array, weight: float = EMPTY) -> None:
         """More rows off the surface, at `points` (N, 3)."""
         target, value = asked(points)
         added = torch.zeros(len(points))
-        Detail.of(self._layer).add_value(torch.from_numpy(points), added)
-        self._rows.add(points, target, target - value - added.numpy(), EMPTY)
+        self._detail.add_value(torch.from_numpy(points), added)
+        self._rows.add(points, target, target - value - added.numpy(), weight)
 
     def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, nodes, self._rows, self._check, ITERATIONS, damped)
+        self._detail = self._detail.plus({level: found})
         if level in self._layer:
             total = Level.sum([self._layer[level], found])
             found = Level(total.index, quantised(total.values))  # within the bound of coefficients
@@ -183,18 +230,26 @@ class _Asked:
 
 def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
-    count = len(rows.at)  # value rows on the surface come first
-    off = np.abs(rows.residuals[:count]) > tolerance.distance
+    kept = rows.weights[rows.at] == KEPT  # was not moved, and shall not move by half as much
+    off = np.abs(rows.residuals[rows.at]) > np.where(kept, 0.5, 1) * tolerance.distance
     off |= np.abs(rows.slopes) > tolerance.slope
-    lies_in = linear(cells_of(rows.points[:count], level), level)
+    lies_in = linear(cells_of(rows.points[rows.at], level), level)
     cells, place = np.unique(lies_in, return_inverse=True)
     return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
 
 
-def _apart(reached: NDArray[np.int32], patch: Patch, level: int) -> Array:
-    """The middles (N, 3) of those of the cells `reached` of a level that have no surface."""
-    apart = np.setdiff1d(reached, linear(cells_of(patch.points, level), level))
+def _apart(reached: NDArray[np.int32], points: Array, level: int) -> Array:
+    """The middles (N, 3) of those of the cells `reached` of a level that have none of the surface's
+    points (P, 3)."""
+    apart = np.setdiff1d(reached, linear(cells_of(points, level), level))
     return centres(places(apart, level), level)
+
+
+def _beside(points: Array, wanted: Array, h: float, rng: np.random.Generator) -> Array:
+    """Points (K, 3) beside some of `points` (N, 3), whose gradients are `wanted` (N, 3)."""
+    some = slice(None, None, BESIDE)
+    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
+    return points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
 
 
 def _ways(points: Array, origins: Array) -> Array:
@@ -249,12 +304,10 @@ def _rows(
         inside |= among(linear(cells_of(patch.points, level), level), reached)
         for larger in range(level, COARSEST):  # a row in each of the usual cells
             reached = children(reached, larger)
-        empty.append(_apart(reached, patch, max(level, COARSEST)))
+        empty.append(_apart(reached, patch.points, max(level, COARSEST)))
     kept = patch.points[inside & ~patch.moved]
 
-    some = slice(None, None, BESIDE)
-    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
-    beside = points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
+    beside = _beside(points, wanted, h, rng)
     off = np.concatenate([beside, *empty])
     target, value = asked(off)
     f, gradient = there

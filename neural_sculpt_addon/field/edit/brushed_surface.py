@@ -5,7 +5,8 @@
 
 Vertices of a proxy tell less than the field knows: detail lies between them. What a brush moves as
 a whole takes its detail along; what it smooths, scrapes or flattens loses as much of the detail as
-of the shape that the vertices have. Model space. See docs/method.md, section 6.
+of the shape that the vertices have. The middles of edges, three for each vertex, are samples only
+where a level finer than vertices can hold is asked for. Model space. See docs/method.md, section 6.
 """
 
 from typing import NamedTuple
@@ -14,17 +15,21 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..detail import cells_of, linear
 from ..field import Field
+from ..fit.fit_detail import among
 from ..fit.mesh_cleanup import unit
 from ..mesh.edges import find_edges
 from ..mesh.subdivide import divide, rows
 from ..projection import ARRIVED, project
-from ..threads import join
-from .patch import HELD, Patch, bend
+from .patch import HELD, Patch, bend, finest_level
 
 Array = NDArray[np.float32]
 
 MOST_VERTICES = 25_000  # vertices, about
+BETWEEN = 1
+"""Levels below the finest one from which on middles of edges are samples, too: on the level before,
+vertices alone are some six for each h^2."""
 
 
 class Brushed(NamedTuple):
@@ -44,14 +49,18 @@ class BrushedSurface(NamedTuple):
     """The surface that a brush asks for.
 
     brushed: the divided triangles; their first vertices are those of the proxy
-    patch:   samples of the surface: the vertices, then the middles of edges. They count as moved
-             beside vertices that were moved, too
+    patch:   samples of the surface: the vertices. They count as moved beside vertices that were
+             moved, too
     origins: (M, 3), where the moved samples were
+    finest:  the finest level that the triangles can hold, and at least that of the detail they pass
+    between: more samples
     """
 
     brushed: Brushed
     patch: Patch
     origins: Array
+    finest: int
+    between: "Between"
 
 
 def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
@@ -70,10 +79,42 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
     fine = Brushed(vertices.before, vertices.after, triangles)
     moved = fine.changed
     moved[triangles[moved[triangles].any(axis=1)]] = True
-    one, other = find_edges(triangles)[0].T
-    both = join([vertices, middles(rows(vertices, one), rows(vertices, other))])
-    moved = np.concatenate([moved, moved[one] | moved[other]])
-    return BrushedSurface(fine, Patch(both.after, both.upright, moved), both.before[moved])
+    origins = vertices.before[moved]
+    detail = int(field.detail.finest_at(origins).max())
+    finest = max(finest_level(vertices.after[triangles[moved[triangles].all(axis=1)]]), detail)
+    patch = Patch(vertices.after, vertices.upright, moved)
+    between = Between(field, vertices, find_edges(triangles)[0], moved, finest - BETWEEN)
+    return BrushedSurface(fine, patch, origins, finest, between)
+
+
+class Between:
+    """The middles of edges, each given once, where they are asked for."""
+
+    def __init__(
+        self,
+        field: Field,
+        vertices: "_Vertices",
+        edges: NDArray[np.int32],
+        moved: NDArray[np.bool_],
+        level: int,
+    ) -> None:
+        """edges: (E, 2);  moved: (V,), of the vertices;  level: the coarsest one that needs them"""
+        self._field, self._vertices, self._edges, self._moved = field, vertices, edges, moved
+        self._level = level
+
+    def __call__(self, cells: NDArray[np.int32], level: int) -> Patch:
+        """Those in the cells (K,), rising, of a level that were not given yet."""
+        one, other = self._edges.T
+        after = self._vertices.after
+        asked = np.zeros(len(one), bool)
+        if level >= self._level and len(cells):
+            straight = (after[one] + after[other]) / 2
+            asked = among(linear(cells_of(straight, level), level), cells)
+        self._edges = self._edges[~asked]
+        one, other = one[asked], other[asked]
+        ends = (rows(self._vertices, end) for end in (one, other))
+        middle = _middles(self._field, *ends)
+        return Patch(middle.after, middle.upright, self._moved[one] | self._moved[other])
 
 
 class _Vertices(NamedTuple):

@@ -8,7 +8,7 @@ from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.detail import SUPPORT, cells_of, linear, support
 from neural_sculpt_addon.field.edit.absorb import absorb
 from neural_sculpt_addon.field.edit.brushed import absorb_brushed
-from neural_sculpt_addon.field.edit.brushed_surface import Brushed
+from neural_sculpt_addon.field.edit.brushed_surface import Brushed, brushed_surface
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract
@@ -111,6 +111,40 @@ def test_stretched_triangles_are_not_kept(shape):
     assert off.mean() < 3e-4
 
 
+def test_each_middle_of_an_edge_is_a_sample_once_where_a_fine_level_asks(shape):
+    preparation, proxy = shape
+    center = proxy.vertices[np.argmax(proxy.vertices[:, 2])]
+    _, brushed = cut(proxy.vertices, inflated(proxy, center, 0.12), proxy.triangles)
+    surface = brushed_surface(preparation.field, brushed)
+    np.testing.assert_array_equal(surface.patch.points, brushed.after)  # there is no fine detail
+    corners = surface.brushed.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges = np.unique(np.sort(corners, axis=1), axis=0)
+    ends = brushed.after[edges]
+    level = surface.finest
+    cells = np.unique(linear(cells_of(ends.mean(axis=1), level), level))
+    assert len(surface.between(cells, level - 2).points) == 0
+    some, rest = (surface.between(part, level) for part in (cells[::2], cells))
+    points = np.concatenate([some.points, rest.points])
+    assert len(points) == len(edges)
+    assert 0 < len(some.points) < len(edges)
+    assert len(surface.between(cells, level).points) == 0
+    beside = np.linalg.norm(np.diff(ends, axis=1)[:, 0], axis=1).max()
+    nearest = np.linalg.norm(points[:, None] - ends.mean(axis=1)[None], axis=2).min(axis=1)
+    assert nearest.max() < 0.1 * beside
+
+
+def test_a_faint_dab_is_not_lost(shape):
+    """It is lower than what is close enough for others."""
+    preparation, proxy = shape
+    center = proxy.vertices[np.argmax(proxy.vertices[:, 2])]
+    after = proxy.vertices + 2e-4 * fall(proxy, center, 0.1) * proxy.normals
+    _, brushed = cut(proxy.vertices, after.astype(np.float32), proxy.triangles)
+    done = absorb_brushed(preparation, brushed)
+    changed = (brushed.before != brushed.after).any(axis=1)
+    left = find_surface(done.preparation.field, brushed.after[changed]).distance
+    assert left.mean() < 1e-5
+
+
 def test_what_cannot_be_absorbed_says_why(shape):
     preparation, proxy = shape
     after = proxy.vertices.copy()
@@ -162,5 +196,5 @@ def test_what_a_brush_flattens_is_gone_between_the_vertices(engraved):
     points = sample_surface(done.preparation.field, done.preparation.proxy, 100_000, 3).points
     points = points[np.linalg.norm(points - MIDDLE, axis=1) < 0.12]
     off = np.abs(np.linalg.norm(points, axis=1) - 0.6)
-    assert off.mean() < 1e-4
+    assert off.mean() < 1.2e-4  # of a wave that was 0.012 high
     assert np.percentile(off, 99) < 1e-3

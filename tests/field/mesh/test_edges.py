@@ -18,6 +18,7 @@ THREE_AT_ONE_EDGE = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]], np.int32)
         trimesh.creation.torus(1.0, 0.3).faces.astype(np.int32),
         OPEN,
         THREE_AT_ONE_EDGE,
+        OPEN + np.int32(2**31 - 5),  # too large for what small ones are packed into
         np.zeros((0, 3), np.int32),
     ],
 )

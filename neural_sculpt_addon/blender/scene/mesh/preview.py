@@ -31,8 +31,8 @@ from . import brush_attributes, proxy_mesh, seen_surface
 
 MOST = 8000
 """Vertices that are looked at in a move of the pen, and when it is lifted, some 3 ms: what takes
-more is shown later."""
-SOON = 0.01  # seconds after which the rest is worked on
+more is shown later, one stroke after another."""
+SOON = 0.001  # seconds after which the rest is worked on: Blender hears the artist in between
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
 """Attributes that a preview changes, and those that keep what they were."""
@@ -59,6 +59,7 @@ class _Display:
 
     true:    its own values, by the attributes that a preview changes
     written: where its vertices (V, 3) were put
+    todo:    strokes that the shape is to be given after those that it has
     seen:    strokes of the shape that are in it
     """
 
@@ -66,7 +67,26 @@ class _Display:
     shape: Displaced
     true: dict[str, NDArray[np.float32]]
     written: NDArray[np.float32]
+    todo: tuple[Stroke, ...] = ()
     seen: tuple[Stroke, ...] = ()
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """What it shows, or will soon."""
+        return *self.shape.strokes, *self.todo
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it shows all of them."""
+        return self.seen is self.shape.strokes and not self.todo
+
+    def advance(self, most: int | None = None) -> None:
+        """Displace by the strokes until some `most` vertices were looked at."""
+        looked = self.shape.advance(most)
+        while self.todo and (most is None or looked < most):
+            self.shape.begin(self.todo[0])
+            self.todo = self.todo[1:]
+            looked += self.shape.advance(None if most is None else most - looked)
 
 
 _displays: dict[int, _Display] = {}
@@ -91,14 +111,16 @@ def foresee(
     triangles: NDArray[np.int32],
     strokes: Sequence[Stroke],
 ) -> bool:
-    """Displace one of the strokes on the mesh (V, 3), (F, 3) that an object will have next.
+    """Displace some of the strokes on the mesh (V, 3), (F, 3) that an object will have next.
 
     False when nothing is left to do, and `show` need not compute it any more.
     """
     shape = _shape(target, positions, triangles, strokes)
-    if len(shape.strokes) == len(strokes):
-        return False
-    shape.add(strokes[len(shape.strokes)])
+    if shape.seen is shape.strokes:
+        if len(shape.strokes) == len(strokes):
+            return False
+        shape.begin(strokes[len(shape.strokes)])
+    shape.advance(MOST)
     return True
 
 
@@ -117,7 +139,7 @@ def draw(ob: Object, stroke: Stroke) -> bool:
     if display is None or not _is_untouched(ob, display):
         show(0)
     elif before is None:
-        display.shape.advance()
+        display.advance()
         _show_shape(ob, display)
         seen_surface.hold(ob)
         display.shape.begin(stroke, _protection(ob))
@@ -128,22 +150,27 @@ def draw(ob: Object, stroke: Stroke) -> bool:
 
 
 def catch_up() -> bool:
-    """Go on with the last stroke for as long as a move may take; whether it is shown."""
+    """Go on with the strokes for as long as a move may take; whether all are shown."""
     for target, display in _displays.items():
-        if display.seen is display.shape.strokes:
+        if display.is_whole:
             continue
         ob = find(target)
         if ob is not None and _is_untouched(ob, display):
-            display.shape.advance(MOST)
+            display.advance(MOST)
             _show_shape(ob, display)
-            if display.seen is not display.shape.strokes:
+            if not display.is_whole:
                 _go_on_later()
                 return False
     return True
 
 
+def goes_on() -> bool:
+    """Whether timers go on with what is not shown yet: they never run in the background."""
+    return not bpy.app.background
+
+
 def _go_on_later() -> None:
-    if not bpy.app.background and not bpy.app.timers.is_registered(_catch_up_later):
+    if goes_on() and not bpy.app.timers.is_registered(_catch_up_later):
         bpy.app.timers.register(_catch_up_later, first_interval=SOON)
 
 
@@ -165,7 +192,7 @@ def give_up() -> None:
 
 def settle() -> None:
     """Show the wanted strokes and no others."""
-    if any(d.shape.strokes != _shown.get(target, ()) for target, d in _displays.items()):
+    if any(d.strokes != _shown.get(target, ()) for target, d in _displays.items()):
         for target in [*_shapes]:
             if target not in _wanted:
                 del _shapes[target]
@@ -299,8 +326,7 @@ def _displace(
     true = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
     everything = tuple(strokes) if drawn is None else (*strokes, drawn)
     shape = _shape(target, true["position"], proxy_mesh.corners_of(mesh), everything)
-    for stroke in strokes[len(shape.strokes) :]:
-        shape.add(stroke)
+    todo = tuple(strokes[len(shape.strokes) :])
     begun = len(shape.strokes) > len(strokes)
     if drawn is not None and not begun and not strokes:
         seen_surface.hold(ob)
@@ -308,17 +334,17 @@ def _displace(
         mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
         _write(mesh, TRUE[shown], values)
     mesh.attributes.new(SHOWN, "FLOAT_VECTOR", "POINT")
-    display = _displays[target] = _Display(mesh.session_uid, shape, true, true["position"])
+    display = _displays[target] = _Display(mesh.session_uid, shape, true, true["position"], todo)
     if drawn is not None and not begun:
         if strokes:
-            shape.advance()
+            display.advance()
             _show_shape(ob, display)
             seen_surface.hold(ob)
         shape.begin(drawn, _protection(ob))
-    if most is None and not bpy.app.background:
+    if most is None and goes_on():
         most = MOST
         _go_on_later()
-    shape.advance(most)
+    display.advance(most)
     display.seen = ()
     _show_shape(ob, display)
 
