@@ -18,6 +18,7 @@ from drawing import (
     middle,
     moved_since,
     operate,
+    redo,
     take_native_brush,
     undo,
 )
