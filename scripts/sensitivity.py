@@ -43,7 +43,7 @@ MODULES = {
     "solve.local": (
         *("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS", "FEWEST", "MARGIN", "GAP"),
         *("HIGH", "STRIDE", "REPAIRS", "HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER"),
-        *("FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
+        *("COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
     ),
     "solve.edit_rows": (
         *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
@@ -52,7 +52,7 @@ MODULES = {
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
     "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
-    "problem.problem": ("THINNED", "INNER"),
+    "problem.problem": ("THINNED", "INNER", "STRETCHED"),
     "problem.displaced": ("STEP", "BEND"),
     "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
     "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES"),
@@ -64,8 +64,10 @@ MODULES = {
 ALSO = {
     "solve.edit_rows.AROUND_WEIGHT": ("solve.local",),
     "solve.spline_system.ITERATIONS": ("solve.local",),
-    "projection.ARRIVED": ("problem.tube", "problem.folded", "solve.edit_rows"),
-    "projection.ON_SURFACE": ("problem.tube", "solve.edit_rows"),
+    "projection.ARRIVED": (
+        *("problem.problem", "problem.tube", "problem.folded", "solve.edit_rows"),
+    ),
+    "projection.ON_SURFACE": ("problem.problem", "problem.tube", "solve.edit_rows"),
 }
 """Modules that import a constant by its name."""
 

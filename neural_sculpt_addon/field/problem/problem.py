@@ -34,7 +34,7 @@ from .lay import Laid
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
-MOST = 4  # times as many samples at most where the surface is stretched, on walls of 76 degrees
+STRETCHED = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
@@ -148,7 +148,7 @@ class Problem:
         """
         sampled = self._sample(rows, columns, jitter)
         _, before, after, stretch, f, gradient, swept, tree = sampled
-        more = np.minimum(stretch, MOST) - 1 + jitter.uniform(size=len(stretch))
+        more = np.minimum(stretch, STRETCHED) - 1 + jitter.uniform(size=len(stretch))
         stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
         added = join(
             [

@@ -196,5 +196,5 @@ def test_what_a_brush_flattens_is_gone_between_the_vertices(engraved):
     points = sample_surface(done.preparation.field, done.preparation.proxy, 100_000, 3).points
     points = points[np.linalg.norm(points - MIDDLE, axis=1) < 0.12]
     off = np.abs(np.linalg.norm(points, axis=1) - 0.6)
-    assert off.mean() < 1.2e-4  # of a wave that was 0.012 high
+    assert off.mean() < 1.5e-4  # of a wave that was 0.012 high
     assert np.percentile(off, 99) < 1e-3

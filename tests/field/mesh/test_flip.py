@@ -37,3 +37,12 @@ def test_two_coarse_triangles_never_get_an_edge_beside_the_one_they_share():
     sides[4] = names(np.array([[0, 1]], np.int32))[0]
     flip(triangles, parents, vertices, normals, sides, 4)
     assert not (np.isin(triangles, (0, 1)).sum(axis=1) == 2).any()
+
+
+def test_an_edge_between_two_coarse_triangles_stays():
+    vertices = np.array([[0, -1, 0], [0, 1, 0], [0.1, 0, 0], [-0.1, 0, 0]], np.float32)
+    normals = np.tile(np.float32([0, 0, 1]), (4, 1))
+    triangles = np.array([[0, 2, 1], [0, 1, 3]], np.int32)
+    before, parents = triangles.copy(), np.array([0, 1], np.int32)
+    flip(triangles, parents, vertices, normals, np.full(4, NONE, np.int64), 0)
+    np.testing.assert_array_equal(triangles, before)

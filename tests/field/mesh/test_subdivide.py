@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Subdivision and flips of flat triangles: closed meshes stay closed, area and volume the same."""
+"""Subdivision of flat triangles: closed meshes stay closed, area and volume the same."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,6 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field.mesh.flip import find_poor, flip
 from neural_sculpt_addon.field.mesh.subdivide import Parts, divided, ends_of, names, open_edges
 
 MESHES = {
@@ -65,26 +64,3 @@ def test_names_of_edges_tell_their_ends_in_either_order():
     ends = np.array([[3, 1], [1, 3], [2**30, 5]], np.int32)
     assert names(ends)[0] == names(ends)[1]
     assert ends_of(names(ends)).tolist() == [[1, 3], [1, 3], [5, 2**30]]
-
-
-def test_a_flip_takes_the_better_diagonal_of_two_slivers():
-    """A kite whose long diagonal makes two triangles of 3 degrees; the short one makes two good."""
-    vertices = np.array([[0, 0, 0], [2, 0, 0], [1, 0.05, 0], [1, -0.05, 0]], np.float32)
-    vertices[2:, 1] *= 20
-    vertices[0, 0], vertices[1, 0] = 0.97, 1.03
-    triangles = np.array([[3, 2, 0], [2, 3, 1]], np.int32)
-    up = np.tile(np.array([0, 0, 1], np.float32), (4, 1))
-    before = triangles.copy()
-    assert find_poor(triangles, vertices, up).all()
-    flip(triangles, np.array([0, 1], np.int32), vertices, up)
-    assert (triangles == before).all()  # the edge is on the border of two coarse triangles
-    vertices[0, 0], vertices[1, 0] = 0, 2
-    vertices[2:, 1] = 0.05, -0.05
-    triangles = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
-    assert find_poor(triangles, vertices, up).all()
-    flip(triangles, np.zeros(2, np.int32), vertices, up)
-    assert {frozenset(t) for t in triangles.tolist()} == {
-        frozenset((0, 2, 3)),
-        frozenset((1, 2, 3)),
-    }
-    assert (np.cross(*np.diff(vertices[triangles], axis=1).swapaxes(0, 1))[:, 2] > 0).all()

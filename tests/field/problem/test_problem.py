@@ -119,7 +119,7 @@ def test_turned_tubes_are_turned_images(preparation):
         assert np.percentile(distance, 99) < 2e-5
         near = distance < 2e-5
         cosine = (first.normals[index] * (tube.target.normals @ back.T)).sum(axis=1)[near]
-        assert np.percentile(cosine, 1) > 0.9999
+        assert np.percentile(cosine, 1) > 0.9998
 
 
 def test_a_dab_on_the_axis_is_one_copy(preparation):
