@@ -56,8 +56,9 @@ CLOSE = 6
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
-MORE = 3
-"""Samples between those of a missed cell, for each: so its halves have as many as it had."""
+MORE = 2
+"""Samples beside each of those in cells of a finer level, whose faces are a quarter as large: with
+three steep strokes take a tenth longer and are 3 % closer."""
 
 
 class EditedSurface:
