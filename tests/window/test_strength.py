@@ -30,6 +30,7 @@ class Strength(WindowCase):
         yield from self.draw(path)
         drawn = state(field())
         yield from hand.show_tab("Neural Sculpt")
+        yield from hand.until(lambda: field().neural_sculpt.report, SECONDS, "a report")
         left, bottom, right, top = yield from self.slider()
         y = (bottom + top) / 2
         hand.move((right - 3, y))
@@ -57,13 +58,13 @@ class Strength(WindowCase):
     def slider(self) -> Steps:
         """Where the slider is, as left, bottom, right, top in window pixels: what changes in the
         picture when its value does."""
-        full = yield from still_picture("UI")
+        drawn = yield from still_picture("UI")
         field().neural_sculpt.strokes[0].strength = 0.0
         hand.region("UI").tag_redraw()
-        empty = yield from still_picture("UI", unlike=full)
+        empty = yield from still_picture("UI", unlike=drawn)
         field().neural_sculpt.strokes[0].strength = 1.0
         hand.region("UI").tag_redraw()
-        yield from still_picture("UI", unlike=empty)
+        full = yield from still_picture("UI", unlike=empty)
         return changed(full, empty, hand.region("UI"))
 
 
