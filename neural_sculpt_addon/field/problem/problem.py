@@ -140,7 +140,7 @@ class Problem:
         gap: float,
         gap_at_folds: float,
     ) -> DisplacedSurface:
-        """The same, as many samples more as it is stretched there, and `gaps`.
+        """Samples of all tubes, more of them where the surface is stretched, and those of `gaps`.
 
         apart: how far from each other the tubes' samples are, before they are displaced
         gap:   how far from all of them gaps begin, elsewhere and where the displaced surface runs

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
@@ -313,3 +314,28 @@ def test_distances_in_a_hole_are_those_from_its_wall():
     np.testing.assert_allclose(
         problem.folded.distance(points.astype(np.float32)), there, atol=0.15 / 32
     )
+
+
+@pytest.mark.parametrize("intensity", [0.05, -0.05, 0.15])
+def test_samples_are_as_many_as_the_surface_is_stretched(preparation, intensity):
+    """Around the equator of a ball, whose displaced surface is one of revolution: its area over that
+    of the ball is what a stroke of hardly any height has fewer samples."""
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+
+    def count(height):
+        brush = Brush(0.1, height, Profile("linear"))
+        stroke = Stroke(on_ball(turn, 0), brush, closed=True)
+        random = np.random.default_rng(0)
+        surface = pose(preparation, stroke).displaced_surface(300, 40, random, 0.005, 1, 1)
+        return len(surface.after.points)
+
+    latitude = np.linspace(-1, 1, 4001) * 2 * np.arcsin(0.1)
+    across = np.abs(np.sin(latitude / 2)) / 0.1
+
+    def area(height):
+        radius = 0.5 + height * (1 - across)
+        return trapezoid(
+            radius * np.cos(latitude) * np.hypot(radius, np.gradient(radius, latitude)), latitude
+        )
+
+    assert count(intensity) / count(1e-4) == pytest.approx(area(intensity) / area(0), rel=0.05)
