@@ -318,8 +318,8 @@ def test_distances_in_a_hole_are_those_from_its_wall():
 
 @pytest.mark.parametrize("intensity", [0.05, -0.05, 0.15])
 def test_samples_are_as_many_as_the_surface_is_stretched(preparation, intensity):
-    """Around the equator of a ball, whose displaced surface is one of revolution: its area over that
-    of the ball is what a stroke of hardly any height has fewer samples."""
+    """Around the equator of a ball the displaced surface is one of revolution: it has as many more
+    samples than the ball's as it has more area."""
     turn = np.linspace(0, 2 * np.pi, 65)[:-1]
 
     def count(height):
