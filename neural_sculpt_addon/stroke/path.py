@@ -128,12 +128,12 @@ def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
 
 
 def _foot(path: Path, x: Array, vertex: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array]:
-    """The segment of the path (M,) and the place on it in [0, 1] (M,) whose plane across the path
-    passes through x (M, 3): (x - p(t)) . u(t) = 0, with p and u linear along the segment.
+    """The foot of each x (M, 3) on the path: its segment (M,), and its place t on that in [0, 1].
 
-    The nearest point of a polyline jumps along the path inside of a bend, and stands still outside
-    of it; as u has no jumps, this place has none either. It is on one of the two segments at the
-    nearest vertex.
+    The plane across the path at the foot passes through x: (x - p(t)) . u(t) = 0, with the point p
+    and the tangent u linear along the segment. The tangent has no jumps, so the foot has none. (The
+    nearest point of a polyline has: it leaps over vertices inside of a bend, and rests on them
+    outside.) The segment is one of the two at the nearest vertex.
     """
     count = len(path.points) - 1
     ahead = np.einsum("ij,ij->i", x - path.points[vertex], path.tangents[vertex]) >= 0

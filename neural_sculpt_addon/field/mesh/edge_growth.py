@@ -168,9 +168,8 @@ class Growth:
         for _ in range(ROUNDS - 1):  # a round's edges have vertices of those before
             side = sides.take(ends)  # (S, 2)
             line = side.max(axis=1)
-            on = (side == line[:, None]) | corner & (ends[..., None] == ends_of(line)[:, None]).any(
-                2
-            )
+            at_end = corner & (ends[..., None] == ends_of(line)[:, None]).any(axis=2)
+            on = (side == line[:, None]) | at_end
             some = (line >= 0) & on.all(axis=1)
             sides[middles[some]] = line[some]
         return sides

@@ -162,8 +162,12 @@ class Problem:
     def beside(
         self, surface: Samples, apart: float, jitter: np.random.Generator, folds: bool
     ) -> tuple[Samples, Samples]:
-        """Samples of the unedited surface up to half of `apart` beside `surface` (N,), and where
-        they are displaced to: where the displaced surface `folds`, those that bound the result."""
+        """Samples of the unedited surface, each beside one of `surface` (N,), and where they are
+        displaced to.
+
+        apart: twice the farthest that they are beside it, along each axis
+        folds: whether the displaced surface runs through itself; what bounds nothing is left out
+        """
         start, upright = surface
         away = jitter.uniform(-apart / 2, apart / 2, start.shape).astype(np.float32)
         away -= np.einsum("na,na->n", away, upright)[:, None] * upright
