@@ -57,8 +57,8 @@ TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
 MORE = 2
-"""New samples beside each one in the cells of a finer level, whose faces are a quarter as large. With
-three, steep strokes take a tenth longer and are 3 % closer."""
+"""New samples beside each one in the cells of a finer level, whose faces are a quarter as large.
+With three, steep strokes take a tenth longer and are 3 % closer."""
 
 
 class EditedSurface:
