@@ -16,6 +16,7 @@ box is closed off on its faces. The ring also keeps the flood's index arithmetic
 Cells and points are named as in `lattice`.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -66,6 +67,21 @@ def find_beside(
         for step, known in zip(search.corners.ravel(), kept.values, strict=True):
             search.flat[index + step] = known[slice(*ends)]
     return search.flood(search.crossed(search.unseen(seeds)))
+
+
+def find_near(
+    field: Field,
+    cells: int,
+    points: NDArray[np.float32],
+    within: Callable[[NDArray[np.int32]], NDArray[np.bool_]],
+    progress: Progress = silent,
+) -> ActiveCells:
+    """The active cells around points (N, 3) of the surface, and those that a flood finds from there
+    `within` a part of the lattice: see `Search.flood`."""
+    search = Search(field, cells, progress)
+    place = np.floor((points + 1) / search.spacing).astype(np.int32).clip(0, cells - 1)
+    seeds = search.distinct((place + 1) @ search.steps)
+    return search.flood(search.crossed(seeds[within(seeds)]), within)
 
 
 class Search:
@@ -146,8 +162,15 @@ class Search:
         self.evaluate(self.distinct(corners))
         return cells[clearance(self.flat.take(corners)) < 0]
 
-    def flood(self, frontier: NDArray[np.int32]) -> ActiveCells:
-        """The cells of `frontier` (A,), and those that faces of mixed sign lead to from there."""
+    def flood(
+        self,
+        frontier: NDArray[np.int32],
+        within: Callable[[NDArray[np.int32]], NDArray[np.bool_]] | None = None,
+    ) -> ActiveCells:
+        """The cells of `frontier` (A,), and those that faces of mixed sign lead to from there.
+
+        within: which of cells (C,) may be among them, if not all
+        """
         self.fraction = 0.9
         found = []
         while len(frontier):
@@ -161,6 +184,8 @@ class Search:
                 ]
             )
             frontier = np.unique(self.unseen(reached))
+            if within is not None:
+                frontier = frontier[within(frontier)]
             self.evaluate(self.distinct(frontier + self.corners))
         index = self.distinct(np.concatenate(found)) if found else frontier
         return ActiveCells(self.cells, index, self.flat.take(index + self.corners))

@@ -25,6 +25,21 @@ class Samples(NamedTuple):
         return Samples(self.points[chosen], self.normals[chosen])
 
 
+class SurfaceMesh(NamedTuple):
+    """Triangles (T, 3) of a surface, some of whose samples are their vertices."""
+
+    vertices: Samples
+    triangles: NDArray[np.int32]
+
+    def where(self, chosen: NDArray[np.bool_]) -> "SurfaceMesh":
+        """The chosen triangles (T,), and all vertices."""
+        return SurfaceMesh(self.vertices, self.triangles[chosen])
+
+    def points(self) -> NDArray[np.float32]:
+        """Where the triangles' own vertices are (N, 3)."""
+        return self.vertices.points[np.unique(self.triangles)]
+
+
 def sample_surface(
     field: Field, proxy: Proxy, count: int, seed: int, check: Check = go_on
 ) -> Samples:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The surface that is asked for where it runs through itself, as triangles.
 
-    proxy under the stroke -> divided until it is fine -> swept volume -> what bounds something
+    mesh under the stroke -> divided until it is fine -> swept volume -> what bounds something
 
 Model space. See docs/method.md, section 2.
 """
@@ -18,9 +18,8 @@ from ...common.progress import Check
 from ...stroke.curve import Array
 from ..evaluate import normals
 from ..field import Field
-from ..mesh.proxy import Proxy
 from ..mesh.subdivide import divide
-from ..mesh.surface import Samples
+from ..mesh.surface import Samples, SurfaceMesh
 from ..projection import ARRIVED, project
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume, bounding
@@ -67,19 +66,20 @@ class Folded:
     def __init__(
         self,
         field: Field,
-        proxy: Proxy,
-        touched: NDArray[np.bool_],
+        below: SurfaceMesh,
+        held: SurfaceMesh,
         move: Callable[[Samples], Samples],
         radius: float,
         check: Check,
     ) -> None:
-        """Of a field and its proxy.
+        """Of a field.
 
-        touched: which of its triangles (T,) have a corner under the stroke
+        below: its surface under the stroke
+        held:  that elsewhere
         move:    where samples of the surface are displaced to
         radius:  of the stroke
         """
-        self._field, self._proxy, self._touched = field, proxy, touched
+        self._field, self._below, self._held = field, below, held
         self._move, self._radius, self._check = move, radius, check
 
     @cached_property
@@ -106,10 +106,10 @@ class Folded:
 
     @cached_property
     def _divided(self) -> tuple[NDArray[np.int32], _Moved]:
-        """Triangles and vertices of the surface under the stroke, of which little is known yet.
+        """SurfaceMesh and vertices of the surface under the stroke, of which little is known yet.
 
         A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
-        samples where an edge fans out. So the proxy's triangles are divided until they are fine
+        samples where an edge fans out. So a mesh's triangles are divided until they are fine
         before and after, and their vertices brought to the surface.
         """
         finest = FINE_EDGE * self._radius
@@ -122,8 +122,8 @@ class Folded:
         def middles(one: _Moved, other: _Moved) -> _Moved:
             return self._halfway(one.points, other.points)
 
-        some, corners = np.unique(self._proxy.triangles[self._touched], return_inverse=True)
-        vertices = self._proxy.vertices[some]
+        some, corners = np.unique(self._below.triangles, return_inverse=True)
+        vertices = self._below.vertices.points[some]
         found = self._moved(Samples(vertices, normals(self._field, vertices)))
         triangles = corners.reshape(-1, 3).astype(np.int32)
         return divide(triangles, found, is_long, middles, MOST_VERTICES)
@@ -176,17 +176,17 @@ class Folded:
         """The surface that is asked for: vertices, triangles (T, 3), and which of these (T,) are
         displaced.
 
-        The proxy's triangles, those under the stroke divided: without those that bound nothing, and
-        those of other sheets that the stroke swallows.
+        Those under the stroke and those elsewhere, without what bounds nothing, and without other
+        sheets that the stroke swallows.
         """
-        proxy, (_, moved, bounds, triangles) = self._proxy, self.under
-        displaced = triangles[bounds[triangles].any(axis=1)]
-        held = proxy.triangles[~self._touched].astype(np.int64)
-        left = ~self.swept.swallows(proxy.vertices)
-        held = held[left[held].any(axis=1)]
-        vertices = join([moved, Samples(proxy.vertices, proxy.normals)])
-        both = np.concatenate([displaced, held + len(moved.points)])
-        return vertices, both, np.arange(len(both)) < len(displaced)
+        beside, (before, moved, bounds, triangles) = self._held.vertices, self.under
+        bounding = triangles[bounds[triangles].any(axis=1)]
+        moves = (moved.points != before.points).any(axis=1)[bounding].any(axis=1)
+        held = self._held.triangles.astype(np.int64)
+        left = ~self.swept.swallows(beside.points)
+        held = held[left[held].any(axis=1)] + len(moved.points)
+        displaced = np.append(moves, np.zeros(len(held), bool))
+        return join([moved, beside]), np.concatenate([bounding, held]), displaced
 
     def distance(self, points: NDArray[np.float32]) -> Array:
         """Distance (N,) of points (N, 3) from the surface that is asked for.

@@ -20,9 +20,11 @@ from ...common.progress import Check, go_on
 from ...stroke.curve import Array
 from ...stroke.displacement import displace
 from ...stroke.stroke import Ends, Stroke
+from ..detail import spacing
 from ..evaluate import normals, values_and_gradients
 from ..field import Field
-from ..mesh.surface import Samples
+from ..mesh.closer import closer
+from ..mesh.surface import Samples, SurfaceMesh
 from ..nearest import search_tree
 from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces, join
@@ -36,6 +38,7 @@ from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
 STRETCHED = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
+MOST_TRIANGLES, MOST_CELLS = 40_000, 512  # of a fine mesh under a stroke; its cells per axis
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -232,17 +235,46 @@ class Problem:
     def folded(self) -> Folded:
         """What is asked for where the displaced surface runs through itself."""
         proxy = self.preparation.proxy
-        vertices = Samples(proxy.vertices, proxy.normals)
-        near = self.copies.nearness(vertices, beyond_flat_ends=False) < 1
-        touched = near[proxy.triangles].any(axis=1)
+        whole = SurfaceMesh(Samples(proxy.vertices, proxy.normals), proxy.triangles)
+        near = self.copies.nearness(whole.vertices, beyond_flat_ends=False) < 1
+        touched = near[whole.triangles].any(axis=1)
+        under, held = whole.where(touched), whole.where(~touched)
+        times = self._finer(under)
+        if times > 1:
+            stroke = self.stroke
+            reach = stroke.largest_factor + 2 * self.preparation.spacing / stroke.brush.radius
+
+            def is_near(points: NDArray[np.float32]) -> NDArray[np.bool_]:
+                return self.copies.distance(points) < reach
+
+            cells, start = proxy.active.cells, under.points()
+            under = closer(self.field, start, is_near, cells, times, self.check)
         return Folded(
             self.field,
-            proxy,
-            touched,
+            under,
+            held,
             lambda surface: move(self.copies, surface)[0],
             self.stroke.brush.radius * self.stroke.largest_factor,
             self.check,
         )
+
+    def _finer(self, under: SurfaceMesh) -> int:
+        """How many cells of the mesh under a stroke that folds are as long as one of the proxy: its
+        cells are those of the finest detail there, or larger ones if those would be too many."""
+        finest = self.field.detail.finest_at(under.points()).max(initial=0)
+        cells, times = self.preparation.proxy.active.cells, 1
+
+        def is_better(times: int) -> bool:
+            count = times**2 * len(under.triangles)
+            return (
+                2 / (times * cells) >= spacing(finest)
+                and count <= MOST_TRIANGLES
+                and times * cells <= MOST_CELLS
+            )
+
+        while is_better(2 * times):
+            times *= 2
+        return times
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
@@ -279,8 +311,13 @@ class Problem:
         """The same where the displaced surface runs through itself, by the displaced samples
         `target` of the tube: without those that bound nothing."""
         surface, moved, bounds, _ = self.folded.under
-        tree = search_tree(target.points)
-        far = ~np.isfinite(tree.query(moved.points, distance_upper_bound=spacing)[0])
+
+        def facing(some: Samples) -> NDArray[np.float32]:
+            """Places and normals (N, 6): both sides of a thin part are far from each other."""
+            return np.column_stack([some.points, np.float32(spacing) * some.normals])
+
+        tree = search_tree(facing(target))
+        far = ~np.isfinite(tree.query(facing(moved), distance_upper_bound=spacing)[0])
         far &= bounds
         surface, moved = surface.where(far), moved.where(far)
         inner = self.copies.nearness(surface, beyond_flat_ends=False) < INNER

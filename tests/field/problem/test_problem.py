@@ -3,12 +3,21 @@
 
 from dataclasses import replace
 
+import igl
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
+from neural_sculpt_addon.field.detail import (
+    Level,
+    cells_of,
+    centres,
+    distinct,
+    places,
+    quantised,
+)
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.surface import Samples
@@ -314,6 +323,30 @@ def test_distances_in_a_hole_are_those_from_its_wall():
     np.testing.assert_allclose(
         problem.folded.distance(points.astype(np.float32)), there, atol=0.15 / 32
     )
+
+
+def test_a_fin_thinner_than_a_cell_of_the_proxy_is_seen_from_both_sides(preparation):
+    """It stands on a ball, 0.008 thick, in the middle of the proxy's cells, 0.016 wide."""
+    level = 8
+    size = np.array([0.1, 0.03, 0.1])
+    box = [0.5, 0, 0] + size * np.stack(np.mgrid[-1:1:60j, -1:1:20j, -1:1:60j], axis=-1)
+    cells = distinct(cells_of(box.reshape(-1, 3), level), level)
+    nodes = centres(places(cells, level), level)
+    away = np.linalg.norm(nodes, axis=1)
+    f = values(preparation.field, nodes)
+    fin = np.maximum(np.maximum(np.abs(nodes[:, 1] - 1 / CELLS) - 0.004, away - 0.55), 0.4 - away)
+    added = {level: Level(cells, quantised(np.minimum(fin, f) - f))}
+    fine = prepare(preparation.field.plus(added))
+    under = pose(fine, Stroke(on_ball([0.08], 0), Brush(0.1, 0.04))).folded.under
+    mesh = under.before.points.astype(float), under.triangles
+    angle, height = np.meshgrid(np.linspace(-0.06, 0.06, 13), np.linspace(0.51, 0.545, 8))
+    for side in (-0.004, 0.004):
+        aside = np.full_like(angle, 1 / CELLS + side)
+        points = np.stack([height * np.cos(angle), aside, height * np.sin(angle)], axis=-1)
+        square, face, _ = igl.point_mesh_squared_distance(points.reshape(-1, 3), *mesh)
+        assert np.sqrt(square.max()) < 5e-4
+        a, b, c = (mesh[0][corner] for corner in mesh[1][face].T)
+        assert (np.cross(b - a, c - a)[:, 1] * side > 0).all()
 
 
 @pytest.mark.parametrize("intensity", [0.05, -0.05, 0.15])
