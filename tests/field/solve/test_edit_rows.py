@@ -5,12 +5,15 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from neural_sculpt_addon.field.detail import cells_of, distinct, spacing
+from neural_sculpt_addon.field.detail import cells_of, children, dilated, distinct, spacing
+from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.problem.pose import pose
+from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.solve.edit_rows import AROUND_WEIGHT, EditedSurface
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
+from tests.field.analytic import ellipsoid
 
 EDGE = Profile("linear")
 RADIUS, LEVEL = 0.1, 6
@@ -53,3 +56,20 @@ def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, inten
     assert beyond.sum() > 10
     assert (np.sign(targets) == np.sign(true))[beyond].all()
     np.testing.assert_allclose(targets[beyond], true[beyond], atol=0.5 * h)
+
+
+def test_finer_samples_of_a_carve_through_a_thin_part_are_none_behind_it():
+    """A dab that carves a lens deeper than it is thick: its floor bounds nothing."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2)))
+    random, h = np.random.default_rng(0), spacing(LEVEL)
+    displaced = problem.displaced_surface(60, 60, random, h / 3, h, h)
+    assert displaced.swept is not None
+    active = dilated(distinct(cells_of(displaced.after.points, LEVEL), LEVEL), LEVEL)
+    nothing = np.empty(0, np.int32)
+    surface = EditedSurface(problem, displaced, active, active[:0], nothing, LEVEL, random)
+    rows, cells = surface.rows, children(active, LEVEL)
+    finer = surface.finer(rows, cells, LEVEL + 1, lens.field, random)
+    points = finer.points[len(rows.points) :][finer.targets[len(rows.points) :] == 0]
+    assert len(points) > len(displaced.after.points)
+    assert values(lens.field, points).max() < 2e-3

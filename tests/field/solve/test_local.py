@@ -17,7 +17,8 @@ from neural_sculpt_addon.field.mesh.proxy import extract, update
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
-from neural_sculpt_addon.field.solve.local import LocalEdit, resolution
+from neural_sculpt_addon.field.solve.local import DENSITY, LocalEdit, resolution
+from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
@@ -229,6 +230,27 @@ def test_a_modulation_is_held_as_well_as_a_profile(preparation, peaks):
     rise = 0.5 * np.cos(0.4) * 0.6 / (2 * peaks)
     assert 2**-found.wanted < 0.75 * rise
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
+
+
+def test_stripes_of_an_alpha_are_held_as_well_as_peaks_of_a_profile(preparation):
+    """64 pixels across the stroke, white and black by fours: each as wide as an eighth radius."""
+    row = bytes(255 * (number // 4 % 2) for number in range(64))
+    brush = Brush(0.1, 0.002, alpha=Alpha(pixels=row * 64))
+    found = resolution(pose(preparation, arc(brush)))
+    stripe = 0.1 * 2 / 16
+    assert 2**-found.wanted < 0.75 * stripe
+    assert 2**-found.wanted > stripe / 8
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.04])
+def test_samples_of_the_displaced_surface_are_as_many_as_density_says(preparation, radius):
+    """Under a belt around a ball, whose zone has the area of the cylinder around it."""
+    problem = pose(preparation, belt(Brush(radius, 1e-5)))
+    edit = LocalEdit(problem)
+    half = radius * np.sqrt(1 - radius**2)  # height over the equator where the chord is a radius
+    area = 2 * np.pi * 0.5 * 2 * half
+    expected = DENSITY * area * 4.0**edit.resolution.level
+    assert len(edit.targets) == pytest.approx(expected, rel=0.1)
 
 
 @pytest.mark.long
