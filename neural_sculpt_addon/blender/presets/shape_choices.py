@@ -4,7 +4,7 @@
 Choosing a preset loads it into the curve widget, and the widget is what is chosen then.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -25,6 +25,9 @@ CURVE = "CURVE"
 
 OWN = "OWN:"
 """How the choice of an artist's preset begins, so that no file can take the place of a formula."""
+
+PAUSE = 0.05
+"""Seconds between two pictures, each of which takes some 3 ms."""
 
 Shape = type[Profile] | type[Modulation]
 Item = tuple[str, str, str, Any, int]
@@ -65,12 +68,18 @@ def chosen_preset(shape: Shape, choice: str) -> Preset | None:
 
 
 def register() -> None:
-    """Draw pictures from now on."""
+    """Draw pictures from now on, one at a time and before they are needed: all of them take longer
+    than a window may wait."""
     thumbnails.register()
+    if not bpy.app.background:
+        _Drawn.next = _pictures()
+        bpy.app.timers.register(_draw_next, first_interval=PAUSE)
 
 
 def unregister() -> None:
     """Forget them."""
+    if bpy.app.timers.is_registered(_draw_next):
+        bpy.app.timers.unregister(_draw_next)
     _items.cache_clear()
     thumbnails.unregister()
 
@@ -82,20 +91,43 @@ def loaded_presets(shape: Shape) -> dict[str, Preset]:
     return built_in | own
 
 
+class _Drawn:
+    next: Iterator[int] = iter(())
+
+
+def _draw_next() -> float | None:
+    return None if next(_Drawn.next, None) is None else PAUSE
+
+
+def _pictures() -> Iterator[int]:
+    """The icons of all choices that are built in, each drawn when it is asked for."""
+    for shape in (Profile, Modulation):
+        for choice, *_ in fixed_items(shape):
+            if choice != CURVE:
+                yield _formula_icon(shape, choice)
+    for preset in BUILT_IN:
+        yield _preset_icon(preset)
+
+
+def _formula_icon(shape: Shape, choice: str) -> int:
+    values = shape(choice.lower())(np.linspace(*shape.DOMAIN, 129))
+    return thumbnails.icon(f"{shape.WORD} {choice}", shape.WORD, values)
+
+
+def _preset_icon(preset: Preset) -> int:
+    return thumbnails.icon(f"preset {hash(preset)}", preset.kind, thumbnails.sample(preset))
+
+
 @cache
 def _items(shape: Shape, loaded: tuple[tuple[str, Preset], ...], _locale: str) -> list[Item]:
     """Blender does not copy the texts of an item, so they live as long as we do."""
-    domain = np.linspace(*shape.DOMAIN, 129)
     items: list[Item] = []
     for number, (choice, name, tip) in enumerate(fixed_items(shape)):
         if choice == CURVE:
             items.append((choice, iface_(name), tip_(tip), "FCURVE", CURVE_NUMBER))
             continue
-        values = shape(choice.lower())(domain)
-        icon = thumbnails.icon(f"{shape.WORD} {choice}", shape.WORD, values)
-        items.append((choice, iface_(name), tip_(tip), icon, number))
+        items.append((choice, iface_(name), tip_(tip), _formula_icon(shape, choice), number))
     for number, (choice, preset) in enumerate(loaded, PRESET_NUMBER):
         tip = tip_("Load this preset into the curve widget")
-        icon = thumbnails.icon(f"{choice} {hash(preset)}", shape.WORD, thumbnails.sample(preset))
-        items.append((choice, iface_(preset.name, OURS), tip, icon, number))
+        items.append((choice, iface_(preset.name, OURS), tip, _preset_icon(preset), number))
     return items
