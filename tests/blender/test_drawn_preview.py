@@ -111,7 +111,7 @@ class UnderThePen(SquareCase):
 
     def test_it_is_in_no_undo_step_of_ours(self) -> None:
         self.pen()
-        module("blender.scene.commit").push_undo("Ours")
+        module("blender.scene.undo_step").push_undo("Ours")
         self.assertEqual(self.heights().max(), 0.0)
         self.pen()
         self.assert_raised()

@@ -110,7 +110,7 @@ class Masks(SphereCase):
     def test_the_new_proxy_has_the_mask_and_undo_brings_back_all(self) -> None:
         masks = np.clip(0.5 + vertices(self.ob())[:, 0] / 0.4, 0, 1)
         paint(self.ob(), masks)
-        module("blender.scene.commit").push_undo("Mask")
+        module("blender.scene.undo_step").push_undo("Mask")
         before, points = self.everything(), vertices(self.ob())
         states = [before]
         for tilt in (0.0, 0.4, -0.4):
@@ -283,10 +283,10 @@ class Masks(SphereCase):
 
     def test_a_result_waits_until_what_it_takes_over_is_found(self) -> None:
         """In a window: in steps, of which there are some; what is painted meanwhile counts."""
-        commit = module("blender.scene.commit")
+        results = module("blender.scene.results")
         self.ob().data.polygons.foreach_set("hide", middles(self.ob())[:, 1] > 0)
         paint(self.ob(), half(self.ob()))
-        foresee, answers = commit.foresee, []
+        foresee, answers = results.foresee, []
 
         def watched(ob: Object, result: object) -> bool:
             answers.append(foresee(ob, result))

@@ -65,7 +65,7 @@ def in_world(points: np.ndarray, matrix: Matrix = PLACE) -> np.ndarray:
 class Lines(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.sources = module("blender.scene.sources")
+        self.sources = module("blender.scene.lines")
 
     def lines(self) -> list:
         return self.sources.selected_lines(bpy.context)

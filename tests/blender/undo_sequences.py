@@ -33,7 +33,7 @@ live = harness.module("blender.session.live")
 preview = harness.module("blender.scene.mesh.preview")
 native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
-commit = harness.module("blender.scene.commit")
+undo_step = harness.module("blender.scene.undo_step")
 objects = harness.module("blender.scene.objects")
 ops = bpy.ops.neural_sculpt
 
@@ -477,7 +477,7 @@ def select(name: str) -> None:
 
 def editing() -> bool:
     """Whether Edit Mode makes results wait."""
-    return commit.in_edit_mode()
+    return undo_step.in_edit_mode()
 
 
 def steps() -> tuple[int, int]:

@@ -29,12 +29,13 @@ from ...worker.answers import SNAPPED, is_remade
 from ...worker.client import JobKind, Message
 from .. import notice
 from ..scene import native_steps, sculpt_steps
-from ..scene.commit import add_brushed, add_entry, in_edit_mode
+from ..scene.commit import add_brushed, add_entry
 from ..scene.mesh import preview, proxy_mesh
 from ..scene.mesh.brushed import Part
 from ..scene.objects import find, found
 from ..scene.sculpt_steps import Step
 from ..scene.stroke_list import Entry
+from ..scene.undo_step import in_edit_mode
 from .arrivals import Arrivals
 from .job import Job, JobStatus
 from .worker_session import session

@@ -24,11 +24,11 @@ from bpy.app.translations import pgettext_n as n_
 from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from ..scene import sculpt_steps
-from ..scene.commit import in_edit_mode
 from ..scene.mesh import carried, proxy_mesh
 from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.sculpt_steps import Step
+from ..scene.undo_step import in_edit_mode
 from .arrivals import Arrivals
 from .job import Job, JobStatus
 from .session_watcher import Watcher

@@ -25,9 +25,9 @@ from ...worker.install import environment
 from ...worker.protocol import ProtocolError
 from .. import preferences
 from ..scene import sculpt_steps
-from ..scene.commit import foresee
 from ..scene.objects import find
 from ..scene.properties import field_of
+from ..scene.results import foresee
 from .job import Job, JobStatus
 from .job_queue import JobQueue
 from .worker_process import Worker

@@ -19,7 +19,7 @@ import bpy
 import gpu
 import numpy as np
 from bpy.app.handlers import persistent
-from bpy.types import Context, Object, WindowManager
+from bpy.types import Object, WindowManager
 from gpu_extras.batch import batch_for_shader
 from numpy.typing import NDArray
 
@@ -32,11 +32,11 @@ from ...stroke.stroke import MOST_COPIES, Stroke
 from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
-from ..scene.brush import current_brush, current_kind, mirror_of, radial_of, seen
+from ..scene.brush.current_brush import current_brush, current_kind, mirror_of, radial_of, seen
 from ..scene.mesh.seen_surface import grid_of
 from ..scene.objects import find
 from ..scene.properties import field_of, is_field
-from ..scene.tool import TOOL
+from ..scene.tool import holds_tool
 from .draw_handler import DrawHandler
 from .view import View, lay, view_under
 
@@ -119,12 +119,6 @@ def hide_stroke() -> None:
 def hold_brush(anchor: Anchor | None) -> None:
     """Keep the brush in one place; None lets it follow the mouse again."""
     _State.anchor = anchor
-
-
-def active_tool(context: Context) -> bool:
-    """Whether the artist holds our tool."""
-    tool = context.workspace.tools.from_space_view3d_mode(context.mode, create=False)
-    return tool is not None and tool.idname == TOOL
 
 
 def _draw_chosen() -> None:
@@ -219,7 +213,7 @@ def _draw_brush(mouse: Mouse) -> None:
     """Over the view, in pixels of the window."""
     context = bpy.context
     ob, anchor = context.active_object, _State.anchor
-    if ob is None or not is_field(ob) or not active_tool(context):
+    if ob is None or not is_field(ob) or not holds_tool(context.workspace, context.mode):
         return
     view = view_under(context.area, mouse, ob)
     if view is None:

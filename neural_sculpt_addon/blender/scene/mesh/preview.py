@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ....interaction.displaced import Displaced
 from ....stroke.stroke import Kind, Stroke
 from ..objects import find
-from ..tool import TOOL
+from ..tool import holds_tool
 from . import brush_attributes, proxy_mesh, seen_surface
 
 MOST = 8000
@@ -285,8 +285,7 @@ def _can_show(ob: Object) -> bool:
     if ob.mode != "SCULPT":
         return True
     workspace = bpy.context.window_manager.windows[0].workspace  # pyright: ignore
-    tool = workspace.tools.from_space_view3d_mode("SCULPT", create=False)
-    return tool is not None and tool.idname == TOOL
+    return holds_tool(workspace, "SCULPT")
 
 
 def _hide_in_edit_mode(mesh: Mesh) -> None:

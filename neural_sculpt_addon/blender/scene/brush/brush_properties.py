@@ -19,13 +19,13 @@ from bpy.props import (
 )
 from bpy.types import Context, NodeTree, PropertyGroup
 
-from ...stroke.modulation import Modulation
-from ...stroke.profile import Profile
-from ...stroke.stroke import Direction, Ends, Kind
-from ..locale.translations import OURS
-from ..presets import alpha_choices, curve_store
-from ..presets.shape_choices import CURVE, choice_property, chosen_preset
-from .properties import GROUP, is_field, world_scale
+from ....stroke.modulation import Modulation
+from ....stroke.profile import Profile
+from ....stroke.stroke import Direction, Ends, Kind
+from ...locale.translations import OURS
+from ...presets import alpha_choices, curve_store
+from ...presets.shape_choices import CURVE, choice_property, chosen_preset
+from ..properties import GROUP, is_field, world_scale
 
 BRUSH = ".neural_sculpt"
 """Name of the data-block with the brush; a leading dot hides it from menus."""

@@ -18,9 +18,9 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.types import CurveMapping, NodeTree, Scene
 
-from ..presets import curve_store
+from ...presets import curve_store
+from ..properties import GROUP
 from .brush_properties import BRUSH, NEURAL_SCULPT_PG_brush
-from .properties import GROUP
 
 Points = tuple[Sequence[tuple[float, float]], Sequence[str]]
 """The points of a curve: their locations, and the kinds of their handles."""

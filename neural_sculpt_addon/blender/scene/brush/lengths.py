@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bpy.types import Context
 
-from ...stroke.brush import LARGEST_INTENSITY, LARGEST_RADIUS, LEAST_RADIUS, Brush
+from ....stroke.brush import LARGEST_INTENSITY, LARGEST_RADIUS, LEAST_RADIUS, Brush
 from .brush_properties import brush_of
 
 RADIUS, INTENSITY = "radius", "intensity"

@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ...common.errors import SculptError
+from ....common.errors import SculptError
 
 SUFFIX = ".vdb"
 NAME = "surface"  # of the grid, as level sets are called elsewhere

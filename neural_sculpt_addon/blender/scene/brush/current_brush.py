@@ -10,17 +10,17 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Mesh, Object
 from numpy.typing import ArrayLike, NDArray
 
-from ...interaction.recorder import Point, StrokeRecorder
-from ...stroke.alpha import Alpha
-from ...stroke.brush import Brush
-from ...stroke.modulation import Modulation
-from ...stroke.profile import Profile
-from ...stroke.stroke import Direction, Ends, Kind, Stroke
-from ...stroke.symmetry import AXES, ONCE, Counts
-from ..locale.translations import OURS
-from ..presets import curve_store
-from ..presets.alpha_choices import chosen_alpha
-from ..presets.shape_choices import CURVE
+from ....interaction.recorder import Point, StrokeRecorder
+from ....stroke.alpha import Alpha
+from ....stroke.brush import Brush
+from ....stroke.modulation import Modulation
+from ....stroke.profile import Profile
+from ....stroke.stroke import Direction, Ends, Kind, Stroke
+from ....stroke.symmetry import AXES, ONCE, Counts
+from ...locale.translations import OURS
+from ...presets import curve_store
+from ...presets.alpha_choices import chosen_alpha
+from ...presets.shape_choices import CURVE
 from .brush_properties import brush_of
 
 NARROWEST = 0.05
