@@ -15,8 +15,8 @@ from bpy.types import Context, Header, STATUSBAR_HT_header
 
 from ..locale.translations import OURS
 from ..scene.properties import is_field
-from ..session.worker_session import session
 from ..scene.tool import holds_tool
+from ..session.worker_session import session
 from .sidebar import draw_job
 
 WIDTH = 16  # times the height of a button
