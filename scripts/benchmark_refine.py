@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from neural_sculpt_addon.field.detail import Coefficients
     from neural_sculpt_addon.field.field import Field
     from neural_sculpt_addon.field.mesh.proxy import Proxy
-    from neural_sculpt_addon.field.mesh.refine import Refined
+    from neural_sculpt_addon.field.mesh.refinement.refine import Refined
     from neural_sculpt_addon.field.problem.prepare import Preparation
 
 UNIFORM = (128, 256, 384, 512)
@@ -98,7 +98,7 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.detail import support
     from neural_sculpt_addon.field.mesh.proxy import extract
-    from neural_sculpt_addon.field.mesh.refine import TOLERANCE, again, refine
+    from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
     from neural_sculpt_addon.field.mesh.surface import sample_surface
 
     many, field, reached = 10**7, now.field, support(layer)

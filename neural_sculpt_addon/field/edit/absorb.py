@@ -24,8 +24,9 @@ from ..detail import Coefficients
 from ..evaluate import values
 from ..field import Field
 from ..fit.fit_report import deviation
-from ..fit.mesh_cleanup import CleanMesh, clean, unit
+from ..fit.mesh_cleanup import CleanMesh, clean
 from ..fit.mesh_distance import MeshDistance
+from ..geometry import unit
 from ..mesh.pieces import components
 from ..mesh.proxy import extract
 from ..projection import find_surface, project

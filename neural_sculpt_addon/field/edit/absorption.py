@@ -33,9 +33,8 @@ from ..detail import (
 from ..evaluate import values
 from ..field import Field, Sampled
 from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
-from ..fit.mesh_cleanup import unit
+from ..geometry import search_tree, unit
 from ..mesh.pieces import Islands
-from ..nearest import search_tree
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
 from .patch import Patch

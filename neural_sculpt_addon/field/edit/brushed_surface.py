@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ..detail import cells_of, linear
 from ..field import Field
 from ..fit.fit_detail import among
-from ..fit.mesh_cleanup import unit
+from ..geometry import unit
 from ..mesh.edges import find_edges
-from ..mesh.subdivide import divide, rows
+from ..mesh.refinement.subdivide import divide, rows
 from ..projection import ARRIVED, project
 from .patch import HELD, Patch, bend, finest_level
 

@@ -29,9 +29,9 @@ from ...common.progress import Progress, silent
 from ..detail import spacing
 from ..evaluate import values
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
-from ..nearest import search_tree
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import Tolerance
 from .mesh_cleanup import CleanMesh

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
 from .proxy import Proxy
-from .refine import Refined
+from .refinement.refine import Refined
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..nearest import search_tree
+from ..geometry import search_tree
 from .components import signed_volumes
 from .proxy import Proxy
 

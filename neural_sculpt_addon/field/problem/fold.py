@@ -17,8 +17,8 @@ from scipy.spatial import KDTree
 from ...common.progress import Check
 from ..evaluate import values
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..threads import SEARCHED, in_pieces
 
 WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for

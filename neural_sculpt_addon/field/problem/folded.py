@@ -19,7 +19,7 @@ from ...stroke.curve import Array
 from ..evaluate import normals
 from ..field import Field
 from ..mesh.proxy import Proxy
-from ..mesh.subdivide import divide
+from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
 from ..projection import ARRIVED, project
 from ..threads import SEARCHED, in_pieces, join

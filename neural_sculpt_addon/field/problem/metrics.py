@@ -51,10 +51,10 @@ from ...common.progress import Check, Progress, silent
 from ..detail import SUPPORT, cells_of, linear
 from ..evaluate import values_and_gradients
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples, sample_surface
-from ..nearest import search_tree
 from ..projection import find_surface
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume

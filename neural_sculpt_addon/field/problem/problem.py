@@ -22,8 +22,8 @@ from ...stroke.displacement import displace
 from ...stroke.stroke import Ends, Stroke
 from ..evaluate import normals, values_and_gradients
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces, join
 from .copies import Copies, close

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from ..detail import cells_of, centres, children, dilated, linear, merged, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import ARRIVED, ON_SURFACE, SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join

@@ -34,9 +34,9 @@ from ..detail import (
     spacing,
 )
 from ..evaluate import values
+from ..geometry import search_tree
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .spline_system import ITERATIONS, Rows, solve_level

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..threads import join
-from .edges import find_edges
+from ...threads import join
+from ..edges import find_edges
 
 T = TypeVar("T", bound=tuple[NDArray[Any], ...])
 

@@ -11,24 +11,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .again import FoundAgain
+from .cell_update import UpdatedCells
 from .lattice import ActiveCells, corner_steps
 from .march import CROSSED, RawMesh, march, triangle_table
 
 
-def splice(
-    shown: RawMesh, known: ActiveCells, again: FoundAgain
+def update_mesh(
+    shown: RawMesh, known: ActiveCells, updated: UpdatedCells
 ) -> tuple[RawMesh, NDArray[np.intp]]:
-    """The mesh of the cells found `again`, given that of the `known`.
+    """The mesh of the `updated` cells, given that of the `known` ones.
 
     Beside it the number (V,) that each of its vertices had before; new ones count on from there.
     """
-    part, chosen = _with_owners(again.active, again.fresh)
+    part, chosen = _with_owners(updated.active, updated.fresh)
     local = march(part, chosen)
     own = CROSSED.sum(axis=1).take(part.codes)  # vertices of each cell
     count = len(shown.vertices)
-    vertices = _Patch(known, again, CROSSED.sum(axis=1), np.flatnonzero(np.repeat(chosen, own)))
-    triangles = _Patch(known, again, triangle_table()[0], np.arange(len(local.triangles)))
+    vertices = _Patch(known, updated, CROSSED.sum(axis=1), np.flatnonzero(np.repeat(chosen, own)))
+    triangles = _Patch(known, updated, triangle_table()[0], np.arange(len(local.triangles)))
     source = vertices.apply(np.arange(count), count + np.arange(len(local.vertices)))
     number = _numbers(source, np.concatenate([shown.edges, local.edges]))
     mesh = RawMesh(
@@ -51,16 +51,16 @@ class _Patch:
     def __init__(
         self,
         known: ActiveCells,
-        again: FoundAgain,
+        updated: UpdatedCells,
         rows: NDArray[np.integer],
         own: NDArray[np.intp],
     ) -> None:
         """rows: of a cell of each sign code (256,);  own: the rows of the new arrays to be used"""
-        touched, fresh = again.touched, again.fresh
+        touched, fresh = updated.touched, updated.fresh
         before, after = _unchanged(touched, fresh), _unchanged(touched[::-1], fresh[::-1])
         old, new = slice(before, len(touched) - after), slice(before, len(fresh) - after)
         kept = np.repeat(~touched[old], rows.take(known.codes[old]))
-        fresh = np.repeat(fresh[new], rows.take(again.active.codes[new]))
+        fresh = np.repeat(fresh[new], rows.take(updated.active.codes[new]))
         self.start = rows.take(known.codes[:before]).sum()
         self.end = self.start + len(kept)
         self.source = np.empty(len(fresh), np.intp)

@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.progress import Progress, sub_progress
-from ..detail import BRICK, cells_of, spacing
-from ..evaluate import values, values_and_gradients
-from ..field import Field
+from ....common.progress import Progress, sub_progress
+from ...detail import BRICK, cells_of, spacing
+from ...evaluate import values, values_and_gradients
+from ...field import Field
+from ...geometry import lengths
+from ..proxy import BATCH, FLAT, RELAXATION
 from .flip import find_poor, flip
-from .proxy import BATCH, FLAT, RELAXATION
 from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
 
 ROUNDS = 4
@@ -119,10 +120,10 @@ class Growth:
         if self.known is not None:
             inner &= ~edges.alone
         bend = _bend(along, first, second)
-        off = _length(bend)[:, 0] * inner
+        off = lengths(bend)[:, 0] * inner
         points += bend
         straight = np.flatnonzero(inner & (off <= limit))
-        length = _length(along.take(straight, axis=0))[:, 0]
+        length = lengths(along.take(straight, axis=0))[:, 0]
         straight = straight[_may_hide(self.field, points.take(straight, axis=0), length)]
         for begin in range(0, len(straight), BATCH):
             progress(begin / len(straight), "Refining the mesh")
@@ -189,7 +190,7 @@ class Growth:
         move -= np.einsum("na,na->n", move, outward)[:, None] * outward
         points += move
         for _ in range(STEPS):
-            points, _, outward = _onto(self.field, points, np.zeros_like(points), _length(move))
+            points, _, outward = _onto(self.field, points, np.zeros_like(points), lengths(move))
         self.vertices[moving], self.normals[moving] = points, outward
 
     def _split(
@@ -206,8 +207,8 @@ class Growth:
         beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
         same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
         ends = self.vertices.take(edges.ends[chosen], axis=0)
-        way, length = points - ends.mean(axis=1), _length(ends[:, 1] - ends[:, 0])
-        same &= (_length(way) < FARTHEST * length)[:, 0]
+        way, length = points - ends.mean(axis=1), lengths(ends[:, 1] - ends[:, 0])
+        same &= (lengths(way) < FARTHEST * length)[:, 0]
         chosen, points, normals = chosen[same], points[same], normals[same]
         number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
         self.vertices = np.concatenate([self.vertices, points])
@@ -233,11 +234,11 @@ class Growth:
             for begin in range(0, len(left), BATCH):
                 progress((step + begin / len(left)) / STEPS, "Refining the mesh")
                 part = left[begin : begin + BATCH]
-                reach = REACH * _length(along[part])
+                reach = REACH * lengths(along[part])
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )
-            left = left[off > SETTLED * _length(along[left])[:, 0]]
+            left = left[off > SETTLED * lengths(along[left])[:, 0]]
         return points, normals
 
 
@@ -275,20 +276,16 @@ def _onto(
     Along its edge a point does not slide: the two halves would be of different length.
     """
     value, gradient = values_and_gradients(field, points)
-    slope = np.maximum(_length(gradient), FLAT)
+    slope = np.maximum(lengths(gradient), FLAT)
     normals = gradient / slope
-    along = edges / np.maximum(_length(edges), FLAT)
+    along = edges / np.maximum(lengths(edges), FLAT)
     across = normals - np.einsum("na,na->n", normals, along)[:, None] * along
-    lean = _length(across)
+    lean = lengths(across)
     step = np.where(lean > LEAN, across / np.maximum(lean, LEAN) ** 2, normals)
     step *= value[:, None] / slope
-    distance = _length(step)
+    distance = lengths(step)
     step *= np.minimum(1, reach / np.maximum(distance, FLAT))
     return np.clip(points - step, -1, 1), np.minimum(distance, reach)[:, 0], normals
-
-
-def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.sqrt(np.einsum("na,na->n", vectors, vectors))[:, None]  # (N, 1)
 
 
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.field.mesh.edges import find_edges
-from neural_sculpt_addon.field.mesh.subdivide import halved
+from neural_sculpt_addon.field.mesh.refinement.subdivide import halved
 
 BALL = trimesh.creation.icosphere(subdivisions=1, radius=0.5)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from neural_sculpt_addon.field.mesh.flip import find_poor, flip
-from neural_sculpt_addon.field.mesh.subdivide import names
+from neural_sculpt_addon.field.mesh.refinement.flip import find_poor, flip
+from neural_sculpt_addon.field.mesh.refinement.subdivide import names
 
 NONE = -1
 

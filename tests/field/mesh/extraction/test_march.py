@@ -7,8 +7,8 @@ import trimesh
 from scipy.spatial import KDTree
 from skimage.measure import marching_cubes
 
-from neural_sculpt_addon.field.mesh.lattice import CORNERS, ActiveCells
-from neural_sculpt_addon.field.mesh.march import march
+from neural_sculpt_addon.field.mesh.extraction.lattice import CORNERS, ActiveCells
+from neural_sculpt_addon.field.mesh.extraction.march import march
 
 
 def noise(cells, seed=0, scale=1.0):

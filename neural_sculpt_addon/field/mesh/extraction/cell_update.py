@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.progress import Progress, silent
-from ..field import Field
+from ....common.progress import Progress, silent
+from ...field import Field
 from .cells import find_beside
 from .lattice import ActiveCells, corner_steps
 
 
-class FoundAgain(NamedTuple):
+class UpdatedCells(NamedTuple):
     """The active cells after an edit."""
 
     active: ActiveCells
@@ -25,13 +25,13 @@ class FoundAgain(NamedTuple):
     touched: NDArray[np.bool_]  # of the cells known before, those that were given up for these
 
 
-def find_again(
+def update_cells(
     known: ActiveCells,
     changed: NDArray[np.bool_],
     guesses: NDArray[np.int32],
     field: Field,
     progress: Progress = silent,
-) -> FoundAgain:
+) -> UpdatedCells:
     """The active cells after an edit that moved the surface in the `changed` (A,) ones.
 
     A flood finds them, from where the surface was and from `guesses` (G,), cells where it may be
@@ -51,4 +51,4 @@ def find_again(
     source = np.concatenate([kept, count + np.arange(len(found.index))]).take(order)
     values = np.concatenate([held.values, found.values], axis=1).take(order, axis=1)
     active = ActiveCells(known.cells, index.take(order), values)
-    return FoundAgain(active, source >= count, touched)
+    return UpdatedCells(active, source >= count, touched)

@@ -22,7 +22,7 @@ from neural_sculpt_addon.field.detail import (
 )
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract, update
-from neural_sculpt_addon.field.mesh.refine import TOLERANCE, again, refine
+from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
 from tests.field.analytic import ball, ellipsoid, plane
 
 MANY = 10**7

@@ -21,10 +21,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.errors import SculptError
-from ...common.progress import Progress, silent
-from ..evaluate import values
-from ..field import Field
+from ....common.errors import SculptError
+from ....common.progress import Progress, silent
+from ...evaluate import values
+from ...field import Field
 from .lattice import CORNERS, ActiveCells, codes_of, corner_steps, places, steps
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from ..evaluate import values
-from ..field import Field
-from .components import Components, signed_volumes
+from ...evaluate import values
+from ...field import Field
+from ..components import Components, signed_volumes
 
 SMALL = 50
 """Vertices: a piece with fewer is some three cells wide, and is looked at."""

@@ -7,7 +7,13 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field.mesh.subdivide import Parts, divided, ends_of, names, open_edges
+from neural_sculpt_addon.field.mesh.refinement.subdivide import (
+    Parts,
+    divided,
+    ends_of,
+    names,
+    open_edges,
+)
 
 MESHES = {
     "ball": trimesh.creation.icosphere(2),

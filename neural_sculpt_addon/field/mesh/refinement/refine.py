@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...common.progress import Progress, silent
-from ..detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
-from ..field import Field
+from ....common.progress import Progress, silent
+from ...detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
+from ...field import Field
+from ..proxy import Proxy
 from .edge_growth import Growth, Splits, renamed
-from .proxy import Proxy
 from .subdivide import Parts
 
 TOLERANCE = 1 / 64

@@ -10,7 +10,7 @@ could get the same edge, which four triangles would have then.
 import numpy as np
 from numpy.typing import NDArray
 
-from .edges import find_edges
+from ..edges import find_edges
 from .subdivide import ends_of, names
 
 POOR = 0.25
