@@ -51,7 +51,7 @@ from ...common.progress import Check, Progress, silent
 from ..detail import SUPPORT, cells_of, linear
 from ..evaluate import values_and_gradients
 from ..field import Field
-from ..geometry import search_tree
+from ..geometry import angles, search_tree
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples, sample_surface
@@ -106,7 +106,7 @@ def measure(
     found = in_pieces(
         lambda part: find_surface(edited, target.points[part]), len(core), problem.check
     )
-    cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
+    turned = angles(found.normals[core], target.normals[core])
     progress(0.4, MEASURING)
     elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
@@ -121,7 +121,7 @@ def measure(
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
         **elsewhere,
-        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "normal_deg": float(turned.mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
     }
@@ -144,14 +144,13 @@ def measure_goal(
     found = in_pieces(
         lambda part: find_surface(edited, goal.points[part]), len(goal.points), problem.check
     )
-    cosine = np.einsum("ij,ij->i", found.normals, goal.normals)
     progress(0.4, MEASURING)
     measures = {
         **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
         "height": height,
         "gain": 1.0,
         **_elsewhere(problem, edited, proxy, reached),
-        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "normal_deg": float(angles(found.normals, goal.normals).mean()),
         "gradient": float(np.abs(found.slope - 1).mean()),
         "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), floor),
     }
@@ -208,9 +207,8 @@ def _moved(
         some = np.flatnonzero(np.isin(linear(cells_of(surface.points, SUPPORT), SUPPORT), reached))
     points = surface.points[some]
     found = in_pieces(lambda part: find_surface(edited, points[part]), len(some), problem.check)
-    cosine = np.einsum("ij,ij->i", found.normals, surface.normals[some])
     distance[some] = found.distance
-    turned[some] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    turned[some] = angles(found.normals, surface.normals[some])
     return distance, turned
 
 
