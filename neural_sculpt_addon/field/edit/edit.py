@@ -26,7 +26,8 @@ from ..problem.pose import pose
 from ..problem.prepare import CELLS, Preparation, prepare
 from ..problem.problem import Problem
 from ..solve import gauss_newton, paper
-from ..solve.local import LocalEdit, resolution
+from ..solve.local import LocalEdit
+from ..solve.resolution import resolution
 from .reshape import reshape
 
 REPAIRS = 8

@@ -17,7 +17,8 @@ from neural_sculpt_addon.field.mesh.proxy import extract, update
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
-from neural_sculpt_addon.field.solve.local import LocalEdit, resolution
+from neural_sculpt_addon.field.solve.local import LocalEdit
+from neural_sculpt_addon.field.solve.resolution import resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile
