@@ -29,7 +29,7 @@ import benchmark_strokes
 import environment
 
 if TYPE_CHECKING:
-    from neural_sculpt_addon.field.detail import Coefficients
+    from neural_sculpt_addon.field.levels import Coefficients
     from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 

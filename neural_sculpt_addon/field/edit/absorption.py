@@ -17,20 +17,12 @@ import torch
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
-from ..detail import (
-    Coefficients,
-    Detail,
-    Level,
-    cells_of,
-    dilated,
-    linear,
-    quantised,
-    spacing,
-)
+from ..detail import Detail
 from ..evaluate import values
 from ..field import Field
 from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE
 from ..geometry import search_tree, unit
+from ..levels import Coefficients, Level, cells_of, dilated, linear, quantised, spacing
 from ..mesh.pieces import Islands
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level

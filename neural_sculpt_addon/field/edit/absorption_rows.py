@@ -14,11 +14,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..detail import cells_of, centres, children, dilated, linear, places
 from ..evaluate import values
 from ..field import Field, Sampled
 from ..fit.fit_detail import COARSEST, EMPTY, SIDE, SLOPE, among
 from ..geometry import search_tree, unit
+from ..levels import cells_of, centres, children, dilated, linear, places
 from ..solve.spline_system import Rows
 from .patch import Patch
 

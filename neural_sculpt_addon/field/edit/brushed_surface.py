@@ -15,10 +15,10 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import cells_of, linear
 from ..field import Field
 from ..fit.fit_detail import among
 from ..geometry import unit
+from ..levels import cells_of, linear
 from ..mesh.edges import find_edges
 from ..mesh.refinement.subdivide import divide, rows
 from ..projection import ARRIVED, project

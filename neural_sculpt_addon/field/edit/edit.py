@@ -16,8 +16,8 @@ from typing import Any
 from ...common.errors import SculptError
 from ...common.progress import Progress, rising, silent, sub_progress
 from ...stroke.stroke import Kind, Stroke
-from ..detail import Coefficients, spacing, support
 from ..field import Field
+from ..levels import Coefficients, spacing, support
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, extract, update
 from ..mesh.surface import Samples

@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
-from ..detail import spacing
 from ..evaluate import values
 from ..field import Field
 from ..geometry import angles, search_tree
+from ..levels import spacing
 from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project

@@ -25,11 +25,11 @@ from scipy.sparse import csc_array
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..detail import SUPPORT, centres, places
-from ..detail import spacing as level_spacing
 from ..evaluate import values_and_gradients
 from ..field import Field
 from ..geometry import lengths
+from ..levels import SUPPORT, centres, places
+from ..levels import spacing as level_spacing
 from .components import Components, find_components
 from .extraction.cell_update import update_cells
 from .extraction.cells import find_active
@@ -107,7 +107,7 @@ def update(
 ) -> Proxy:
     """The proxy of `field`, which differs from the one that `proxy` shows in `reached` alone.
 
-    reached: (S,) cells as of `detail.support`
+    reached: (S,) cells as of `levels.support`
 
     Errors as from `extract`.
     """

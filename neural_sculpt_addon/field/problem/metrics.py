@@ -47,10 +47,10 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ...common.progress import Progress, silent
-from ..detail import SUPPORT, cells_of, linear
 from ..evaluate import values_and_gradients
 from ..field import Field
 from ..geometry import angles
+from ..levels import SUPPORT, cells_of, linear
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples, sample_surface
@@ -84,7 +84,7 @@ def measure(
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
     proxy:   of `edited`, at CELLS cells per axis
-    reached: (S,) cells as of `detail.support` outside of which the field is what it was; None when
+    reached: (S,) cells as of `levels.support` outside of which the field is what it was; None when
              all of it may have changed
     floor:   what the solver can hold at best: no smaller tolerance is asked of it
 

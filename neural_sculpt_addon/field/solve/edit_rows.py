@@ -18,10 +18,10 @@ f0 where its side stays. Model space.
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import cells_of, centres, children, dilated, linear, merged, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..geometry import search_tree
+from ..levels import cells_of, centres, children, dilated, linear, merged, places, spacing
 from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import ARRIVED, ON_SURFACE, SMALLEST_GRADIENT, project

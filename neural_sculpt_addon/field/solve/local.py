@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent
-from ..detail import (
+from ..evaluate import values
+from ..geometry import search_tree
+from ..levels import (
     FINEST,
     Coefficients,
     Level,
@@ -31,8 +33,6 @@ from ..detail import (
     quantised,
     spacing,
 )
-from ..evaluate import values
-from ..geometry import search_tree
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import FINEST, spacing
+from ..levels import FINEST, spacing
 from ..problem.problem import Problem
 
 CELLS_PER_FEATURE = 2.5

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
 from ...common.progress import Check, go_on
-from ..detail import Grid, Level, around, quantised, slopes, weights
+from ..detail import Grid, around, slopes, weights
+from ..levels import Level, quantised
 from ..threads import in_pool, pool
 
 T = TypeVar("T")

@@ -40,8 +40,8 @@ class Shown:
 
     def state(self, state: "State", job: Payload, progress: Progress) -> "Proxy | Refined":
         """The mesh of a state."""
-        from ...field.detail import support
         from ...field.edit.layers import difference
+        from ...field.levels import support
         from ...field.mesh.refinement.refine import again, refine
 
         most = _most(job)
@@ -63,8 +63,8 @@ class Shown:
 
         At another one the last proxy is updated, if both states have the same base.
         """
-        from ...field.detail import support
         from ...field.edit.layers import difference
+        from ...field.levels import support
         from ...field.mesh.proxy import extract, update
         from ...field.problem.prepare import CELLS
 

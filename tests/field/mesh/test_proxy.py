@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
-from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.mesh.extraction.cell_update import update_cells
 from neural_sculpt_addon.field.mesh.extraction.cells import find_active
 from neural_sculpt_addon.field.mesh.extraction.lattice import CORNERS

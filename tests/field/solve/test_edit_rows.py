@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from neural_sculpt_addon.field.detail import cells_of, distinct, spacing
+from neural_sculpt_addon.field.levels import cells_of, distinct, spacing
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve.edit_rows import AROUND_WEIGHT, EditedSurface
 from neural_sculpt_addon.stroke.brush import Brush

@@ -8,10 +8,10 @@ import pytest
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field import threads
-from neural_sculpt_addon.field.detail import SUPPORT, Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import SUPPORT, Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.mesh.pieces import Islands, components
 from neural_sculpt_addon.field.mesh.proxy import extract, update
 from neural_sculpt_addon.field.primitives import primitive

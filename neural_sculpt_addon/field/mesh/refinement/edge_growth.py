@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....common.progress import Progress, sub_progress
-from ...detail import BRICK, cells_of, spacing
 from ...evaluate import values, values_and_gradients
 from ...field import Field
 from ...geometry import lengths
+from ...levels import BRICK, cells_of, spacing
 from ..proxy import BATCH, FLAT, RELAXATION
 from .flip import find_poor, flip
 from .subdivide import Edges, Parts, divided, ends_of, names, open_edges

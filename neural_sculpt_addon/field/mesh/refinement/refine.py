@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....common.progress import Progress, silent
-from ...detail import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ...field import Field
+from ...levels import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..proxy import Proxy
 from .edge_growth import Growth, Splits, renamed
 from .subdivide import Parts
@@ -76,7 +76,7 @@ def again(
     """The refinement of `coarse`, the proxy of a field that differs in `reached` alone from the one
     whose refinement was `before`. The tolerance stays, while the budget allows.
 
-    reached: (S,) cells as of `detail.support`
+    reached: (S,) cells as of `levels.support`
     """
     if coarse.active.cells != before.coarse.active.cells:
         return refine(field, coarse, most, progress=progress)

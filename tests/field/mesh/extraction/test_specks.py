@@ -9,8 +9,8 @@ import torch
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from neural_sculpt_addon.field.detail import Level, cells_of, distinct, linear, quantised, support
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import Level, cells_of, distinct, linear, quantised, support
 from neural_sculpt_addon.field.mesh.extraction.specks import SMALL
 from neural_sculpt_addon.field.mesh.proxy import extract, update
 from tests.field.analytic import ball, ellipsoid

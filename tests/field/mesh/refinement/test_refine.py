@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from neural_sculpt_addon.common.errors import Cancelled
-from neural_sculpt_addon.field.detail import (
+from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
     centres,
@@ -20,7 +21,6 @@ from neural_sculpt_addon.field.detail import (
     spacing,
     support,
 )
-from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract, update
 from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
 from tests.field.analytic import ball, ellipsoid, plane
