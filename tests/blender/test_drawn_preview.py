@@ -11,6 +11,7 @@ from harness import field, module, push_undo, state, undo, vertices
 from test_preview import LINE, SquareCase
 
 preview = module("blender.scene.mesh.preview")
+preview_attributes = module("blender.scene.mesh.preview_attributes")
 seen_surface = module("blender.scene.mesh.seen_surface")
 Brush = module("stroke.brush").Brush
 Kind = module("stroke.stroke").Kind
@@ -96,9 +97,9 @@ class UnderThePen(SquareCase):
         np.testing.assert_array_equal(self.heights(), waiting)
         self.pen()
         self.finish()
-        self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
+        self.assertTrue(preview_attributes.is_previewed(field("Sphere").data))
         preview.give_up()
-        self.assertNotIn(preview.TRUE["position"], field("Sphere").data.attributes)
+        self.assertFalse(preview_attributes.is_previewed(field("Sphere").data))
         self.assertFalse(module("blender.scene.mesh.native_edits").edited(field("Sphere")))
 
     def test_a_waiting_one_is_cancelled_meanwhile(self) -> None:

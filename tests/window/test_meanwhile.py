@@ -64,7 +64,7 @@ class Meanwhile(WindowCase):
         return [item.muted for item in field().neural_sculpt.strokes]
 
     def has_preview(self) -> bool:
-        return module("blender.scene.mesh.preview").TRUE["position"] in field().data.attributes
+        return module("blender.scene.mesh.preview_attributes").is_previewed(field().data)
 
     @long
     def test_edit_stroke_escaped_and_undone(self) -> Steps:

@@ -12,7 +12,7 @@ from bpy.types import Object
 
 from ...common.errors import SculptError
 from ...worker.client import Message
-from .mesh import carried, preview, proxy_mesh
+from .mesh import carried, preview_attributes, proxy_mesh
 from .mesh.proxy_mesh import Geometry
 from .properties import field_of
 from .stroke_list import Entry
@@ -79,7 +79,7 @@ def geometry_of(result: Message, smooth: bool) -> Geometry:
 def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
     """The mesh of a result, with what hangs on that of the object."""
     geometry, mesh = geometry_of(result, smooth), proxy_mesh.mesh_of(ob)
-    painted, kept = carried.carried(ob, lambda: preview.true_positions(mesh), geometry)
+    painted, kept = carried.carried(ob, lambda: preview_attributes.true_positions(mesh), geometry)
     return replace(geometry, painted=painted, attributes=kept)
 
 
@@ -90,5 +90,5 @@ def foresee(ob: Object, result: Message) -> bool:
         return False
     mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
     return carried.foresee(
-        ob, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
     )

@@ -30,7 +30,7 @@ from ...worker.client import JobKind, Message
 from .. import notice
 from ..scene import native_steps, sculpt_steps
 from ..scene.commit import add_brushed, add_entry
-from ..scene.mesh import preview, proxy_mesh
+from ..scene.mesh import preview, preview_attributes, proxy_mesh
 from ..scene.mesh.brushed import Part
 from ..scene.objects import find, found
 from ..scene.sculpt_steps import Step
@@ -205,7 +205,7 @@ def shows(ob: Object, proxy: BrushedProxy) -> bool:
     mesh = proxy_mesh.mesh_of(ob)
     if not proxy.count or mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
         return False
-    return np.array_equal(preview.true_positions(mesh), proxy.strokes[-1].seen)
+    return np.array_equal(preview_attributes.true_positions(mesh), proxy.strokes[-1].seen)
 
 
 BUDGET = 0.008
