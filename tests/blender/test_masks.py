@@ -238,7 +238,7 @@ class Masks(SphereCase):
         masked, free = ({**given, "points": (to_right * (side, 1, 1)).tolist()} for side in (1, -1))
         paint(self.ob(), half(self.ob()))
         with patch.object(
-            module("blender.operators.launch"), "translated", side_effect=lambda told: told
+            module("blender.operators.job_operator"), "translated", side_effect=lambda told: told
         ) as translated:
             self.file([masked, free, masked, {**free, "name": "Last"}])
         ((sentence,), _) = translated.call_args

@@ -25,7 +25,7 @@ from ...scene.results import PROXY
 from ...scene.undo_step import in_window
 from ...session import states
 from ...session.job import Job, Request
-from ..launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
+from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 from . import level_set
 
 FORMATS = (

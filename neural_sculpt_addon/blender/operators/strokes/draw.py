@@ -33,7 +33,7 @@ from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
 from ...viewport import changed_stroke, overlay
 from ...viewport.view import object_under, over_interface, view_under
-from ..launch import (
+from ..job_operator import (
     CANCELLED,
     INTERNAL,
     Outcome,

@@ -40,7 +40,7 @@ from ...scene.brush.current_brush import modulation, profile
 from ...scene.mesh.protect import protected
 from ...scene.properties import is_field
 from ...viewport import changed_stroke
-from ..launch import REGISTER, Outcome, active_field, fail, reports_errors
+from ..job_operator import REGISTER, Outcome, active_field, fail, reports_errors
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 
 KEEP, NOW = "KEEP", "NOW"

@@ -19,7 +19,14 @@ from ...scene.brush.current_brush import brush_stroke, pressure_factors
 from ...scene.lines import Line, annotation_lines, selected_lines
 from ...scene.mesh import native_edits
 from ...scene.properties import world_scale
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch_strokes,
+    reports_errors,
+)
 
 SELECTED, ANNOTATIONS = "SELECTED", "ANNOTATIONS"
 

@@ -23,7 +23,7 @@ from ...scene.brush import lengths
 from ...scene.properties import world_scale
 from ...viewport import overlay
 from ...viewport.view import View, as_point, lay, view_under
-from ..launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
+from ..job_operator import CANCELLED, FINISHED, Outcome, active_field, field_poll
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorTypeFlagItems

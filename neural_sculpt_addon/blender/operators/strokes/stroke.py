@@ -21,7 +21,14 @@ from ...locale.translations import OURS
 from ...scene.brush.brush_properties import NEURAL_SCULPT_PG_point
 from ...scene.brush.current_brush import brush_stroke
 from ...session import live
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch_strokes,
+    reports_errors,
+)
 
 
 class NEURAL_SCULPT_OT_stroke(Operator):

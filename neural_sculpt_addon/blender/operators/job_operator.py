@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all operators that need the worker share: when they may run, and how they start a job."""
+"""Operators of jobs, what they share: when they may run, and how they start a job of the worker."""
 
 # pyright: reportOptionalMemberAccess=false
 
