@@ -2,8 +2,8 @@
 """Growth of a mesh by its edges: those whose middles are off the surface are split there.
 
 The new vertices go onto f = 0 by Newton steps across their edges; thin and turned triangles are
-mended by flips and by moving vertices. Each edge is judged by itself, so the triangles on both
-sides of it split it alike. Model space. See docs/method.md, section 8.
+mended by flips and by moving vertices. Each edge is judged by itself (`edge_middles`), so the
+triangles on both sides of it split it alike. Model space. See docs/method.md, section 8.
 """
 
 from typing import NamedTuple
@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....common.progress import Progress, sub_progress
-from ...evaluate import values, values_and_gradients
+from ...evaluate import values_and_gradients
 from ...field import Field
 from ...geometry import lengths
-from ...levels import BRICK, cells_of, spacing
 from ..proxy import BATCH, FLAT, RELAXATION
+from .edge_middles import Middles, find_middles
 from .flip import find_poor, flip
 from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
 
@@ -26,19 +26,12 @@ ROUNDS = 4
 REACH = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
-PLACES = np.array([0.25, 0.5, 0.75], np.float32)
-"""Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
-
 FARTHEST = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
 
 AWAY = -0.5
 """Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
 those of an edge across a right-angled crease are not."""
-
-JOINS = -0.2
-"""Cosine of the normals at both ends, 100 degrees, below which an edge joins two sides of something
-thinner than the lattice's cells: what it is split into turns over as often as not."""
 
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
@@ -55,17 +48,6 @@ class Splits(NamedTuple):
 
     edges: NDArray[np.int64]  # (S,), rising
     middles: NDArray[np.int32]  # (S,)
-
-
-class Middles(NamedTuple):
-    """Where the middles of edges should be.
-
-    points: (E, 3), near f = 0
-    off:    (E,), how far the edge is off the surface there; 0 where it stays
-    """
-
-    points: NDArray[np.float32]
-    off: NDArray[np.float32]
 
 
 class Growth:
@@ -97,7 +79,10 @@ class Growth:
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
             edges = open_edges(parts)
-            middles = self._measured(edges, limit, sub_progress(share, 0, 0.5))
+            middles = find_middles(
+                *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
+                sub_progress(share, 0, 0.5),
+            )
             number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
             middle = np.append(number, np.int32(-1)).take(edges.corners)  # (F, 3)
             marked = (middle >= 0).any(axis=1)
@@ -107,31 +92,6 @@ class Growth:
             done.append(parts.where(~marked))
             parts = divided(parts.where(marked), middle[marked], self.vertices)
         return self._mended(Parts.together([*done, parts]), fixed)
-
-    def _measured(self, edges: Edges, limit: float, progress: Progress) -> Middles:
-        """How far edges are off: by the normals at their ends, and by f itself, near to a distance,
-        where these say nothing of detail between. Those on the border and the box's faces stay, and
-        those that join two sides of something thin."""
-        low, high = (self.vertices.take(end, axis=0) for end in edges.ends.T)
-        along, points = high - low, (low + high) / 2
-        first, second = (self.normals.take(end, axis=0) for end in edges.ends.T)
-        inner = (np.abs(points) < 1).all(axis=1)
-        inner &= np.einsum("na,na->n", first, second) > JOINS
-        if self.known is not None:
-            inner &= ~edges.alone
-        bend = _bend(along, first, second)
-        off = lengths(bend)[:, 0] * inner
-        points += bend
-        straight = np.flatnonzero(inner & (off <= limit))
-        length = lengths(along.take(straight, axis=0))[:, 0]
-        straight = straight[_may_hide(self.field, points.take(straight, axis=0), length)]
-        for begin in range(0, len(straight), BATCH):
-            progress(begin / len(straight), "Refining the mesh")
-            part = straight[begin : begin + BATCH]
-            for share in PLACES:
-                value = values(self.field, low[part] + share * along[part])
-                off[part] = np.maximum(off[part], np.abs(value))
-        return Middles(points, off)
 
     def _mended(self, parts: Parts, fixed: int) -> Parts:
         """`parts` with better triangles where some are thin or turned: edges are flipped, and
@@ -240,28 +200,6 @@ class Growth:
                 )
             left = left[off > SETTLED * lengths(along[left])[:, 0]]
         return points, normals
-
-
-def _bend(
-    edges: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """From the middles of `edges` (N, 3) to those of the cubics between their ends (N, 3) that are
-    across the normals there, `first` and `second` (N, 3)."""
-    rise = np.einsum("na,na->n", edges, first)[:, None] * first
-    fall = np.einsum("na,na->n", edges, second)[:, None] * second
-    return (fall - rise) / 8
-
-
-def _may_hide(
-    field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
-) -> NDArray[np.bool_]:
-    """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
-    found = np.zeros(len(points), bool)
-    for grid in field.detail.grids:
-        some = np.flatnonzero(lengths > spacing(grid.level))
-        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
-        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
-    return found
 
 
 def _onto(
