@@ -275,7 +275,7 @@ class Carried(SphereCase):
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_session"), "foresee", watched),
+            patch.object(module("blender.session.worker_news"), "foresee", watched),
             patch.object(sources.Sources, "steps", counted),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)

@@ -296,7 +296,7 @@ class Masks(SphereCase):
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_session"), "foresee", watched),
+            patch.object(module("blender.session.worker_news"), "foresee", watched),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)
             self.finish()
