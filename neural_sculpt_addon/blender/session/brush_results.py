@@ -36,8 +36,8 @@ from ..scene.objects import find, found
 from ..scene.sculpt_steps import Step
 from ..scene.stroke_list import Entry
 from ..scene.undo_step import in_edit_mode
-from .arrivals import Arrivals
 from .job import Job, JobStatus
+from .session_hooks import Arrivals
 from .worker_session import session
 
 log = logging.getLogger(__name__)

@@ -29,9 +29,8 @@ from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.sculpt_steps import Step
 from ..scene.undo_step import in_edit_mode
-from .arrivals import Arrivals
 from .job import Job, JobStatus
-from .session_watcher import Watcher
+from .session_hooks import Arrivals, Watcher
 from .undone import Undone
 
 log = logging.getLogger(__name__)

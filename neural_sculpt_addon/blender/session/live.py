@@ -34,7 +34,6 @@ from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
 from . import brush_results, states
 from .absorb_job import absorb_job
-from .arrivals import Arrivals
 from .brush_results import (
     BrushedProxy,
     BrushResults,
@@ -44,6 +43,7 @@ from .brush_results import (
     proxies,
 )
 from .job import Job, Request
+from .session_hooks import Arrivals
 from .worker_session import session
 
 log = logging.getLogger(__name__)

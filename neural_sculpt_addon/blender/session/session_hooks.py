@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the session of the worker tells while it works, to whoever shows it.
+"""Hooks of the session: what it tells whoever shows its work, and what it asks whoever has results
+on their way into the scene.
 
-The session knows nothing of windows, panels and previews: `session_display` listens to it.
+The session knows nothing of windows, panels and previews, nor of brushes: `session_display` listens
+to it, and `brush_results` brings results into the scene piece by piece, between two polls.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,3 +43,26 @@ class Watcher:
         True when there was something to do: the result is shown no sooner than by the next poll.
         """
         return False
+
+
+class Arrivals:
+    """Results that are on their way into the scene. Here there are none."""
+
+    def wait(self) -> bool:
+        """Whether there is a piece that `take` would bring into the scene now."""
+        return False
+
+    def take(self) -> bool:
+        """Bring a piece into the scene; whether there was one. Raises nothing."""
+        return False
+
+    def hold(self, job: Job) -> bool:
+        """Whether a job must not begin before they are there."""
+        return False
+
+    def may_come(self, job: Job) -> bool:
+        """Whether something is being done of which one may come that a job must know of."""
+        return False
+
+    def follow(self, job: Job) -> None:
+        """The result of a job has come into the scene."""
