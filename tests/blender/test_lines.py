@@ -65,10 +65,10 @@ def in_world(points: np.ndarray, matrix: Matrix = PLACE) -> np.ndarray:
 class Lines(SculptCase):
     def setUp(self) -> None:
         super().setUp()
-        self.sources = module("blender.scene.lines")
+        self.reader = module("blender.scene.lines")
 
     def lines(self) -> list:
-        return self.sources.selected_lines(bpy.context)
+        return self.reader.selected_lines(bpy.context)
 
     def test_grease_pencil(self) -> None:
         grease_pencil(POINTS, POINTS[:2])
@@ -148,7 +148,7 @@ class Lines(SculptCase):
         stroke.points.foreach_set("co", POINTS.ravel())
         word = "annotation" if hasattr(bpy.context.scene, "annotation") else "grease_pencil"
         setattr(bpy.context.scene, word, data)
-        (line,) = self.sources.annotation_lines(bpy.context)
+        (line,) = self.reader.annotation_lines(bpy.context)
         np.testing.assert_allclose(line.points, POINTS, atol=1e-6)
 
     def test_other_objects_are_passed_over(self) -> None:
