@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one way in which a result of the worker reaches the scene, and becomes one undo step.
+"""Commit of a result of the worker: the one way in which it reaches the scene, as one undo step.
 
 Field, revision, strokes, report and proxy change together or not at all: what may fail is done
 ahead of the first change. The result's mesh is in model space, which is the object's local space.

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Undo steps of ours: what goes ahead of a change and what is pushed after it, and the context that
-this needs."""
+"""Undo steps of ours: what goes ahead of a change, what is pushed after it, in which context."""
 
 # pyright: reportOptionalMemberAccess=false
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's one worker, and what it is told and heard of the jobs that wait for it.
+"""Session: Blender's one worker, started when it is needed, polled and fed with the jobs that wait.
 
 Jobs run one at a time in the order of their coming. A job makes its request only when its turn
 comes, so a stroke drawn while the last one is still computed works on the last one's result.

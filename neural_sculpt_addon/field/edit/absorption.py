@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The layer that brings the zero level of a field to the surface of a mesh.
+"""Absorption: the layer that brings the zero level of a field to the surface of a mesh.
 
     samples of the mesh -> rows, on the mesh and off it -> coefficients, the coarsest level first
 
-It is used by all that comes as a mesh: sculpted proxies, brush strokes, Booleans. Model space. See
-docs/method.md, section 6.
+Sculpted proxies, brush strokes and Booleans come as meshes. Model space. See docs/method.md,
+section 6.
 """
 
 import math

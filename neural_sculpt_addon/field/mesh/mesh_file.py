@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Triangle meshes as files, read and written by trimesh.
 
-Files come from outside: whatever trimesh makes of a damaged one becomes one sentence.
+Files come from outside: when trimesh fails on a damaged one, a SculptError says so in a sentence.
 """
 
 import io

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface that is asked for where it runs through itself, as triangles.
+"""Folded surface: what is asked for where it runs through itself, as triangles.
 
     proxy under the stroke -> divided until it is fine -> swept volume -> what bounds something
 

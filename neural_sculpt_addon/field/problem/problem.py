@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an edit asks of the field: where the zero set shall be after the stroke.
+"""The problem that a stroke poses: where the zero set of the field shall be after it.
 
 The tube moves to its targets, the untouched surface stays where it is. The images of a stroke,
 mirrored and turned, are solved together; where they overlap, the larger displacement wins, and

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The radius and the intensity that the keys change: the brush's, or those of the stroke of the
-history whose points are being edited. Model space.
+"""Radius and intensity that the keys change: the brush's, or those of the stroke whose points are
+edited. Model space.
 """
 
 from dataclasses import replace

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The active cells after an edit, searched for only where the surface moved.
+"""Update of the active cells after an edit: they are searched for only where the surface moved.
 
-All other cells are kept with the values at their corners. What the search has in common with them
-it takes from them, so the result is exactly that of one lattice: closed wherever the surface is.
+All other cells are kept with the values at their corners. The search takes these values where it
+comes to the same corners, so all cells agree on them and the surface stays closed.
 Cells and points are named as in `lattice`.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lattice cells that the surface passes through, found without evaluating all the others.
+"""Active cells, which the surface passes through, found without evaluating all the others.
 
 Marching cubes needs the active cells and no other. Two steps find them:
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Marching cubes (Lorensen and Cline 1987) on a list of active cells, all at once in NumPy.
 
-How a cell of each sign code is triangulated is asked of scikit-image, one cell at a time; what it
-would do on a dense array, cell after cell, is then a matter of looking up. Every crossed lattice
-edge has one owner, the active cell at its lower end, so vertices are welded without searching.
+scikit-image triangulates one cell of each sign code, once; from that table all cells get the
+triangles that it would make of a dense array. Every crossed lattice edge has one owner, the active
+cell at its lower end, so vertices are welded without searching.
 
 Where the surface leaves the box, the ring's cells close it off: their vertices, the caps, are drawn
 onto the box faces. All lengths in model space.

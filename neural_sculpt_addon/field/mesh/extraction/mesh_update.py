@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Marching cubes after an edit: only the cells that were searched for anew, the rest as it was.
+"""Update of a mesh by marching cubes after an edit, in the cells alone that were searched for anew.
 
-Vertices and triangles come in the order of their cells, so which of them belong to which cell is
-told by the cells' sign codes, and new ones find their places by counting. That needs a mesh without
-welded caps.
+Vertices and triangles come in the order of their cells, and a cell's sign code says how many it
+has. So counting tells which belong to which cell, and where new ones come. That needs a mesh
+without welded caps. Model space.
 """
 
 from typing import Any

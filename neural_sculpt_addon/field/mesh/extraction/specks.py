@@ -3,8 +3,9 @@
 
 A ridge or a groove thinner than a cell passes between most of the lattice's points. Where one of
 them happens to lie within it, marching cubes draw a small piece by itself, though the field hangs
-together there. Sampled some times as finely around the piece, the field says so: its inside leads
-on out of the place. A piece that is one by itself there, too, is no speck.
+together there. The field is sampled several times as finely in a box around the piece: where the
+inside goes on to the border of that box, the piece is a speck. One that is closed there, too, is
+not. Model space.
 """
 
 from collections.abc import Callable

@@ -3,8 +3,8 @@
 
 The two triangles beside an edge are divided by their other diagonal where the worse of them is
 better then. Edges of a coarse triangle's border stay, so what becomes of it depends on it alone.
-Nor does one come between two vertices of the same side of it: the coarse triangle on the other side
-could get the same edge, which four triangles would have then.
+Nor does a flip join two vertices on the same side of it: the coarse triangle across that side could
+get the same edge, and four triangles would share it. Model space.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Subdivision of triangles by their edges: those that a rule marks are split in the middle.
 
-A triangle with one, two or three marked edges becomes two, three or four. An edge is told from
-others by its two vertices, so the triangles on both sides of it split it alike, and what was closed
-stays closed.
+A triangle with one, two or three marked edges becomes two, three or four. An edge is named by
+its two vertices, so the triangles on both sides of it split it alike, and what was closed stays
+closed.
 """
 
 from collections.abc import Callable
