@@ -54,7 +54,7 @@ MODULES = {
     "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER", "STRETCHED"),
-    "problem.displaced": ("STEP", "BEND"),
+    "problem.copies": ("STEP", "BEND"),
     "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
     "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),

@@ -2,6 +2,7 @@
 """Lines, points and ribbons drawn by the graphics card, in the scene or over a view."""
 
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportGeneralTypeIssues=false
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

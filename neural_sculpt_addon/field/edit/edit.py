@@ -158,10 +158,9 @@ def _reshape(problem: Problem, solver: Solver, started: float, progress: Progres
 def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit:
     """The edit by the local solver; pieces of surface that nobody asked for are solved away."""
     before = problem.preparation
-    edit = LocalEdit(problem, progress)
-    layer, repairs = edit.solve(), 0
+    edit, repairs = LocalEdit.solved(problem, progress), 0
     while True:
-        seconds, field = time.perf_counter() - started, edit.field
+        seconds, field, layer = time.perf_counter() - started, edit.field, edit.layer
         proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
         if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
@@ -170,7 +169,8 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
         if not len(islands.points):
             return done
-        layer, repairs = edit.forbid(islands), repairs + 1
+        edit.forbid(islands)
+        repairs += 1
 
 
 def edit(

@@ -128,7 +128,9 @@ class EditedSurface:
         before, after = self._before_and_after
         inside = np.isin(linear(cells_of(after.points, level), level), cells)
         start = before.where(np.repeat(np.flatnonzero(inside), MORE))
-        return self._problem.beside(start, spacing(level), random, self._swept is not None)
+        folds = self._swept is not None
+        beside = self._problem.beside if folds else self._problem.copies.beside
+        return beside(start, spacing(level), random)
 
     def _around(
         self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32] | None = None

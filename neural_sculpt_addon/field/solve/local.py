@@ -38,7 +38,7 @@ from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .resolution import COARSEST, DENSITY, NODES, resolution
-from .spline_system import ITERATIONS, Rows, solve_level
+from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
@@ -126,6 +126,18 @@ class LocalEdit:
         self._rows = self._surface.rows
         self._layer = dict[int, Level]()
 
+    @staticmethod
+    def solved(problem: Problem, progress: Progress = silent) -> "LocalEdit":
+        """The edit with its layer. SculptError as when one is made."""
+        edit = LocalEdit(problem, progress)
+        edit.solve()
+        return edit
+
+    @property
+    def layer(self) -> Coefficients:
+        """What the stroke adds, as far as it is solved."""
+        return self._layer
+
     @property
     def targets(self) -> NDArray[np.float32]:
         """Samples (N, 3) of the displaced surface."""
@@ -134,8 +146,9 @@ class LocalEdit:
     def solve(self) -> Coefficients:
         """The layer: a coarse level, a fine one, and a finer one where that misses."""
         level, cells = self.resolution.level, self._active
-        self._add(level - 1, self._coarse)
-        self._add(level, cells)
+        both = {level - 1: self._coarse, level: cells}
+        self._layer |= solve_levels(both, self._rows, self._problem.check)
+        self.field = self._problem.field.plus(self._layer)
         room = NODES - len(cells)
         for _ in range(FINER):
             if level == FINEST or not len(missed := self._missed(level, cells, room)):
