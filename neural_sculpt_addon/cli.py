@@ -157,7 +157,8 @@ def _apply(options: argparse.Namespace) -> None:
 
 def _mesh(options: argparse.Namespace) -> None:
     from .field import checkpoint
-    from .field.mesh import mesh_file, proxy, refine
+    from .field.mesh import mesh_file, proxy
+    from .field.mesh.refinement import refine
 
     _check_output(options.output, mesh_file.SUFFIXES)
     field = checkpoint.load(options.field)

@@ -61,8 +61,8 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _rows(cases: Path, cells: int) -> Iterator[dict[str, Any]]:
-    from neural_sculpt_addon.field.detail import support
     from neural_sculpt_addon.field.edit.edit import sculpt
+    from neural_sculpt_addon.field.levels import support
     from neural_sculpt_addon.field.mesh.proxy import extract, update
     from neural_sculpt_addon.field.problem.prepare import prepare
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.field.detail import Coefficients
     from neural_sculpt_addon.field.field import Field
+    from neural_sculpt_addon.field.levels import Coefficients
     from neural_sculpt_addon.field.mesh.proxy import Proxy
-    from neural_sculpt_addon.field.mesh.refine import Refined
+    from neural_sculpt_addon.field.mesh.refinement.refine import Refined
     from neural_sculpt_addon.field.problem.prepare import Preparation
 
 UNIFORM = (128, 256, 384, 512)
@@ -96,9 +96,9 @@ def _sculpted(
 def _rows(
     before: "Preparation", now: "Preparation", layer: "Coefficients"
 ) -> Iterator[dict[str, Any]]:
-    from neural_sculpt_addon.field.detail import support
+    from neural_sculpt_addon.field.levels import support
     from neural_sculpt_addon.field.mesh.proxy import extract
-    from neural_sculpt_addon.field.mesh.refine import TOLERANCE, again, refine
+    from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
     from neural_sculpt_addon.field.mesh.surface import sample_surface
 
     many, field, reached = 10**7, now.field, support(layer)

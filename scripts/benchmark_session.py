@@ -174,14 +174,14 @@ class Session:
         import numpy as np
 
         from neural_sculpt_addon.field.checkpoint import to_bytes
+        from neural_sculpt_addon.field.geometry import angles
         from neural_sculpt_addon.field.mesh.pieces import components
         from neural_sculpt_addon.field.mesh.proxy import extract
         from neural_sculpt_addon.field.projection import find_surface
 
         samples = first.surface.where(far)
         found = find_surface(now.field, samples.points)
-        cosine = np.einsum("ij,ij->i", found.normals, samples.normals)
-        turned = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+        turned = angles(found.normals, samples.normals)
         reports = [row["report"] for row in self.rows if "report" in row]
         mark = {
             "case": self.shape,

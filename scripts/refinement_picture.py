@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from neural_sculpt_addon.field.field import Field
     from neural_sculpt_addon.field.mesh.proxy import Proxy
-    from neural_sculpt_addon.field.mesh.refine import Refined
+    from neural_sculpt_addon.field.mesh.refinement.refine import Refined
 
     Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def main() -> None:
     from PIL import Image, ImageDraw
 
     from neural_sculpt_addon.field.mesh.proxy import extract
-    from neural_sculpt_addon.field.mesh.refine import refine
+    from neural_sculpt_addon.field.mesh.refinement.refine import refine
 
     field = _inscribed()
     coarse = extract(field, 128)

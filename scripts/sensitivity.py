@@ -29,7 +29,7 @@ import benchmark_strokes
 import environment
 
 if TYPE_CHECKING:
-    from neural_sculpt_addon.field.detail import Coefficients
+    from neural_sculpt_addon.field.levels import Coefficients
     from neural_sculpt_addon.field.problem.prepare import Preparation
     from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -40,10 +40,11 @@ FOLDED, DEEP = 2, 0.25  # every which stroke is carved how deep, model units
 REPEATED = 3  # times with other samples
 
 MODULES = {
+    "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
     "solve.local": (
-        *("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS", "FEWEST", "MARGIN", "GAP"),
-        *("HIGH", "STRIDE", "REPAIRS", "HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER"),
-        *("COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
+        *("FEWEST", "MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "HEAVIER", "MISSED", "TILTED"),
+        *("SHARE", "FAMILY", "FINER", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
+        "CERTAIN",
     ),
     "solve.edit_rows": (
         *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
@@ -53,7 +54,7 @@ MODULES = {
     "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER", "STRETCHED"),
-    "problem.displaced": ("STEP", "BEND"),
+    "problem.copies": ("STEP", "BEND"),
     "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
     "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
@@ -62,6 +63,7 @@ MODULES = {
 """The constants of each module of the field."""
 
 ALSO = {
+    "solve.resolution.DENSITY": ("solve.local",),
     "solve.edit_rows.AROUND_WEIGHT": ("solve.local",),
     "solve.spline_system.ITERATIONS": ("solve.local",),
     "projection.ARRIVED": (

@@ -111,9 +111,10 @@ def _sound(
     import trimesh
 
     from neural_sculpt_addon.field import checkpoint
-    from neural_sculpt_addon.field.detail import COARSEST, UNIT, Detail, Level, cells_per_axis
+    from neural_sculpt_addon.field.detail import Detail
     from neural_sculpt_addon.field.field import Field
     from neural_sculpt_addon.field.layer_bytes import layer_to_bytes
+    from neural_sculpt_addon.field.levels import COARSEST, UNIT, Level, cells_per_axis
     from neural_sculpt_addon.field.primitives import primitive
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.file import dump_strokes

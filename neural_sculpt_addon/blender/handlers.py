@@ -15,8 +15,8 @@ from bpy.app.handlers import persistent
 from ..common.errors import SculptError
 from . import notice
 from .scene import native_steps, sculpt_steps
-from .scene.commit import in_edit_mode, in_window
 from .scene.mesh import preview
+from .scene.undo_step import in_edit_mode, in_window
 from .session import brush_results, live, reports, saved_strokes
 from .session.worker_session import session
 

@@ -67,8 +67,9 @@ from .panels.stroke import NEURAL_SCULPT_PT_stroke
 from .panels.worker import NEURAL_SCULPT_PT_worker
 from .preferences import NEURAL_SCULPT_AP_preferences
 from .presets import alpha_choices, shape_choices
-from .scene import kept_brush, sound_strings
-from .scene.brush_properties import NEURAL_SCULPT_PG_brush, NEURAL_SCULPT_PG_point
+from .scene import sound_strings
+from .scene.brush import kept_brush
+from .scene.brush.brush_properties import NEURAL_SCULPT_PG_brush, NEURAL_SCULPT_PG_point
 from .scene.mesh import seen_surface
 from .scene.properties import GROUP, NEURAL_SCULPT_PG_field, NEURAL_SCULPT_PG_listed_stroke
 from .session import live

@@ -11,7 +11,7 @@ import bpy
 from bpy.types import Context, UILayout, WorkSpaceTool
 
 from .panels.brush_widgets import draw_lengths, draw_mirror
-from .scene.brush_properties import brush_of
+from .scene.brush.brush_properties import brush_of
 from .scene.properties import is_field
 from .scene.tool import TOOL
 

@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from ..common.errors import SculptError
-from .detail import Coefficients, Detail
+from .detail import Detail
 from .evaluate import values_and_gradients
+from .levels import Coefficients
 from .network import FoldedSiren, Siren
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..common.errors import SculptError
-from .detail import BRICK, COARSEST, FINEST, UNIT, Coefficients, Level, cells_per_axis, places
+from .levels import BRICK, COARSEST, FINEST, UNIT, Coefficients, Level, cells_per_axis, places
 
 MAGIC = b"NSL\x01"  # the last byte is the version
 MOST_COEFFICIENTS = 1 << 23  # of all levels: 64 MiB unpacked

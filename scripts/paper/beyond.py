@@ -15,10 +15,10 @@ import numpy as np
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import to_bytes
-from neural_sculpt_addon.field.detail import Coefficients
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import Coefficients
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.projection import find_surface

@@ -11,7 +11,7 @@ import numpy as np
 
 from neural_sculpt_addon.field.mesh.edges import find_edges
 from neural_sculpt_addon.field.mesh.proxy import Proxy
-from neural_sculpt_addon.field.mesh.subdivide import halved
+from neural_sculpt_addon.field.mesh.refinement.subdivide import halved
 from neural_sculpt_addon.field.mesh.surface import Samples
 from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.projection import project

@@ -22,7 +22,7 @@ from scipy.spatial import KDTree
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.surface import Samples
 from neural_sculpt_addon.field.network import Siren
-from neural_sculpt_addon.field.problem.displaced import displaced
+from neural_sculpt_addon.field.problem.copies import displaced
 from neural_sculpt_addon.field.problem.problem import Problem
 from neural_sculpt_addon.field.solve import paper
 from neural_sculpt_addon.field.solve.adam import Adam

@@ -132,13 +132,15 @@ class Alphas(SculptCase):
         self.assert_fails("No image was chosen", stroke, points=arc(ob))
         self.brush.kind = "SMOOTH"  # has no alpha
         self.brush.radius = 0.2
-        drawn = module("blender.scene.brush").brush_stroke(bpy.context, ob, arc(ob))
+        drawn = module("blender.scene.brush.current_brush").brush_stroke(bpy.context, ob, arc(ob))
         self.assertIsNone(drawn.brush.alpha)
 
     def test_the_preview_shows_it(self) -> None:
         ob = add()
         self.brush.alpha, self.brush.radius = "RIVET", 0.25
-        drawn = module("blender.scene.brush").brush_stroke(bpy.context, ob, arc(ob)[4:5])
+        drawn = module("blender.scene.brush.current_brush").brush_stroke(
+            bpy.context, ob, arc(ob)[4:5]
+        )
         corners = np.array([list(face.vertices) for face in ob.data.polygons], np.int32)
         displaced = module("interaction.displaced")
         heights = []

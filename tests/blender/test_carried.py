@@ -255,10 +255,10 @@ class Carried(SphereCase):
 
     def test_a_result_waits_until_all_is_found_and_needs_little_then(self) -> None:
         """In a window: in steps, and again where the artist changed something meanwhile."""
-        commit, sources = module("blender.scene.commit"), module("blender.scene.mesh.sources")
+        results, sources = module("blender.scene.results"), module("blender.scene.mesh.sources")
         decorate(self.ob())
         push_undo("Decorate")
-        foresee, answers, searched = commit.foresee, [], []
+        foresee, answers, searched = results.foresee, [], []
         steps = sources.Sources.steps
 
         def watched(ob: Object, result: object) -> bool:
@@ -275,7 +275,7 @@ class Carried(SphereCase):
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_session"), "foresee", watched),
+            patch.object(module("blender.session.worker_news"), "foresee", watched),
             patch.object(sources.Sources, "steps", counted),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)

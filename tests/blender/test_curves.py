@@ -18,7 +18,7 @@ class Curves(SculptCase):
         return brush_settings()
 
     def current(self) -> object:
-        return module("blender.scene.brush").current_brush(bpy.context)
+        return module("blender.scene.brush.current_brush").current_brush(bpy.context)
 
     def choose_curves(self) -> None:
         self.brush.profile = self.brush.modulation = "CURVE"
@@ -90,7 +90,7 @@ class Curves(SculptCase):
         for name in ("One", "Two"):
             bpy.data.objects.new(name, None)
             push_undo(name)
-        module("blender.scene.kept_brush").ensure()
+        module("blender.scene.brush.kept_brush").ensure()
         push_undo("Enabled")
         self.set_brush()
         before = self.current()

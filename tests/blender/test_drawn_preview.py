@@ -11,6 +11,7 @@ from harness import field, module, push_undo, state, undo, vertices
 from test_preview import LINE, SquareCase
 
 preview = module("blender.scene.mesh.preview")
+preview_attributes = module("blender.scene.mesh.preview_attributes")
 seen_surface = module("blender.scene.mesh.seen_surface")
 Brush = module("stroke.brush").Brush
 Kind = module("stroke.stroke").Kind
@@ -96,9 +97,9 @@ class UnderThePen(SquareCase):
         np.testing.assert_array_equal(self.heights(), waiting)
         self.pen()
         self.finish()
-        self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
+        self.assertTrue(preview_attributes.is_previewed(field("Sphere").data))
         preview.give_up()
-        self.assertNotIn(preview.TRUE["position"], field("Sphere").data.attributes)
+        self.assertFalse(preview_attributes.is_previewed(field("Sphere").data))
         self.assertFalse(module("blender.scene.mesh.native_edits").edited(field("Sphere")))
 
     def test_a_waiting_one_is_cancelled_meanwhile(self) -> None:
@@ -111,7 +112,7 @@ class UnderThePen(SquareCase):
 
     def test_it_is_in_no_undo_step_of_ours(self) -> None:
         self.pen()
-        module("blender.scene.commit").push_undo("Ours")
+        module("blender.scene.undo_step").push_undo("Ours")
         self.assertEqual(self.heights().max(), 0.0)
         self.pen()
         self.assert_raised()

@@ -8,7 +8,7 @@ import numpy as np
 from bpy.types import Object
 from harness import SculptCase, brush_settings, module
 
-BRUSH = module("blender.scene.brush")
+BRUSH = module("blender.scene.brush.current_brush")
 Line = module("interaction.recorder").StrokeRecorder
 Stroke = module("stroke.stroke").Stroke
 

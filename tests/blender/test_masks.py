@@ -110,7 +110,7 @@ class Masks(SphereCase):
     def test_the_new_proxy_has_the_mask_and_undo_brings_back_all(self) -> None:
         masks = np.clip(0.5 + vertices(self.ob())[:, 0] / 0.4, 0, 1)
         paint(self.ob(), masks)
-        module("blender.scene.commit").push_undo("Mask")
+        module("blender.scene.undo_step").push_undo("Mask")
         before, points = self.everything(), vertices(self.ob())
         states = [before]
         for tilt in (0.0, 0.4, -0.4):
@@ -238,7 +238,7 @@ class Masks(SphereCase):
         masked, free = ({**given, "points": (to_right * (side, 1, 1)).tolist()} for side in (1, -1))
         paint(self.ob(), half(self.ob()))
         with patch.object(
-            module("blender.operators.launch"), "translated", side_effect=lambda told: told
+            module("blender.operators.job_operator"), "translated", side_effect=lambda told: told
         ) as translated:
             self.file([masked, free, masked, {**free, "name": "Last"}])
         ((sentence,), _) = translated.call_args
@@ -283,10 +283,10 @@ class Masks(SphereCase):
 
     def test_a_result_waits_until_what_it_takes_over_is_found(self) -> None:
         """In a window: in steps, of which there are some; what is painted meanwhile counts."""
-        commit = module("blender.scene.commit")
+        results = module("blender.scene.results")
         self.ob().data.polygons.foreach_set("hide", middles(self.ob())[:, 1] > 0)
         paint(self.ob(), half(self.ob()))
-        foresee, answers = commit.foresee, []
+        foresee, answers = results.foresee, []
 
         def watched(ob: Object, result: object) -> bool:
             answers.append(foresee(ob, result))
@@ -296,7 +296,7 @@ class Masks(SphereCase):
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_session"), "foresee", watched),
+            patch.object(module("blender.session.worker_news"), "foresee", watched),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)
             self.finish()

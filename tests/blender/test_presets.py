@@ -42,9 +42,9 @@ class Presets(SculptCase):
     def gets(self, kind: str) -> np.ndarray:
         """What a stroke gets at the same points, the right of the widget at its right."""
         to_left = -1 if kind == "profile" else 1
-        return getattr(module("blender.scene.brush").current_brush(bpy.context), kind)(
-            to_left * self.domain(kind)
-        )
+        return getattr(
+            module("blender.scene.brush.current_brush").current_brush(bpy.context), kind
+        )(to_left * self.domain(kind))
 
     def test_the_paper_and_more_can_be_chosen(self) -> None:
         wanted = {

@@ -17,6 +17,7 @@ from harness import (
     vertices,
 )
 
+preview_attributes = module("blender.scene.mesh.preview_attributes")
 proxy_mesh = module("blender.scene.mesh.proxy_mesh")
 
 LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
@@ -96,7 +97,7 @@ class Preview(SquareCase):
         self.assertEqual(heard.pop(), False)
         self.assertTrue(all(heard))
         self.assertLess(len(heard), 5)
-        self.assertIn(preview.TRUE["position"], field("Sphere").data.attributes)
+        self.assertTrue(preview_attributes.is_previewed(field("Sphere").data))
 
     def test_undo_takes_back_the_stroke_and_nothing_else(self) -> None:
         field("Sphere").location.x = 1.0

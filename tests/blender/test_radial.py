@@ -18,7 +18,7 @@ from harness import (
     vertices,
 )
 
-BRUSH = module("blender.scene.brush")
+BRUSH = module("blender.scene.brush.current_brush")
 RADIUS, INTENSITY, SIZE = 0.12, 0.06, 0.6
 ops = bpy.ops.neural_sculpt
 

@@ -30,10 +30,10 @@ from bpy.types import Object
 
 brush_results = harness.module("blender.session.brush_results")
 live = harness.module("blender.session.live")
-preview = harness.module("blender.scene.mesh.preview")
+preview_attributes = harness.module("blender.scene.mesh.preview_attributes")
 native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
-commit = harness.module("blender.scene.commit")
+undo_step = harness.module("blender.scene.undo_step")
 objects = harness.module("blender.scene.objects")
 ops = bpy.ops.neural_sculpt
 
@@ -477,7 +477,7 @@ def select(name: str) -> None:
 
 def editing() -> bool:
     """Whether Edit Mode makes results wait."""
-    return commit.in_edit_mode()
+    return undo_step.in_edit_mode()
 
 
 def steps() -> tuple[int, int]:
@@ -505,7 +505,7 @@ def positions(ob: Object) -> np.ndarray:
     """The vertices (V, 3) of its mesh without a preview."""
     if ob.data.is_editmode:
         return np.array([vertex.co[:] for vertex in bmesh.from_edit_mesh(ob.data).verts])
-    return preview.true_positions(ob.data)
+    return preview_attributes.true_positions(ob.data)
 
 
 def close(one: np.ndarray, two: np.ndarray) -> bool:
@@ -549,7 +549,7 @@ def check_sum(ob: Object) -> None:
             total = total + np.rint(item.strength * layer).astype("<i4")
     if group.weights:
         total = np.frombuffer(group.weights, "<i4")
-    found = preview.true_positions(ob.data)[:-1].ravel()
+    found = preview_attributes.true_positions(ob.data)[:-1].ravel()
     assert np.array_equal(found, total), f"{ob.name}: its mesh is not the sum of its history"
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from neural_sculpt_addon.field.detail import COARSEST, FINEST, Level, cells_per_axis, linear
+from neural_sculpt_addon.field.levels import COARSEST, FINEST, Level, cells_per_axis, linear
 
 UNIT = 2.0**-22
 

@@ -8,14 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from neural_sculpt_addon.field.detail import (
+from neural_sculpt_addon.field.detail import Detail
+from neural_sculpt_addon.field.evaluate import values, values_and_gradients
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import (
     COARSEST,
     FINEST,
     LARGEST,
     MARGIN,
     SUPPORT,
     UNIT,
-    Detail,
     Level,
     cells_of,
     cells_per_axis,
@@ -30,8 +32,6 @@ from neural_sculpt_addon.field.detail import (
     spacing,
     support,
 )
-from neural_sculpt_addon.field.evaluate import values, values_and_gradients
-from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.network import Siren
 from tests.field.splines import basis, nodes
 

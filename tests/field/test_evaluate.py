@@ -9,7 +9,6 @@ import torch
 
 from neural_sculpt_addon.common.errors import Cancelled
 from neural_sculpt_addon.common.progress import interruptible
-from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised
 from neural_sculpt_addon.field.evaluate import (
     CHUNK,
     GRADIENT_CHUNK,
@@ -18,6 +17,7 @@ from neural_sculpt_addon.field.evaluate import (
     values_and_gradients,
 )
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import Level, cells_of, linear, quantised
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.threads import PIECE, in_pieces, pool
 from tests.field.analytic import ball

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import layer_from_bytes, layer_to_bytes
-from neural_sculpt_addon.field.detail import FINEST, Detail, Level, cells_per_axis, linear
+from neural_sculpt_addon.field.detail import Detail
+from neural_sculpt_addon.field.levels import FINEST, Level, cells_per_axis, linear
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.solve import local
 from neural_sculpt_addon.stroke.brush import Brush

@@ -146,7 +146,7 @@ class BooleanDialog(WindowCase):
 
 def hint() -> str | None:
     """What the status bar says while something is going on."""
-    return module("blender.panels.status_bar")._State.hint
+    return module("blender.panels.status_bar").shown_hint()
 
 
 def colored(picture: np.ndarray) -> float:

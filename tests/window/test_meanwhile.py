@@ -64,7 +64,7 @@ class Meanwhile(WindowCase):
         return [item.muted for item in field().neural_sculpt.strokes]
 
     def has_preview(self) -> bool:
-        return module("blender.scene.mesh.preview").TRUE["position"] in field().data.attributes
+        return module("blender.scene.mesh.preview_attributes").is_previewed(field().data)
 
     @long
     def test_edit_stroke_escaped_and_undone(self) -> Steps:
@@ -115,11 +115,11 @@ class Meanwhile(WindowCase):
         hand.tap("LEFTMOUSE", (x + 40, y))
         yield 3 * hand.DRAWN
         self.assertGreater(brush.radius, 1.05 * RADIUS)
-        set_by_hand = module("blender.scene.brush").current_brush(bpy.context)
+        set_by_hand = module("blender.scene.brush.current_brush").current_brush(bpy.context)
         for step, expected in ((undo, before), (redo, after), (undo, before)):
             yield from step()
             self.assertEqual(state(field()), expected)
-            now = module("blender.scene.brush").current_brush(bpy.context)
+            now = module("blender.scene.brush.current_brush").current_brush(bpy.context)
             self.assertEqual(now, set_by_hand)
 
     def test_edit_mode(self) -> Steps:

@@ -22,7 +22,7 @@ from drawing import (
 from harness import brush_settings, state, vertices
 from mathutils import Matrix
 from simulated_input import Steps
-from test_sources import LAYER, grease_pencil
+from test_lines import LAYER, grease_pencil
 
 
 class Strokes(WindowCase):

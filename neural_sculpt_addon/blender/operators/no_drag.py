@@ -6,7 +6,7 @@
 from bpy.types import Context, Event, Operator
 
 from ..scene.properties import is_field
-from .launch import CANCELLED, INTERNAL, Outcome, fail
+from .job_operator import CANCELLED, INTERNAL, Outcome, fail
 
 
 class NEURAL_SCULPT_OT_no_drag(Operator):

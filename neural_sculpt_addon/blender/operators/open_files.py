@@ -7,7 +7,7 @@ import bpy
 from bpy.types import Context, Operator
 
 from ..folders import log_file, preset_folder
-from .launch import FINISHED, INTERNAL, Outcome, refuse
+from .job_operator import FINISHED, INTERNAL, Outcome, refuse
 
 
 class NEURAL_SCULPT_OT_open_log(Operator):

@@ -8,7 +8,7 @@ from bpy.types import Context, UILayout
 from ...stroke.stroke import Kind
 from ..presets import alpha_choices, curve_store
 from ..presets.shape_choices import CURVE
-from ..scene.brush_properties import NEURAL_SCULPT_PG_brush, brush_of
+from ..scene.brush.brush_properties import NEURAL_SCULPT_PG_brush, brush_of
 from .brush_widgets import draw_curve, draw_lengths
 from .sidebar import CLOSED, Sidebar
 

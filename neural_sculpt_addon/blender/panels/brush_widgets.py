@@ -8,8 +8,8 @@ from bpy.types import Context, Object, UILayout
 from ...stroke.stroke import Kind
 from ...stroke.symmetry import AXES
 from ..presets import curve_store
-from ..scene.brush import radial_settings
-from ..scene.brush_properties import NEURAL_SCULPT_PG_brush
+from ..scene.brush.brush_properties import NEURAL_SCULPT_PG_brush
+from ..scene.brush.current_brush import radial_settings
 
 
 def draw_lengths(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:

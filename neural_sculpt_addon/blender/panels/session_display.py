@@ -13,7 +13,7 @@ from ...worker.client import Message, WorkerState
 from .. import notice, redraw
 from ..scene.mesh import preview
 from ..session.job import Job
-from ..session.session_watcher import Watcher
+from ..session.session_hooks import Watcher
 from ..session.worker_session import session
 from . import status_bar
 

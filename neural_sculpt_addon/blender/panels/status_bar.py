@@ -15,8 +15,8 @@ from bpy.types import Context, Header, STATUSBAR_HT_header
 
 from ..locale.translations import OURS
 from ..scene.properties import is_field
+from ..scene.tool import holds_tool
 from ..session.worker_session import session
-from ..viewport.overlay import active_tool
 from .sidebar import draw_job
 
 WIDTH = 16  # times the height of a button
@@ -44,6 +44,11 @@ def show_hint(hint: str | None) -> None:
     refresh()
 
 
+def shown_hint() -> str | None:
+    """What is said now of what can be done; None when the text is Blender's."""
+    return _State.hint
+
+
 def refresh() -> None:
     """Draw the status bars again.
 
@@ -62,7 +67,9 @@ def strokes_that_wait() -> int:
 
 def _draw_keys(header: Header, context: Context) -> None:
     """Before what Blender draws: what the keys do while the tool is at rest."""
-    if _State.hint is not None or not is_field(context.active_object) or not active_tool(context):
+    if shown_hint() is not None or not is_field(context.active_object):
+        return
+    if not holds_tool(context.workspace, context.mode):
         return
     if all(area.type != "VIEW_3D" for area in context.window.screen.areas):
         return  # a file is chosen

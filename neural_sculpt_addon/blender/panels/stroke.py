@@ -5,7 +5,7 @@
 
 from bpy.types import Context
 
-from ..scene.brush_properties import brush_of
+from ..scene.brush.brush_properties import brush_of
 from ..scene.properties import is_field
 from .brush_widgets import draw_mirror, draw_radial
 from .sidebar import Sidebar

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one way in which a result of the worker reaches the scene, and becomes one undo step.
+"""Commit of a result of the worker: the one way in which it reaches the scene, as one undo step.
 
 Field, revision, strokes, report and proxy change together or not at all: what may fail is done
 ahead of the first change. The result's mesh is in model space, which is the object's local space.
@@ -19,18 +19,16 @@ from bpy.types import Mesh, Object, SpaceView3D
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
-from . import sculpt_steps, stroke_list, succession
-from .mesh import attributes, carried, preview, proxy_mesh
+from . import stroke_list, succession
+from .mesh import attributes, proxy_mesh
 from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, field_of
+from .results import State, bytes_of, computed, edited, geometry_of, next_geometry
 from .stroke_list import Entry
-
-PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
-"""The arrays of a result that are its mesh."""
+from .undo_step import begin_change, in_window, push_undo
 
 
 def new_revision() -> str:
@@ -76,9 +74,9 @@ def create_field(
     replaced: the mesh whose place it takes, which is hidden and hands on what hangs on the object
     worn:     what hung on that mesh
     """
-    base = _bytes(result, "field")
-    geometry = replace(_geometry(result, smooth=True), attributes=worn)
-    state = _State(new_revision(), json.dumps(report), geometry)
+    base = bytes_of(result, "field")
+    geometry = replace(geometry_of(result, smooth=True), attributes=worn)
+    state = State(new_revision(), json.dumps(report), geometry)
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
@@ -106,10 +104,10 @@ def add_entry(
     """Append an entry that an edit made, or absorbed sculpting, and hide the object that is part of
     it. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
-    state, layers = _edited(ob, result), {}
+    state, layers = edited(ob, result), {}
     if "layer" in result.fields:
         entry = replace(entry, layer=result.fields["layer"], context=result.fields["context"])
-        layers[entry.layer] = _bytes(result, "layer")
+        layers[entry.layer] = bytes_of(result, "layer")
     begin_change()
     _write(ob, state)
     stroke_list.append(ob, (entry,), layers)
@@ -133,7 +131,7 @@ def add_brushed(
     SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
-    fields, layer = result.fields, _bytes(result, "layer")
+    fields, layer = result.fields, bytes_of(result, "layer")
     entry = replace(entry, layer=fields["layer"], context=fields["context"])
     normals = result.arrays[SNAPPED[1]]
     begin_change()
@@ -169,8 +167,8 @@ def set_history(
     proxy_mesh.refuse_locked(ob)
     state, layers = None, {}
     if result is not None:
-        state = _edited(ob, result)
-        listed, layers = _computed(listed, result)
+        state = edited(ob, result)
+        listed, layers = computed(listed, result)
     begin_change()
     if state is not None:
         _write(ob, state)
@@ -187,7 +185,7 @@ def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | N
     proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
     group = field_of(ob)
-    state = None if result is None else _edited(ob, result)
+    state = None if result is None else edited(ob, result)
     begin_change()
     if state is not None:
         _write(ob, state)
@@ -208,7 +206,7 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     """Replace the proxy by another one of the same field. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     group = field_of(ob)
-    geometry = _next_geometry(ob, result, shown.smooth)
+    geometry = next_geometry(ob, result, shown.smooth)
     begin_change()
     _fill(ob, geometry)
     group.resolution, group.smooth = shown.resolution, shown.smooth
@@ -216,80 +214,7 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     push_undo("Remesh Proxy")
 
 
-def foresee(ob: Object, result: Message) -> bool:
-    """Work for some milliseconds at what a result, which was checked, will need as the proxy of the
-    object; whether there is more to do. What was not foreseen is done when it is applied."""
-    if proxy_mesh.why_locked(ob):
-        return False
-    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
-    return carried.foresee(
-        ob, lambda: preview.true_positions(mesh), arrays["vertices"], arrays["triangles"]
-    )
-
-
-@dataclass(frozen=True)
-class _State:
-    """All that a result writes on an object but its layers.
-
-    weights, weights_id: where the field has none, of the whole of it
-    """
-
-    revision: str
-    report: str
-    geometry: Geometry
-    weights: bytes = b""
-    weights_id: str = ""
-
-
-def _edited(ob: Object, result: Message) -> _State:
-    """The state that a result leads to."""
-    fields, group = result.fields, field_of(ob)
-    report = json.dumps(fields["report"]) if "report" in fields else ""
-    state = _State(fields["revision"], report, _next_geometry(ob, result, group.smooth))
-    if fields.get("base", group.base_id) == group.base_id:
-        return state
-    return replace(state, weights=_bytes(result, "field"), weights_id=fields["base"])
-
-
-def _computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
-    """The entries with the layers that a replay came to, and the bytes of new ones.
-
-    A replay of the network's weights has none.
-    """
-    fields, heard = result.fields, sum(not entry.muted for entry in listed)
-    if "layers" in fields and len(fields["layers"]) != heard:
-        raise SculptError("The worker sent the layers of another history. Try again.")
-    numbered = enumerate(fields.get("layers", ()))
-    entries, layers = [], {}
-    for entry in listed:
-        number, found = (None, None) if entry.muted else next(numbered, (None, None))
-        if found is None:
-            entries.append(entry)
-            continue
-        entries.append(replace(entry, layer=found["id"], context=found["context"]))
-        if (name := f"layer.{number}") in result.arrays:
-            layers[found["id"]] = _bytes(result, name)
-        elif found["id"] != entry.layer:
-            raise SculptError(f"The worker sent no layer for {entry.name:.100}. Try again.")
-    return entries, layers
-
-
-def _bytes(result: Message, name: str) -> bytes:
-    return result.arrays[name].tobytes()
-
-
-def _geometry(result: Message, smooth: bool) -> Geometry:
-    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
-
-
-def _next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, with what hangs on that of the object."""
-    geometry, mesh = _geometry(result, smooth), proxy_mesh.mesh_of(ob)
-    painted, kept = carried.carried(ob, lambda: preview.true_positions(mesh), geometry)
-    return replace(geometry, painted=painted, attributes=kept)
-
-
-def _write(ob: Object, state: _State) -> None:
+def _write(ob: Object, state: State) -> None:
     _fill(ob, state.geometry)
     group = field_of(ob)
     group.revision, group.report = state.revision, state.report
@@ -340,29 +265,3 @@ def select(ob: Object) -> None:
         other.select_set(False)
     ob.select_set(True)
     bpy.context.view_layer.objects.active = ob
-
-
-def begin_change() -> None:
-    """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
-    with in_window():
-        sculpting = bpy.context.mode == "SCULPT"
-    if sculpting and sculpt_steps.needs_border():
-        push_undo(sculpt_steps.BORDER)
-
-
-def push_undo(label: str) -> None:
-    """Let Blender remember everything as it is, without what is only previewed."""
-    preview.hide()
-    with in_window():
-        bpy.ops.ed.undo_push(message=label)
-
-
-def in_edit_mode() -> bool:
-    """Whether the artist is in Edit Mode of anything, whose undo steps hold nothing else."""
-    with in_window():
-        return bpy.context.mode.startswith("EDIT")
-
-
-def in_window() -> Any:
-    """A context with a window, which a timer lacks just after a file was loaded."""
-    return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])

@@ -29,14 +29,15 @@ from ...worker.answers import SNAPPED, is_remade
 from ...worker.client import JobKind, Message
 from .. import notice
 from ..scene import native_steps, sculpt_steps
-from ..scene.commit import add_brushed, add_entry, in_edit_mode
-from ..scene.mesh import preview, proxy_mesh
+from ..scene.commit import add_brushed, add_entry
+from ..scene.mesh import preview, preview_attributes, proxy_mesh
 from ..scene.mesh.brushed import Part
 from ..scene.objects import find, found
 from ..scene.sculpt_steps import Step
 from ..scene.stroke_list import Entry
-from .arrivals import Arrivals
+from ..scene.undo_step import in_edit_mode
 from .job import Job, JobStatus
+from .session_hooks import Arrivals
 from .worker_session import session
 
 log = logging.getLogger(__name__)
@@ -204,7 +205,7 @@ def shows(ob: Object, proxy: BrushedProxy) -> bool:
     mesh = proxy_mesh.mesh_of(ob)
     if not proxy.count or mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
         return False
-    return np.array_equal(preview.true_positions(mesh), proxy.strokes[-1].seen)
+    return np.array_equal(preview_attributes.true_positions(mesh), proxy.strokes[-1].seen)
 
 
 BUDGET = 0.008

@@ -24,14 +24,13 @@ from bpy.app.translations import pgettext_n as n_
 from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from ..scene import sculpt_steps
-from ..scene.commit import in_edit_mode
 from ..scene.mesh import carried, proxy_mesh
 from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.sculpt_steps import Step
-from .arrivals import Arrivals
+from ..scene.undo_step import in_edit_mode
 from .job import Job, JobStatus
-from .session_watcher import Watcher
+from .session_hooks import Arrivals, Watcher
 from .undone import Undone
 
 log = logging.getLogger(__name__)

@@ -27,14 +27,13 @@ from ...worker.client import JobKind, Message
 from .. import notice
 from ..scene import native_steps, sculpt_steps
 from ..scene.commit import new_revision
-from ..scene.mesh import native_edits, preview, proxy_mesh
+from ..scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ..scene.mesh.brushed import cut
 from ..scene.objects import find, found
 from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
 from . import brush_results, states
 from .absorb_job import absorb_job
-from .arrivals import Arrivals
 from .brush_results import (
     BrushedProxy,
     BrushResults,
@@ -44,6 +43,7 @@ from .brush_results import (
     proxies,
 )
 from .job import Job, Request
+from .session_hooks import Arrivals
 from .worker_session import session
 
 log = logging.getLogger(__name__)
@@ -76,7 +76,7 @@ class LiveResults(BrushResults):
         """Know the proxy at once, for the next look comes after a brush that begins before it."""
         ob = None if job.target is None else find(job.target)
         if ob is not None and job.kind is not JobKind.BRUSHED and _can_absorb(ob):
-            _known(ob, preview.true_positions(proxy_mesh.mesh_of(ob)))
+            _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
 
 def is_on_its_way(ob: Object) -> bool:
@@ -106,7 +106,7 @@ def look() -> None:
     if target in _left and _left.pop(target) == (mark := native_edits.mark(ob)):
         _left[target] = mark
         return
-    now = preview.true_positions(mesh)
+    now = preview_attributes.true_positions(mesh)
     proxy = _known(ob, now)
     if proxy is None:
         if native_edits.edited(ob) and not session.pending(target):
@@ -151,7 +151,7 @@ def leave() -> None:
     if native_edits.edited(ob):
         _left[ob.session_uid] = native_edits.mark(ob)
     else:
-        _known(ob, preview.true_positions(proxy_mesh.mesh_of(ob)))
+        _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
 
 def forget() -> None:

@@ -15,9 +15,9 @@ import logging
 import bpy
 
 from ..scene import native_steps, sculpt_steps
-from ..scene.commit import push_undo
 from ..scene.mesh import preview
 from ..scene.sculpt_steps import BORDER, Step
+from ..scene.undo_step import push_undo
 from .job import Job
 
 log = logging.getLogger(__name__)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's one worker, and what it is told and heard of the jobs that wait for it.
+"""Session: Blender's one worker, started when it is needed, polled and fed with the jobs that wait.
 
 Jobs run one at a time in the order of their coming. A job makes its request only when its turn
 comes, so a stroke drawn while the last one is still computed works on the last one's result.
@@ -12,25 +12,19 @@ when the artist restarts it or cancels its job, and at once in the background, w
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from bpy.app.translations import pgettext_n as n_
 
 from ...common.errors import SculptError
-from ...worker import answers
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
-from ...worker.protocol import ProtocolError
 from .. import preferences
 from ..scene import sculpt_steps
-from ..scene.commit import foresee
 from ..scene.objects import find
 from ..scene.properties import field_of
 from .job import Job, JobStatus
-from .job_queue import JobQueue
-from .worker_process import Worker
+from .worker_news import NewsOfWorker
 
 log = logging.getLogger(__name__)
 
@@ -39,15 +33,13 @@ LONG = 0.003
 100,000 triangles takes 2 ms, and to show it 8."""
 
 
-class Session(JobQueue):
+class Session(NewsOfWorker):
     """Starts the worker when it is first needed, and feeds it jobs."""
 
     def __init__(self) -> None:
         """No worker is started yet."""
         super().__init__()
-        self.worker = Worker()
         self._news: deque[Message] = deque()  # of the worker, not yet heard
-        self._checked: Message | None = None  # the last one that was found to be sound
 
     @property
     def client(self) -> Client | None:
@@ -264,143 +256,6 @@ class Session(JobQueue):
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()
-
-    def _must_wait(self, message: Message) -> bool:
-        """Whether a result cannot be shown yet: it is to be prepared, or the strokes that come
-        after it, or the artist has to leave a mode."""
-        if self.waits or not self.jobs or message.job != self.jobs[0].number:
-            return False
-        job = self.jobs[0]
-        try:
-            self._check(job, message)
-        except ProtocolError:
-            return False  # it is met again when the message is heard
-        if self._prepare(job, message):
-            return True
-        if message.kind is not MessageKind.RESULT:
-            return False
-        if self.arrivals.may_come(job):
-            return True
-        return not self.arrivals.hold(job) and (
-            self.in_other_mode(job) or self._foresee(job, message)
-        )
-
-    def _check(self, job: Job, message: Message) -> None:
-        """ProtocolError unless the message can be one of the job; each is looked through once."""
-        if message is not self._checked:
-            answers.check(job.kind, message)
-            self._checked = message
-
-    def _foresee(self, job: Job, message: Message) -> bool:
-        """Whether there still is to be found what the next proxy takes over from that of now. Of
-        what a brush did the proxy is another one when that reaches the scene."""
-        if job.foresee is not None:
-            return job.foresee(message)
-        ob = None if job.target is None else find(job.target)
-        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.BRUSHED:
-            return False
-        return foresee(ob, message)
-
-    def _prepare(self, job: Job, message: Message) -> bool:
-        others = (other for other in self.pending(job.target) if other is not job)
-        waiting = [stroke for other in others for stroke in other.strokes]
-        if not waiting or job.target is None or "vertices" not in message.arrays:
-            return False
-        return self.watcher.prepare(job.target, message, waiting)
-
-    def _hear(self, message: Message) -> None:
-        """Something of the first job; of others there is only what was sent before they ended."""
-        if self.behind is not None and message.job == self.behind.number:
-            self._hear_behind(self.behind, message)
-        if not self.jobs or message.job != self.jobs[0].number:
-            return
-        job = self.jobs[0]
-        try:
-            self._check(job, message)
-        except ProtocolError as error:
-            self._lose(job, f"The worker answered nonsense: {error}")
-            return
-        finally:
-            self._checked = None
-        if message.kind is MessageKind.PROGRESS:
-            job.fraction = message.fields["fraction"]
-            job.message = message.fields["message"]
-        elif message.kind is MessageKind.PREVIEW:
-            if job.preview and not self.attempt(job, partial(job.preview, message)):
-                self._silence(job)
-        elif message.kind is MessageKind.CANCELLED:
-            self.end(job, JobStatus.CANCELLED, "Cancelled.")
-        elif message.kind is MessageKind.ERROR:
-            self._hear_error(job, message.fields)
-        else:
-            self._hear_result(job, message)
-
-    def _hear_result(self, job: Job, message: Message) -> None:
-        """It is dropped when a brush was used meanwhile, whose stroke has to come first."""
-        self.worker.keep(message)
-        if self.arrivals.hold(job):
-            self.queue_again(job)
-            job.base, job.step = "", sculpt_steps.active()
-            return
-        with self.history_grows():
-            if self.attempt(job, partial(job.apply, message)):
-                self.end(job, JobStatus.DONE, "")
-                self.arrivals.follow(job)
-            else:
-                self._silence(job)
-
-    def _hear_error(self, job: Job, fields: dict[str, Any]) -> None:
-        text = fields["message"]
-        if fields.get("missing") and not job.resent:
-            log.info("%s is sent again, for the worker lacks bytes", job.label)
-            self.worker.forget()
-            job.resent = True
-            self.queue_again(job)
-        elif fields.get("died"):
-            self._lose(job, text)
-        elif fields["detail"]:  # a defect, or no memory
-            self.fail(job, text)
-        else:  # what was asked for cannot be
-            self.end(job, JobStatus.FAILED, text)
-
-    def _hear_behind(self, job: Job, message: Message) -> None:
-        """Of the job behind the others, which nobody waits for."""
-        if message.kind is MessageKind.RESULT:
-            self.behind = None
-            self._try_behind(job, partial(self._apply_behind, job, message))
-        elif message.kind in {MessageKind.ERROR, MessageKind.CANCELLED}:
-            log.info("%s: %s", job.label, message.fields.get("message", message.kind))
-            self.behind = None
-            if job.told_why is not None and message.kind is MessageKind.ERROR:
-                job.told_why(message.fields["message"])
-
-    def _apply_behind(self, job: Job, message: Message) -> None:
-        answers.check(job.kind, message)
-        job.apply(message)
-
-    def _try_behind(self, job: Job, step: Callable[[], None]) -> None:
-        """Take a step of the job behind the others; when that cannot be, forget it."""
-        try:
-            step()
-        except SculptError as error:
-            log.warning("%s: %s", job.label, error)
-            self.behind = None
-
-    def _lose(self, job: Job, why: str) -> None:
-        """The worker died with the job: let a new one try, once."""
-        self.worker.end()  # one that answers nonsense may live
-        job.deaths += 1
-        if job.deaths > 1:
-            self.fail(job, why)
-            return
-        self.queue_again(job)
-        log.warning("%s is sent again: %s", job.label, why)
-        self.watcher.warned(f"{job.title} is sent to a new worker. {why}")
-
-    def _silence(self, job: Job) -> None:
-        """Let the worker stop a job; what it still sends of it is ignored."""
-        if job.number >= 0:
-            self.worker.cancel(job.number)
 
 
 session = Session()

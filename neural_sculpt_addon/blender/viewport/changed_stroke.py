@@ -22,7 +22,7 @@ from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.stroke_list import Entry
 from .draw_handler import DrawHandler
-from .overlay import draw_ribbons, over_surface
+from .gpu_drawing import draw_ribbons, over_surface
 from .view import lay
 
 BELOW = 0.6

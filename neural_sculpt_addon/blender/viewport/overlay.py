@@ -9,8 +9,6 @@ handlers stay from registration to its end and draw only when there is something
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportGeneralTypeIssues=false
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,12 +17,11 @@ import bpy
 import gpu
 import numpy as np
 from bpy.app.handlers import persistent
-from bpy.types import Context, Object, WindowManager
-from gpu_extras.batch import batch_for_shader
+from bpy.types import Object, WindowManager
 from numpy.typing import NDArray
 
 from ...interaction.recorder import Mouse, Point
-from ...interaction.ribbon import ROWS, Ribbon, cursor, ribbon_triangles, ribbons
+from ...interaction.ribbon import ROWS, Ribbon, cursor, ribbons
 from ...interaction.trace import trace
 from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
@@ -32,25 +29,14 @@ from ...stroke.stroke import MOST_COPIES, Stroke
 from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
-from ..scene.brush import current_brush, current_kind, mirror_of, radial_of, seen
+from ..scene.brush.current_brush import current_brush, current_kind, mirror_of, radial_of, seen
 from ..scene.mesh.seen_surface import grid_of
 from ..scene.objects import find
 from ..scene.properties import field_of, is_field
-from ..scene.tool import TOOL
+from ..scene.tool import holds_tool
 from .draw_handler import DrawHandler
+from .gpu_drawing import FAINTEST, draw_knots, draw_lines, draw_ribbons, draw_strip, over_surface
 from .view import View, lay, view_under
-
-POINTS = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
-KNOT = 9.0  # pixels
-WEAKEST = 0.45
-"""How bright the strongest part of a ribbon is, the weakest being 1."""
-FAINTEST = 0.3
-"""How opaque a ribbon is where it moves nothing, the highest part being 1."""
-
-EDGE = 0.5
-"""How opaque the edges of a line are, by its own."""
-
-Color = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -121,12 +107,6 @@ def hold_brush(anchor: Anchor | None) -> None:
     _State.anchor = anchor
 
 
-def active_tool(context: Context) -> bool:
-    """Whether the artist holds our tool."""
-    tool = context.workspace.tools.from_space_view3d_mode(context.mode, create=False)
-    return tool is not None and tool.idname == TOOL
-
-
 def _draw_chosen() -> None:
     """In the scene, in world space: where the stroke runs that the artist pointed at."""
     ob = bpy.context.active_object
@@ -145,7 +125,7 @@ def _draw_chosen() -> None:
     with over_surface(ob):
         for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
             gpu.state.depth_test_set(depth)
-            _draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))
+            draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))
 
 
 def _draw_stroke() -> None:
@@ -160,66 +140,16 @@ def _draw_stroke() -> None:
         draw_ribbons(shown.ribbons)
         gpu.state.depth_test_set("NONE")
         if len(shown.line):
-            _draw_lines([shown.line], 1.5, preferences.overlay_colors().cursor)
+            draw_lines([shown.line], 1.5, preferences.overlay_colors().cursor)
         if len(shown.knots):
-            _draw_knots(shown)
-
-
-@contextmanager
-def over_surface(ob: Object) -> Iterator[None]:
-    """Draw in the object's space. No depth is written: a line and its edges, which are drawn one
-    over the other, would hide parts of each other."""
-    writes = gpu.state.depth_mask_get()
-    gpu.state.blend_set("ALPHA")
-    gpu.state.depth_mask_set(False)
-    with gpu.matrix.push_pop():
-        gpu.matrix.multiply_matrix(ob.matrix_world)
-        yield
-    gpu.state.depth_test_set("NONE")
-    gpu.state.depth_mask_set(writes)
-    gpu.state.blend_set("NONE")
-
-
-def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
-    """Of a stroke and its images, which are as high and strong as it is."""
-    if not shown:
-        return
-    colors, ribbon = preferences.overlay_colors(), shown[0]
-    shade = 1 - (1 - WEAKEST) * ribbon.strength[:, None]  # (R, 1)
-    color = np.where((ribbon.height < 0)[..., None], colors.carving, colors.raising)  # (R, C, 4)
-    color[..., :3] *= shade[..., None]
-    size = np.abs(ribbon.height)
-    color[..., 3] *= opacity * (FAINTEST + (1 - FAINTEST) * size / max(size.max(), 1e-9))
-    shader = gpu.shader.from_builtin("SMOOTH_COLOR")
-    points = np.stack([image.points for image in shown])  # (M, R, C, 3)
-    firsts = np.arange(len(shown), dtype=np.int32)[:, None, None] * size.size
-    data = {
-        "pos": points.reshape(-1, 3).astype(np.float32),
-        "color": np.tile(color.reshape(-1, 4), (len(shown), 1)).astype(np.float32),
-    }
-    corners = (firsts + ribbon_triangles(size.shape[1])).reshape(-1, 3)
-    batch_for_shader(shader, "TRIS", data, indices=corners).draw(shader)
-    for column in (0, points.shape[2] // 2, -1):
-        edge = 0.8 * opacity * colors.cursor[3]
-        _draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], edge))
-
-
-def _draw_knots(shown: Shown) -> None:
-    color = preferences.overlay_colors().cursor
-    shader = gpu.shader.from_builtin(POINTS)
-    for index, knot in enumerate(shown.knots):
-        gpu.state.point_size_set(KNOT * (1.6 if index == shown.chosen else 1.0))
-        batch = batch_for_shader(shader, "POINTS", {"pos": _deep(knot[None])})
-        shader.uniform_float("color", color)
-        batch.draw(shader)
-    gpu.state.point_size_set(1.0)
+            draw_knots(shown.knots, shown.chosen, preferences.overlay_colors().cursor)
 
 
 def _draw_brush(mouse: Mouse) -> None:
     """Over the view, in pixels of the window."""
     context = bpy.context
     ob, anchor = context.active_object, _State.anchor
-    if ob is None or not is_field(ob) or not active_tool(context):
+    if ob is None or not is_field(ob) or not holds_tool(context.workspace, context.mode):
         return
     view = view_under(context.area, mouse, ob)
     if view is None:
@@ -241,12 +171,12 @@ def _draw_brush(mouse: Mouse) -> None:
     *rgb, alpha = colors.cursor
     turned = images(mirror_of(ob), radial_of(context, ob))[:MOST_COPIES]  # (M, 3, 3)
     rims = [_pixels(view, shape.rim @ image.T) for image in turned]
-    _draw_lines(rims[:1], 2.0, (*rgb, alpha))
-    _draw_lines(rims[1:], 2.0, (*rgb, 0.4 * alpha))
+    draw_lines(rims[:1], 2.0, (*rgb, alpha))
+    draw_lines(rims[1:], 2.0, (*rgb, 0.4 * alpha))
     color = colors.carving if brush.intensity < 0 else colors.raising
     base, section = _pixels(view, shape.base), _pixels(view, shape.section)
-    _draw_strip(base, section, (*color[:3], 0.35 * color[3]))
-    _draw_lines([section], 2.5, color)
+    draw_strip(base, section, (*color[:3], 0.35 * color[3]))
+    draw_lines([section], 2.5, color)
     gpu.state.blend_set("NONE")
 
 
@@ -257,39 +187,6 @@ def _pixels(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
     half = np.array([view.region.width, view.region.height]) / 2
     place = clip[:, :2] / np.maximum(clip[:, 3:], 1e-6)
     return (place + 1) * half + (view.region.x, view.region.y)
-
-
-def _draw_lines(
-    lines: Sequence[NDArray[np.float64]] | NDArray[np.float64], width: float, color: Color
-) -> None:
-    """Lines through points (N, 2) or (N, 3), with edges that part them from any material."""
-    if not len(lines):
-        return
-    pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]  # (N - 1, 2, 2 or 3)
-    points = np.concatenate(pairs).reshape(-1, pairs[0].shape[-1])
-    shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
-    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    batch = batch_for_shader(shader, "LINES", {"pos": _deep(points)})
-    *rgb, alpha = color
-    edge = (*([0.0] if sum(rgb) > 1.5 else [1.0]) * 3, EDGE * alpha)
-    for wide, shade in ((width + 2, edge), (width, color)):
-        shader.uniform_float("lineWidth", wide * bpy.context.preferences.system.pixel_size)
-        shader.uniform_float("color", shade)
-        batch.draw(shader)
-
-
-def _draw_strip(one: NDArray[np.float64], other: NDArray[np.float64], color: Color) -> None:
-    """The area between two lines (N, 2) with as many points."""
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR")
-    shader.uniform_float("color", color)
-    points = np.stack([one, other], axis=1).reshape(-1, 2)
-    batch_for_shader(shader, "TRI_STRIP", {"pos": _deep(points)}).draw(shader)
-
-
-def _deep(points: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Points (N, 2) or (N, 3) as the shaders take them."""
-    missing = 3 - points.shape[1]
-    return np.ascontiguousarray(np.pad(points, ((0, 0), (0, missing))), np.float32)
 
 
 _handler = DrawHandler(_draw_stroke)

@@ -20,12 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..detail import Coefficients
 from ..evaluate import values
 from ..field import Field
 from ..fit.fit_report import deviation
-from ..fit.mesh_cleanup import CleanMesh, clean, unit
+from ..fit.mesh_cleanup import CleanMesh, clean
 from ..fit.mesh_distance import MeshDistance
+from ..geometry import unit
+from ..levels import Coefficients
 from ..mesh.pieces import components
 from ..mesh.proxy import extract
 from ..projection import find_surface, project

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The layer that brings the zero level of a field to the surface of a mesh.
+"""Absorption: the layer that brings the zero level of a field to the surface of a mesh.
 
     samples of the mesh -> rows, on the mesh and off it -> coefficients, the coarsest level first
 
-It is used by all that comes as a mesh: sculpted proxies, brush strokes, Booleans. Model space. See
-docs/method.md, section 6.
+Sculpted proxies, brush strokes and Booleans come as meshes. Model space. See docs/method.md,
+section 6.
 """
 
 import math
@@ -14,33 +14,20 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
-from ..detail import (
-    Coefficients,
-    Detail,
-    Level,
-    cells_of,
-    centres,
-    children,
-    dilated,
-    linear,
-    places,
-    quantised,
-    spacing,
-)
+from ..detail import Detail
 from ..evaluate import values
-from ..field import Field, Sampled
-from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE, among
-from ..fit.mesh_cleanup import unit
+from ..field import Field
+from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE
+from ..geometry import search_tree, unit
+from ..levels import Coefficients, Level, cells_of, dilated, linear, quantised, spacing
 from ..mesh.pieces import Islands
-from ..nearest import search_tree
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
+from .absorption_rows import KEPT, Array, Signed, TargetDistance, apart, beside, first_rows
 from .patch import Patch
-
-Array = NDArray[np.float32]
 
 LARGEST = 3
 """Level of the largest cells, for what has moved far."""
@@ -53,14 +40,7 @@ crumbs."""
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
 """Level on which islands are taken away, how far in its cells, and the weight of that."""
 
-BESIDE = 3
-"""Samples of what was moved for each that has a row beside it, as in a fit."""
-
-KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 STEP = 0.7  # of h, between places on the way of a vertex
-Signed = Callable[[Array, Array, NDArray[np.bool_]], ArrayLike]
-"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,): where a third
-array (N,) is false, any number is one that has the right sign."""
 
 
 class Tolerance(NamedTuple):
@@ -119,8 +99,8 @@ class Absorption:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
         everywhere = range(coarsest, 1 + (finest if closely is None else COARSEST))
-        asked = _Asked(field, signed, patch)
-        self._rows, nodes = _rows(asked, there, everywhere, spacing(finest), between, rng)
+        asked = TargetDistance(field, signed, patch)
+        self._rows, nodes = first_rows(asked, there, everywhere, spacing(finest), between, rng)
         self._points = patch.points
         if closely is not None:
             self._add_samples(
@@ -137,7 +117,7 @@ class Absorption:
             some = dilated(missed, level)
             more = closely.between(dilated(some, level), level)
             self._add_samples(asked, more, spacing(finest), rng)
-            self._add_around(asked, _apart(some, self._points, level))
+            self._add_around(asked, apart(some, self._points, level))
             self._add(level, some)
 
     @property
@@ -167,7 +147,7 @@ class Absorption:
         self._add(level, dilated(cells, level), LEAST_TOUCHED)
 
     def _add_samples(
-        self, asked: "_Asked", more: Patch, h: float, rng: np.random.Generator
+        self, asked: TargetDistance, more: Patch, h: float, rng: np.random.Generator
     ) -> None:
         """Rows on more of the surface, and beside it."""
         points, wanted, moved = more
@@ -192,9 +172,9 @@ class Absorption:
             steep=np.concatenate([rows.steep, np.full(count, SLOPE * h, np.float32)]),
         )
         self._points = np.concatenate([self._points, points])
-        self._add_around(asked, _beside(points[moved], wanted[moved], h, rng), SIDE)
+        self._add_around(asked, beside(points[moved], wanted[moved], h, rng), SIDE)
 
-    def _add_around(self, asked: "_Asked", points: Array, weight: float = EMPTY) -> None:
+    def _add_around(self, asked: TargetDistance, points: Array, weight: float = EMPTY) -> None:
         """More rows off the surface, at `points` (N, 3)."""
         target, value = asked(points)
         added = torch.zeros(len(points))
@@ -211,23 +191,6 @@ class Absorption:
         self._layer[level] = found
 
 
-class _Asked:
-    """What the field shall be off the surface: the signed distance where the moved surface is the
-    nearest, or the side has changed, and elsewhere what it was."""
-
-    def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
-        self.field, self.patch = field, patch
-        self._signed, self._tree = signed, search_tree(patch.points)
-
-    def __call__(self, points: Array) -> tuple[Array, Array]:
-        """What it shall be at `points` (N, 3), and what it was."""
-        value = values(self.field, points)
-        near = self.patch.moved[self._tree.query(points)[1]]
-        truth = np.asarray(self._signed(points, value, near))
-        target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
-        return target.astype(np.float32), value
-
-
 def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
     kept = rows.weights[rows.at] == KEPT  # was not moved, and shall not move by half as much
@@ -236,20 +199,6 @@ def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     lies_in = linear(cells_of(rows.points[rows.at], level), level)
     cells, place = np.unique(lies_in, return_inverse=True)
     return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
-
-
-def _apart(reached: NDArray[np.int32], points: Array, level: int) -> Array:
-    """The middles (N, 3) of those of the cells `reached` of a level that have none of the surface's
-    points (P, 3)."""
-    apart = np.setdiff1d(reached, linear(cells_of(points, level), level))
-    return centres(places(apart, level), level)
-
-
-def _beside(points: Array, wanted: Array, h: float, rng: np.random.Generator) -> Array:
-    """Points (K, 3) beside some of `points` (N, 3), whose gradients are `wanted` (N, 3)."""
-    some = slice(None, None, BESIDE)
-    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
-    return points[some] + side[:, None].astype(np.float32) * unit(wanted[some])
 
 
 def _ways(points: Array, origins: Array) -> Array:
@@ -273,61 +222,3 @@ def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Arra
     value = values(field, points)
     sides = np.asarray(signed(points, value, np.zeros(len(points), bool)))
     return points[(value < 0) != (sides < 0)]
-
-
-def _rows(
-    asked: _Asked,
-    there: Sampled,
-    levels: range,
-    h: float,
-    between: Array,
-    rng: np.random.Generator,
-) -> tuple[Rows, dict[int, NDArray[np.int32]]]:
-    """The equations of levels that are everywhere, and the nodes of each.
-
-    there: the field at the moved points
-    h:     spacing of the finest level that there may be
-    """
-    field, patch = asked.field, asked.patch
-    points, wanted = patch.points[patch.moved], patch.gradients[patch.moved]
-    nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
-    for level in levels:
-        shown = patch.moved  # and, where the largest cells reach, what has not moved
-        if levels[0] < COARSEST and level < levels[-1]:
-            shown = shown | inside
-        touched = patch.points[shown]
-        if level <= COARSEST:
-            touched = np.concatenate([touched, between])
-        cells = linear(cells_of(touched, level), level)
-        nodes[level] = dilated(np.unique(cells), level)
-        reached = dilated(nodes[level], level)
-        inside |= among(linear(cells_of(patch.points, level), level), reached)
-        for larger in range(level, COARSEST):  # a row in each of the usual cells
-            reached = children(reached, larger)
-        empty.append(_apart(reached, patch.points, max(level, COARSEST)))
-    kept = patch.points[inside & ~patch.moved]
-
-    beside = _beside(points, wanted, h, rng)
-    off = np.concatenate([beside, *empty])
-    target, value = asked(off)
-    f, gradient = there
-    at = np.concatenate([points, kept])
-    along = rng.standard_normal(at.shape, np.float32)
-    along = unit(along)
-    slopes = np.zeros(len(at), np.float32)
-    n = len(points)
-    slopes[:n] = ((wanted - gradient) * along[:n]).sum(axis=1)
-    targets = np.concatenate([np.zeros(n), values(field, kept), target]).astype(np.float32)
-    residuals = np.concatenate([-f, np.zeros(len(kept)), target - value]).astype(np.float32)
-    weights = np.repeat([1, KEPT, SIDE, EMPTY], [n, len(kept), len(beside), len(off) - len(beside)])
-    rows = Rows(
-        points=np.concatenate([at, off]),
-        targets=targets,
-        residuals=residuals,
-        weights=weights.astype(np.float32),
-        at=np.arange(len(at)),
-        along=along,
-        slopes=slopes,
-        steep=np.full(len(at), SLOPE * h, np.float32),
-    )
-    return rows, nodes

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..detail import Coefficients, spacing, support
 from ..fit.fit_detail import COARSEST
 from ..fit.fit_report import deviation
 from ..fit.mesh_cleanup import areas, normals
+from ..levels import Coefficients, spacing, support
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, update
 from ..mesh.surface import spatial_order

@@ -15,12 +15,12 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import cells_of, linear
 from ..field import Field
 from ..fit.fit_detail import among
-from ..fit.mesh_cleanup import unit
+from ..geometry import unit
+from ..levels import cells_of, linear
 from ..mesh.edges import find_edges
-from ..mesh.subdivide import divide, rows
+from ..mesh.refinement.subdivide import divide, rows
 from ..projection import ARRIVED, project
 from .patch import HELD, Patch, bend, finest_level
 

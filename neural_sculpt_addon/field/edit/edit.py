@@ -16,8 +16,8 @@ from typing import Any
 from ...common.errors import SculptError
 from ...common.progress import Progress, rising, silent, sub_progress
 from ...stroke.stroke import Kind, Stroke
-from ..detail import Coefficients, spacing, support
 from ..field import Field
+from ..levels import Coefficients, spacing, support
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, extract, update
 from ..mesh.surface import Samples
@@ -26,7 +26,8 @@ from ..problem.pose import pose
 from ..problem.prepare import CELLS, Preparation, prepare
 from ..problem.problem import Problem
 from ..solve import gauss_newton, paper
-from ..solve.local import LocalEdit, resolution
+from ..solve.local import LocalEdit
+from ..solve.resolution import resolution
 from .reshape import reshape
 
 REPAIRS = 8
@@ -157,10 +158,9 @@ def _reshape(problem: Problem, solver: Solver, started: float, progress: Progres
 def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit:
     """The edit by the local solver; pieces of surface that nobody asked for are solved away."""
     before = problem.preparation
-    edit = LocalEdit(problem, progress)
-    layer, repairs = edit.solve(), 0
+    edit, repairs = LocalEdit.solved(problem, progress), 0
     while True:
-        seconds, field = time.perf_counter() - started, edit.field
+        seconds, field, layer = time.perf_counter() - started, edit.field, edit.layer
         proxy = update(before.proxy, field, support(layer), sub_progress(progress, 0.8, 1.0))
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
         if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
@@ -169,7 +169,8 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
         if not len(islands.points):
             return done
-        layer, repairs = edit.forbid(islands), repairs + 1
+        edit.forbid(islands)
+        repairs += 1
 
 
 def edit(

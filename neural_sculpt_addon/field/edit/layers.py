@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
 from ...stroke.stroke import Stroke
-from ..detail import SUPPORT, Coefficients, Level, cells_per_axis, scaled, support
 from ..field import Field
 from ..layer_bytes import layer_from_bytes, layer_to_bytes
+from ..levels import SUPPORT, Coefficients, Level, cells_per_axis, scaled, support
 from ..mesh.proxy import update
 from ..problem.prepare import Preparation, prepare
 from .brushed import AbsorbedStroke
@@ -61,7 +61,7 @@ class Layer:
 
     @cached_property
     def support(self) -> NDArray[np.int32]:
-        """The cells (S,) that the layer changes, as of `detail.support`."""
+        """The cells (S,) that the layer changes, as of `levels.support`."""
         return support(self.coefficients)
 
 

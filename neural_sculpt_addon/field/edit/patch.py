@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fit.fit_detail import COARSEST
-from ..fit.mesh_cleanup import unit
+from ..geometry import unit
 from ..mesh.edges import find_edges
 
 Array = NDArray[np.float32]

@@ -17,7 +17,7 @@ from ...common.errors import SculptError
 from ...common.progress import Progress
 from ...stroke.displacement import displace
 from ..evaluate import normals
-from ..mesh.subdivide import divide
+from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
 from ..problem.lay import Laid
 from ..problem.pose import coarse

@@ -22,6 +22,7 @@ from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
 from ..evaluate import values_and_gradients
 from ..field import Field
+from ..geometry import angles
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy, extract
 from ..mesh.surface import sample_surface
@@ -74,12 +75,11 @@ def consolidate(
     after = extract(plain, CELLS, sub_progress(progress, 0.9, 1.0))
     surface = sample_surface(field, proxy, MEASURED, seed + 1)
     found = find_surface(plain, surface.points)
-    cosine = np.clip(np.sum(found.normals * surface.normals, axis=1), -1, 1)  # (N,)
     report = {
         "distance_mean": float(found.distance.mean()),
         "distance_p95": float(np.percentile(found.distance, 95)),
         "distance_max": float(found.distance.max()),
-        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+        "normal_deg": float(angles(found.normals, surface.normals).mean()),
         "components_before": components(proxy),
         "components": components(after),
         "seconds": time.monotonic() - start,

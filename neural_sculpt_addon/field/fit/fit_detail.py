@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check, Progress, silent
-from ..detail import Level, cells_of, centres, dilated, distinct, linear, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
+from ..levels import Level, cells_of, centres, dilated, distinct, linear, places, spacing
 from ..solve.spline_system import Rows, solve_level
 from ..threads import in_pieces, join
 from .mesh_cleanup import areas

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check, Progress, silent, sub_progress
-from ..detail import (
+from ..evaluate import values
+from ..field import Field
+from ..levels import (
     SUPPORT,
     Coefficients,
     Level,
@@ -29,8 +31,6 @@ from ..detail import (
     spacing,
     support,
 )
-from ..evaluate import values
-from ..field import Field
 from ..mesh.proxy import Proxy, sketch, update_sketch
 from ..solve.spline_system import Rows, solve_level
 from ..threads import join

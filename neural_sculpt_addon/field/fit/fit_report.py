@@ -26,12 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
-from ..detail import spacing
 from ..evaluate import values
 from ..field import Field
+from ..geometry import angles, search_tree
+from ..levels import spacing
 from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
-from ..nearest import search_tree
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import Tolerance
 from .mesh_cleanup import CleanMesh
@@ -156,12 +156,11 @@ def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str,
     """How far the zero level, where it was `found` from them, is from points (N, 3) with normals
     (N, 3): errors and normal_deg."""
     error = np.linalg.norm(found.points - points, axis=1)  # (N,)
-    cosine = np.clip(np.sum(found.normals * normals, axis=1), -1, 1)
     return {
         "error_mean": float(error.mean()),
         "error_p95": float(np.percentile(error, 95)),
         "error_max": float(error.max()),
-        "normal_deg": float(np.degrees(np.arccos(cosine)).mean()),
+        "normal_deg": float(angles(found.normals, normals).mean()),
     }
 
 

@@ -105,11 +105,6 @@ def normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-def unit(vectors: NDArray) -> NDArray:
-    """The vectors (N, 3) of length 1; those of length 0 stay."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
-
-
 def _checked(
     vertices: ArrayLike, triangles: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent
+from ..geometry import unit
 from ..mesh.surface import spatial_order
-from .mesh_cleanup import CleanMesh, areas, normals, unit
+from .mesh_cleanup import CleanMesh, areas, normals
 from .mesh_open import SHEET, doubtful
 from .mesh_union import BESIDE, HIDDEN, crossings, cut
 from .mesh_winding import winding

@@ -16,7 +16,8 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ...common.errors import SculptError
-from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals, unit
+from ..geometry import unit
+from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals
 from .mesh_thicken import open_faces, thicken
 from .mesh_union import BESIDE
 from .mesh_winding import winding

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .mesh_cleanup import BULKY, CleanMesh, areas, normals, unit
+from ..geometry import unit
+from .mesh_cleanup import BULKY, CleanMesh, areas, normals
 from .mesh_union import BESIDE, HIDDEN, INNER
 from .mesh_winding import winding
 

@@ -15,7 +15,8 @@ from igl.copyleft import cgal
 from numpy.typing import NDArray
 
 from ...common.progress import Progress
-from .mesh_cleanup import areas, normals, unit
+from ..geometry import unit
+from .mesh_cleanup import areas, normals
 
 Array = NDArray[np.float64]
 

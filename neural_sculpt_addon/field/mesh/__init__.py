@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a field to triangles: active cells, extraction, update after an edit, pieces, samples."""
+"""From a field to triangles: the proxy, connected components, samples of the surface, files."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Triangle meshes as files, read and written by trimesh.
 
-Files come from outside: whatever trimesh makes of a damaged one becomes one sentence.
+Files come from outside: when trimesh fails on a damaged one, a SculptError says so in a sentence.
 """
 
 import io
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
 from .proxy import Proxy
-from .refine import Refined
+from .refinement.refine import Refined
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pieces of a proxy, and those that no stroke asked for.
+"""Connected components of a proxy, and islands: those that no stroke asked for (docs/method.md,
+section 4.4).
 
-An edit of all weights can let the field dip through zero where nobody looked: islands outside of
-the shape, bubbles inside. They are pieces of the proxy that the surface asked for passes by; and as
-a stroke tears nothing off what it displaces, crumbs of that alone.
+Where no sample holds it, an edit can let the field change its sign: islands outside of the shape,
+bubbles inside. A component is one of these when too few samples of the surface asked for are
+nearest to it. A small one is, too, when it was torn off another one, for a stroke displaces the
+surface and tears nothing off. Model space.
 """
 
 from typing import NamedTuple
@@ -11,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..nearest import search_tree
+from ..geometry import search_tree
 from .components import signed_volumes
 from .proxy import Proxy
 

@@ -25,17 +25,18 @@ from scipy.sparse import csc_array
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..detail import SUPPORT, centres, places
-from ..detail import spacing as level_spacing
 from ..evaluate import values_and_gradients
 from ..field import Field
-from .again import find_again
-from .cells import find_active
+from ..geometry import lengths
+from ..levels import SUPPORT, centres, places
+from ..levels import spacing as level_spacing
 from .components import Components, find_components
-from .lattice import ActiveCells, steps
-from .march import RawMesh, march, weld_caps
-from .specks import find_specks
-from .splice import splice
+from .extraction.cell_update import update_cells
+from .extraction.cells import find_active
+from .extraction.lattice import ActiveCells, steps
+from .extraction.march import RawMesh, march, weld_caps
+from .extraction.mesh_update import update_mesh
+from .extraction.specks import find_specks
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
@@ -106,13 +107,13 @@ def update(
 ) -> Proxy:
     """The proxy of `field`, which differs from the one that `proxy` shows in `reached` alone.
 
-    reached: (S,) cells as of `detail.support`
+    reached: (S,) cells as of `levels.support`
 
     Errors as from `extract`.
     """
     if np.abs(proxy.vertices).max() >= 1:  # it has caps
         return extract(field, proxy.active.cells, progress)
-    rough, fresh = _again(proxy, field, reached, sub_progress(progress, 0, 0.6))
+    rough, fresh = _updated(proxy, field, reached, sub_progress(progress, 0, 0.6))
     mesh, active = rough
     if mesh.cap.any():
         return extract(field, active.cells, sub_progress(progress, 0.6, 1))
@@ -135,24 +136,24 @@ def update_sketch(
 ) -> Proxy:
     """As `update`, of a `sketch`."""
     if not proxy.marched.cap.any():
-        rough, _ = _again(proxy, field, reached, progress)
+        rough, _ = _updated(proxy, field, reached, progress)
         if not rough.mesh.cap.any():
             return _proxy(*rough, field, progress)
     return sketch(field, proxy.active.cells, progress)
 
 
-def _again(
+def _updated(
     proxy: Proxy, field: Field, reached: NDArray[np.int32], progress: Progress
 ) -> tuple[Rough, NDArray[np.bool_]]:
     """What is marched after an edit, its caps not welded; which of its vertices are new (V,)."""
     known = proxy.active
     guesses = _lattice_cells(reached, known.cells)
     changed = np.isin(known.index, guesses, kind="table")
-    again = find_again(known, changed, guesses, field, progress)
-    if not len(again.active.index):
+    updated = update_cells(known, changed, guesses, field, progress)
+    if not len(updated.active.index):
         raise SculptError(NO_SURFACE)
-    mesh, source = splice(proxy.marched, known, again)
-    return Rough(mesh, again.active), source >= len(proxy.marched.vertices)
+    mesh, source = update_mesh(proxy.marched, known, updated)
+    return Rough(mesh, updated.active), source >= len(proxy.marched.vertices)
 
 
 def check_cells(cells: int) -> None:
@@ -218,7 +219,7 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
     move = RELAXATION / 2 * (total.take(moving, axis=0) / degree - 3 * start)
     normals = mesh.normals.take(moving, axis=0)
     move -= np.einsum("ma,ma->m", move, normals)[:, None] * normals
-    move *= np.minimum(1, REACH * spacing / np.maximum(_length(move), 1e-12))
+    move *= np.minimum(1, REACH * spacing / np.maximum(lengths(move), 1e-12))
     move *= ~mesh.held.take(moving, axis=0)
     mesh.vertices[moving] = np.clip(start + move, -1, 1)
 
@@ -247,16 +248,12 @@ def _step(
         part = moving[start : start + BATCH]
         points = mesh.vertices.take(part, axis=0)
         value, gradient = values_and_gradients(field, points)
-        slope = _length(gradient)  # (B, 1)
+        slope = lengths(gradient)  # (B, 1)
         known = mesh.normals.take(part, axis=0)
         mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
         gradient *= ~mesh.held.take(part, axis=0)
-        slope = np.maximum(_length(gradient), FLAT)
+        slope = np.maximum(lengths(gradient), FLAT)
         distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
         mesh.vertices[part] = points - distance / slope * gradient
         moved[start : start + BATCH] = np.abs(distance[:, 0])
     return moved
-
-
-def _length(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.sqrt(np.einsum("na,na->n", vectors, vectors))[:, None]  # (N, 1)

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The copies of a stroke on the surface, mirrored and turned, and what lies near to them.
+"""The copies of a stroke on the surface, mirrored and turned: what is near to them, and where they
+displace it to.
 
-Model space. Nearness is in radii of the stroke. See docs/method.md, section 2.
+Where copies overlap, the larger displacement wins. Model space; nearness is in radii of the stroke.
+See docs/method.md, section 2.
 """
 
 from dataclasses import dataclass
@@ -9,21 +11,31 @@ from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ...common.progress import Check, go_on
 from ...stroke.curve import Array
-from ...stroke.displacement import displace
-from ...stroke.path import locate
-from ...stroke.stroke import Ends
+from ...stroke.displacement import Displacement, displace
+from ...stroke.path import Path, locate
+from ...stroke.stroke import Direction, Ends, Stroke
 from ..evaluate import normals
 from ..field import Field
 from ..mesh.surface import Samples
+from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
 from .lay import Laid
 
 FARTHEST = 2.5
 """Radii: how far nearness and distance are told. Farther is slower; no solver or measure asks for
 more than 2.2."""
+
+STEP = 1 / 1024
+"""Radii, between two displacements whose difference tells the slope: larger ones round off the
+bends of a profile, smaller ones drown in single precision."""
+
+BEND = 5e-4
+"""Model units, between two normals whose difference tells the curvature: larger ones blur detail,
+smaller ones drown in single precision."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +87,19 @@ class Copies:
             nearness[some] = np.minimum(nearness[some], near)
         return nearness
 
+    def uncovered(
+        self, surface: Samples, tree: KDTree, spacing: float, reach: float
+    ) -> NDArray[np.bool_]:
+        """Which surface samples (N,) lie within `reach` radii, and farther than `spacing` from all
+        points of a tree."""
+        some = np.flatnonzero(self.close(surface.points))
+        distance = tree.query(surface.points[some], distance_upper_bound=spacing)[0]
+        some = some[~np.isfinite(distance)]
+        near = self.nearness(surface.where(some), beyond_flat_ends=False) < reach
+        uncovered = np.zeros(len(surface.points), bool)
+        uncovered[some[near]] = True
+        return uncovered
+
     def distance(self, points: NDArray[np.float32]) -> Array:
         """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush.
 
@@ -87,6 +112,78 @@ class Copies:
             near = in_pieces(measure, len(some), self.check, light=True)
             distance[some] = np.minimum(distance[some], near)
         return distance
+
+    def move(self, surface: Samples) -> tuple[Samples, Array]:
+        """Where surface samples (N,) that have the normals of the field shall be, without a look at
+        where the displaced surface runs through itself, and by what factor (N,) their area is
+        stretched."""
+
+        def part_of(part: slice) -> tuple[Samples, Array]:
+            return self._move(surface.where(part))
+
+        return in_pieces(part_of, len(surface.points), self.check)
+
+    def _move(self, surface: Samples) -> tuple[Samples, Array]:
+        points, guide = surface.points, self.guide
+        upright = surface.normals if guide is self.field else normals(guide, points)
+        moved = Samples(*(array.copy() for array in surface))
+        largest, stretch = np.zeros((2, len(points)))
+        stretch += 1
+        for one in self.laid:
+            some = np.flatnonzero(close(one, points))
+            there = displace(*one, points[some], upright[some])
+            wins = np.abs(there.amount) > largest[some]
+            won = some[wins]
+            goal, factor = displaced(guide, *one, surface.where(won), there.where(wins))
+            moved.points[won], moved.normals[won], stretch[won] = *goal, factor
+            largest[won] = np.abs(there.amount[wins])
+        return moved, stretch
+
+    def beside(
+        self, surface: Samples, apart: float, jitter: np.random.Generator
+    ) -> tuple[Samples, Samples]:
+        """Samples of the unedited surface, each beside one of `surface` (N,), and where they are
+        displaced to.
+
+        apart: twice the farthest that they are beside it, along each axis
+        """
+        start, upright = surface
+        away = jitter.uniform(-apart / 2, apart / 2, start.shape).astype(np.float32)
+        away -= np.einsum("na,na->n", away, upright)[:, None] * upright
+        found = project(self.field, start + away, tolerance=ARRIVED)
+        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
+        return before, self.move(before)[0]
+
+
+def displaced(
+    guide: Field, stroke: Stroke, path: Path, samples: Samples, displacement: Displacement
+) -> tuple[Samples, Array]:
+    """Where a stroke moves surface samples (N,), with the normals of the moved surface there, and
+    by what factor (N,) it stretches the surface's area.
+
+    The moved surface p + d w has the tangents t + (dd/dt) w + d dw/dt for tangents t of the
+    surface. Their derivatives are one-sided differences, so this holds for every profile and end
+    alike; `samples` have the normals of the surface, and `displacement` is by those of `guide`.
+    """
+    moved = samples.points + displacement.amount[:, None] * displacement.direction
+    step = STEP * stroke.brush.radius
+    first = np.cross(samples.normals, np.eye(3)[np.argmin(np.abs(samples.normals), axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(samples.normals, first)
+    axes, twice = np.concatenate([first, second]), np.tile(np.arange(len(first)), 2)
+    upright, both = displacement.normals[twice], displacement.where(twice)
+    places = samples.points[twice]
+    bend = (normals(guide, places + BEND * axes) - upright) / BEND
+    ahead = displace(stroke, path, places + step * axes, upright + step * bend, both.vertex)
+    slope = (ahead.amount - both.amount) / step
+    if stroke.direction is Direction.STROKE:
+        bend = (ahead.direction - both.direction) / step
+    tangents = axes + slope[:, None] * both.direction + both.amount[:, None] * bend
+    one, other = np.split(tangents, 2)
+    turned = np.cross(one, other)
+    stretch = np.linalg.norm(turned, axis=1)
+    turned /= np.maximum(stretch, 1e-12)[:, None]
+    return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
 def close(one: Laid, points: NDArray[np.float32]) -> NDArray[np.bool_]:

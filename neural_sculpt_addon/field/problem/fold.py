@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a displaced surface runs through itself, and which parts of it bound nothing then.
+"""Folds: where a displaced surface runs through itself, and which parts of it bound nothing then.
 
-A surface that is displaced farther than it is curved folds over; one that is displaced farther than
-a wall is thick comes out behind it; the sides of a groove meet. `crossings` finds it by samples;
-winding numbers tell which parts bound nothing then (Jacobson et al., "Robust inside-outside
-segmentation using generalized winding numbers", 2013): those of the shape before, and of the volume
-between tubes and their targets, added or taken away. Just outside of what bounds the shape they are
-0. Model space. See docs/method.md, section 2.
+A surface that is displaced farther than its radius of curvature folds over; one that is displaced
+farther than a wall is thick comes out behind it; the sides of a groove meet. `crossings` finds that
+by samples. Winding numbers tell which parts bound nothing (Jacobson et al., "Robust inside-outside
+segmentation using generalized winding numbers", 2013): the sum of that of the shape before and that
+of the volume between tubes and their targets is 0 just outside of what bounds the shape. Model
+space. See docs/method.md, section 2.
 """
 
 import igl
@@ -17,8 +17,8 @@ from scipy.spatial import KDTree
 from ...common.progress import Check
 from ..evaluate import values
 from ..field import Field
+from ..geometry import search_tree
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..threads import SEARCHED, in_pieces
 
 WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for

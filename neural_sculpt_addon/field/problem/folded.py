@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface that is asked for where it runs through itself, as triangles.
+"""Folded surface: what is asked for where it runs through itself, as triangles.
 
     mesh under the stroke -> divided until it is fine -> swept volume -> what bounds something
 
@@ -18,7 +18,7 @@ from ...common.progress import Check
 from ...stroke.curve import Array
 from ..evaluate import normals
 from ..field import Field
-from ..mesh.subdivide import divide
+from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples, SurfaceMesh
 from ..projection import ARRIVED, project
 from ..threads import SEARCHED, in_pieces, join

@@ -17,7 +17,7 @@ tube     distance of displaced surface samples p + d n of the core from the edit
 cap      the same around round ends and dabs
 reverse  distance of the edited proxy under the stroke from the displaced surface: triangles between
          the same samples, bent as the normals there say; where the displaced surface runs through
-         itself, also between the proxy's own vertices (see `_reverse_at_folds`)
+         itself, also between the proxy's own vertices (see `reverse`)
 height   largest |d| of the samples
 gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
          displacement along n that was
@@ -41,29 +41,27 @@ not arrived, it is at least the first-order estimate |f| / |grad f|.
 
 from typing import Any
 
-import igl
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ...common.progress import Check, Progress, silent
-from ..detail import SUPPORT, cells_of, linear
+from ...common.progress import Progress, silent
 from ..evaluate import values_and_gradients
 from ..field import Field
+from ..geometry import angles
+from ..levels import SUPPORT, cells_of, linear
 from ..mesh.pieces import components
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples, sample_surface
-from ..nearest import search_tree
 from ..projection import find_surface
-from ..threads import SEARCHED, in_pieces, join
+from ..threads import in_pieces, join
 from .fold import SweptVolume
-from .lay import Laid
 from .problem import Problem
-from .tube import COLUMNS, ROWS, Tube
+from .reverse import reverse_distance
+from .tube import COLUMNS, ROWS
 
-FAR = 1.4
-INNER = 0.95  # radii, within which the displaced surface is near enough to measure the way back
+FAR = 1.4  # radii
 TOLERANCE = 1e-3  # model units, of both p95
 OF_HEIGHT = 0.1  # the same, as a share of the stroke's height
 GAIN, TURNED = 0.97, 0.3
@@ -71,7 +69,6 @@ STEEPEST = 0.2  # |grad f . n|, below which the edited surface is all but parall
 MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
-GAP, GAP_REACH = 1.5, 2.0  # cells of the proxy: see `Problem.gaps`, and how far its samples count
 
 Array = NDArray[np.floating[Any]]
 
@@ -87,7 +84,7 @@ def measure(
     """All measures of one edit but the Chamfer distance, ready for JSON.
 
     proxy:   of `edited`, at CELLS cells per axis
-    reached: (S,) cells as of `detail.support` outside of which the field is what it was; None when
+    reached: (S,) cells as of `levels.support` outside of which the field is what it was; None when
              all of it may have changed
     floor:   what the solver can hold at best: no smaller tolerance is asked of it
 
@@ -106,14 +103,11 @@ def measure(
     found = in_pieces(
         lambda part: find_surface(edited, target.points[part]), len(core), problem.check
     )
-    cosine = np.einsum("ij,ij->i", found.normals, target.normals)[core]
+    turned = angles(found.normals[core], target.normals[core])
     progress(0.4, MEASURING)
     elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
     progress(0.8, MEASURING)
-    if swept is None:
-        reverse = _reverse(problem, tubes, proxy)
-    else:
-        reverse = _reverse_at_folds(problem, tubes, swept, proxy)
+    reverse = reverse_distance(problem, tubes, swept, proxy)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
@@ -121,7 +115,7 @@ def measure(
         "height": float(height),
         "gain": _gain(edited, surface, target, displacement.amount),
         **elsewhere,
-        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "normal_deg": float(turned.mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
         "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
     }
@@ -144,14 +138,13 @@ def measure_goal(
     found = in_pieces(
         lambda part: find_surface(edited, goal.points[part]), len(goal.points), problem.check
     )
-    cosine = np.einsum("ij,ij->i", found.normals, goal.normals)
     progress(0.4, MEASURING)
     measures = {
         **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
         "height": height,
         "gain": 1.0,
         **_elsewhere(problem, edited, proxy, reached),
-        "normal_deg": float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()),
+        "normal_deg": float(angles(found.normals, goal.normals).mean()),
         "gradient": float(np.abs(found.slope - 1).mean()),
         "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), floor),
     }
@@ -208,9 +201,8 @@ def _moved(
         some = np.flatnonzero(np.isin(linear(cells_of(surface.points, SUPPORT), SUPPORT), reached))
     points = surface.points[some]
     found = in_pieces(lambda part: find_surface(edited, points[part]), len(some), problem.check)
-    cosine = np.einsum("ij,ij->i", found.normals, surface.normals[some])
     distance[some] = found.distance
-    turned[some] = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    turned[some] = angles(found.normals, surface.normals[some])
     return distance, turned
 
 
@@ -242,98 +234,6 @@ def chamfer(problem: Problem, edited: Field, proxy: Proxy) -> dict[str, float]:
 
 def _both_ways(a: Array, b: Array) -> float:
     return float(KDTree(a).query(b)[0].mean() + KDTree(b).query(a)[0].mean())
-
-
-def _reverse(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
-    """Distance of the edited proxy's vertices near the stroke from the displaced surface.
-
-    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
-    and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
-    a gap of the tube the plane of the nearest sample in it stands for the triangles.
-    """
-    distances = []
-    surface = join([tube.surface for tube in tubes])
-    gaps = problem.gaps(search_tree(surface.points), GAP * problem.preparation.spacing)[1]
-    gap = KDTree(gaps.points) if len(gaps.points) else None
-    surface = problem.preparation.surface
-    rest = surface.points[problem.copies.untouched(surface)]
-    for one, tube in zip(problem.laid, tubes, strict=True):
-        triangles = tube.triangles()
-        problem.check()
-        tree = KDTree(np.concatenate([tube.target.points, rest]))
-        problem.check()
-        vertices = proxy.vertices[_close(one, proxy)].astype(float)
-        problem.check()
-        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
-        if len(vertices) and len(triangles):
-            distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
-            inner = (tube.displacement.nearness < INNER) & tube.inner()
-            inner = inner[triangles].all(axis=1)
-            if gap is not None:
-                nearest = gap.query(vertices)[1]
-                away = vertices - gaps.points[nearest]
-                plane = np.abs((away * gaps.normals[nearest]).sum(axis=1))
-                distance = np.where(
-                    np.linalg.norm(away, axis=1) < GAP_REACH * problem.preparation.spacing,
-                    np.minimum(distance, plane),
-                    distance,
-                )
-            distances.append(distance[inner[face]])
-    return np.concatenate([*distances, np.empty(0)])
-
-
-def _reverse_at_folds(
-    problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy
-) -> Array:
-    """The same where the displaced surface runs through itself, from all of the surface asked for.
-
-    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
-    volume, however near to untouched surface: a film that is left where a sheet was carved away.
-    """
-    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
-    surface, triangles, displaced = problem.folded.triangles()
-    for tube in tubes:  # which are finer where a profile bends
-        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
-        surface = join([surface, tube.target])
-    if not len(vertices) or not len(triangles):
-        return np.empty(0)
-    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
-    distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
-    return distance[displaced[face] | swept.swallows(vertices)]
-
-
-def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
-    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
-    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
-    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
-    return np.isfinite(away)
-
-
-def _to_surface(
-    points: Array, samples: Samples, triangles: NDArray[np.int64], check: Check
-) -> tuple[Array, NDArray[np.int64]]:
-    """Distance (N,) of points (N, 3) from the surface through samples, and the nearest triangles
-    (N,) between those.
-
-    A triangle is bent as the normals at its corners say: at each place the surface lies half as far
-    from it as the corners' tangent planes do on average, as a paraboloid would.
-    """
-    vertices = samples.points.astype(float)
-    check()
-    tree = igl.AABB()
-    tree.init(vertices, triangles)
-
-    def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
-        _, face, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, points[part]))
-        corners = vertices[triangles[face]]  # (n, 3, 3)
-        normals = samples.normals[triangles[face]]
-        a, b, c = np.ascontiguousarray(corners.swapaxes(0, 1))
-        share = np.nan_to_num(igl.barycentric_coordinates(nearest, a, b, c))  # nan without area
-        planes = np.einsum("nca,nca->nc", corners - nearest[:, None], normals)
-        bent = nearest + np.einsum("nc,nc,nca->na", share, planes, normals) / 2
-        return np.linalg.norm(points[part] - bent, axis=1), face
-
-    return in_pieces(measure, len(points), check, light=True, size=SEARCHED)
 
 
 def _summary(word: str, values: Array, **measures: str | int) -> dict[str, float | None]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an edit asks of the field: where the zero set shall be after the stroke.
+"""The problem that a stroke poses: where the zero set of the field shall be after it.
 
 The tube moves to its targets, the untouched surface stays where it is. The images of a stroke,
 mirrored and turned, are solved together; where they overlap, the larger displacement wins, and
@@ -20,16 +20,14 @@ from ...common.progress import Check, go_on
 from ...stroke.curve import Array
 from ...stroke.displacement import displace
 from ...stroke.stroke import Ends, Stroke
-from ..detail import spacing
 from ..evaluate import normals, values_and_gradients
 from ..field import Field
-from ..mesh.closer import closer
+from ..geometry import search_tree
+from ..levels import spacing
+from ..mesh.local_extraction import extract_near
 from ..mesh.surface import Samples, SurfaceMesh
-from ..nearest import search_tree
-from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces, join
 from .copies import Copies, close
-from .displaced import move
 from .fold import SweptVolume, crossings
 from .folded import Folded
 from .lay import Laid
@@ -153,34 +151,24 @@ class Problem:
         _, before, after, stretch, f, gradient, swept, tree = sampled
         more = np.minimum(stretch, STRETCHED) - 1 + jitter.uniform(size=len(stretch))
         stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
-        added = join(
-            [
-                self.beside(before.where(stretched), apart, jitter, swept is not None),
-                self.gaps(tree, gap) if swept is None else self._gaps_at_folds(after, gap_at_folds),
-            ]
-        )
+        if swept is None:
+            others = self.copies.beside(before.where(stretched), apart, jitter)
+            gaps = self.gaps(tree, gap)
+        else:
+            others = self.beside(before.where(stretched), apart, jitter)
+            gaps = self._gaps_at_folds(after, gap_at_folds)
+        added = join([others, gaps])
         values = values_and_gradients(self.field, added[1].points)
         return DisplacedSurface(*join([(before, after, f, gradient), (*added, *values)]), swept)
 
     def beside(
-        self, surface: Samples, apart: float, jitter: np.random.Generator, folds: bool
+        self, surface: Samples, apart: float, jitter: np.random.Generator
     ) -> tuple[Samples, Samples]:
-        """Samples of the unedited surface, each beside one of `surface` (N,), and where they are
-        displaced to.
-
-        apart: twice the farthest that they are beside it, along each axis
-        folds: whether the displaced surface runs through itself; what bounds nothing is left out
-        """
-        start, upright = surface
-        away = jitter.uniform(-apart / 2, apart / 2, start.shape).astype(np.float32)
-        away -= np.einsum("na,na->n", away, upright)[:, None] * upright
-        found = project(self.field, start + away, tolerance=ARRIVED)
-        before = Samples(found.points, found.normals).where(found.distance < ON_SURFACE)
-        after, _ = move(self.copies, before)
-        if folds:
-            bounding = self.folded.bounding(before, after)
-            before, after = before.where(bounding), after.where(bounding)
-        return before, after
+        """As `Copies.beside`, without what bounds nothing, where the displaced surface runs through
+        itself."""
+        before, after = self.copies.beside(surface, apart, jitter)
+        bounding = self.folded.bounding(before, after)
+        return before.where(bounding), after.where(bounding)
 
     def _sample(self, rows: int, columns: int, jitter: np.random.Generator | None) -> _Sampled:
         tubes, swept = self._whole_tubes(rows, columns, jitter), None
@@ -248,12 +236,12 @@ class Problem:
                 return self.copies.distance(points) < reach
 
             cells, start = proxy.active.cells, under.points()
-            under = closer(self.field, start, is_near, cells, times, self.check)
+            under = extract_near(self.field, start, is_near, cells, times, self.check)
         return Folded(
             self.field,
             under,
             held,
-            lambda surface: move(self.copies, surface)[0],
+            lambda surface: self.copies.move(surface)[0],
             self.stroke.brush.radius * self.stroke.largest_factor,
             self.check,
         )
@@ -284,7 +272,7 @@ class Problem:
         lie beside what the field made of it.
         """
         surface = Samples(surface.points, normals(self.field, surface.points))
-        moved, stretch = move(self.copies, surface)
+        moved, stretch = self.copies.move(surface)
         if crossings(self.field, surface, moved, self.check).any():
             stretch[~self.folded.bounding(surface, moved)] = 0
         return moved, stretch
@@ -298,14 +286,11 @@ class Problem:
         """
         proxy = self.preparation.proxy
         vertices = Samples(proxy.vertices, proxy.normals)
-        vertices = vertices.where(self.copies.close(vertices.points))
-        distance = tree.query(vertices.points, distance_upper_bound=spacing)[0]
-        vertices = vertices.where(~np.isfinite(distance))
-        vertices = vertices.where(self.copies.nearness(vertices, beyond_flat_ends=False) < INNER)
+        vertices = vertices.where(self.copies.uncovered(vertices, tree, spacing, INNER))
         upright = Samples(vertices.points, normals(self.field, vertices.points))
         if not len(upright.points):
             return upright, upright
-        return vertices, move(self.copies, upright)[0]
+        return vertices, self.copies.move(upright)[0]
 
     def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
         """The same where the displaced surface runs through itself, by the displaced samples

@@ -22,7 +22,7 @@ from ..field import Field
 from ..mesh.surface import Samples
 from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
-from .displaced import displaced
+from .copies import displaced
 
 ROWS, COLUMNS = 99, 101
 LONGEST = 10  # times its width may be the length of a cell of the grid

@@ -18,11 +18,11 @@ f0 where its side stays. Model space.
 import numpy as np
 from numpy.typing import NDArray
 
-from ..detail import cells_of, centres, children, dilated, linear, merged, places, spacing
 from ..evaluate import values, values_and_gradients
 from ..field import Field
+from ..geometry import search_tree
+from ..levels import cells_of, centres, children, dilated, linear, merged, places, spacing
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from ..projection import ARRIVED, ON_SURFACE, SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
@@ -128,7 +128,9 @@ class EditedSurface:
         before, after = self._before_and_after
         inside = np.isin(linear(cells_of(after.points, level), level), cells)
         start = before.where(np.repeat(np.flatnonzero(inside), MORE))
-        return self._problem.beside(start, spacing(level), random, self._swept is not None)
+        folds = self._swept is not None
+        beside = self._problem.beside if folds else self._problem.copies.beside
+        return beside(start, spacing(level), random)
 
     def _around(
         self, active: NDArray[np.int32], level: int, f0: NDArray[np.float32] | None = None

@@ -4,21 +4,21 @@
     choose the level -> active cells -> rows -> solve a coarse level, a fine one, and where that
     misses a finer one
 
-The level follows from the stroke: some two or three of its cells are as wide as the narrowest rise
-or fall of the profile. Nodes exist in the cells that the surface passes on its way from where it
-was to where it goes, and in those beside them, so the field elsewhere stays what it was to the last
-bit. Model space.
+The level follows from the stroke (`resolution`). Nodes exist in the cells that the surface passes
+on its way from where it was to where it goes, and in those beside them, so the field elsewhere
+stays what it was to the last bit. Model space.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent
-from ..detail import (
+from ..evaluate import values
+from ..geometry import search_tree
+from ..levels import (
     FINEST,
     Coefficients,
     Level,
@@ -33,32 +33,12 @@ from ..detail import (
     quantised,
     spacing,
 )
-from ..evaluate import values
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
-from ..nearest import search_tree
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
-from .spline_system import ITERATIONS, Rows, solve_level
-
-CELLS_PER_FEATURE = 2.5
-"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
-
-LEAST_FINEST = 6
-"""Level of the widest strokes: they carry details of the surface along, which are finer."""
-
-COARSEST = 4
-"""Level below which a stroke would wash out what it covers: it is refused."""
-
-DENSITY = 6.0
-"""Samples of the displaced surface for each cell's face: fewer leave nodes that no sample tells
-apart."""
-
-ROWS, NODES = 200_000, 150_000
-"""Tube samples and nodes at most: one level coarser where there would be more."""
-
-LAYERS = 5
-"""Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
+from .resolution import COARSEST, DENSITY, NODES, resolution
+from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
@@ -113,42 +93,6 @@ CERTAIN = 0.3
 """Cells from the surface, from which on a wrong sign counts."""
 
 
-@dataclass(frozen=True)
-class Resolution:
-    """How fine a stroke is solved.
-
-    level:  the finest one
-    wanted: the level that the stroke asks for; finer where the budget does not reach
-    """
-
-    level: int
-    wanted: int
-
-    @property
-    def is_limited(self) -> bool:
-        """Whether the budget does not reach as far as the stroke asks for."""
-        return self.level < self.wanted
-
-
-def resolution(problem: Problem) -> Resolution:
-    """How fine the stroke of `problem` is solved."""
-    brush = problem.stroke.brush
-    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
-    feature = _feature(problem)
-    feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
-    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
-    radius = brush.radius * problem.stroke.largest_factor
-    length = sum(path.length for _, path in problem.laid)
-
-    def fits(level: int) -> bool:
-        reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
-        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
-        return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
-
-    affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
-    return Resolution(min(wanted, affordable), wanted)
-
-
 class LocalEdit:
     """The equations of one stroke, its layer so far, and the `field` with it."""
 
@@ -182,6 +126,18 @@ class LocalEdit:
         self._rows = self._surface.rows
         self._layer = dict[int, Level]()
 
+    @staticmethod
+    def solved(problem: Problem, progress: Progress = silent) -> "LocalEdit":
+        """The edit with its layer. SculptError as when one is made."""
+        edit = LocalEdit(problem, progress)
+        edit.solve()
+        return edit
+
+    @property
+    def layer(self) -> Coefficients:
+        """What the stroke adds, as far as it is solved."""
+        return self._layer
+
     @property
     def targets(self) -> NDArray[np.float32]:
         """Samples (N, 3) of the displaced surface."""
@@ -190,8 +146,9 @@ class LocalEdit:
     def solve(self) -> Coefficients:
         """The layer: a coarse level, a fine one, and a finer one where that misses."""
         level, cells = self.resolution.level, self._active
-        self._add(level - 1, self._coarse)
-        self._add(level, cells)
+        both = {level - 1: self._coarse, level: cells}
+        self._layer |= solve_levels(both, self._rows, self._problem.check)
+        self.field = self._problem.field.plus(self._layer)
         room = NODES - len(cells)
         for _ in range(FINER):
             if level == FINEST or not len(missed := self._missed(level, cells, room)):
@@ -287,27 +244,6 @@ def _in_company(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
     touching = 1.01 * math.sqrt(3) * spacing(level)
     near, _ = search_tree(middles).query(middles, COMPANY + 1, distance_upper_bound=touching)
     return cells[np.isfinite(near[:, -1])]
-
-
-def _feature(problem: Problem) -> float:
-    """Width of the narrowest rise or fall of the profile across the stroke or the modulation along
-    it, if all were alike, or that of the alpha if that is less, in model units."""
-    brush = problem.stroke.brush
-    radius = brush.radius * problem.stroke.largest_factor
-    rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1
-    width = 2 * radius / max(rises, 2)
-    if turns := _turns(brush.modulation(np.linspace(0, 1, 257))):
-        length = max(path.length for _, path in problem.laid)
-        width = min(width, max(length, radius) / (turns + 1))
-    if brush.alpha is not None:
-        width = min(width, radius * brush.alpha.feature)
-    return width
-
-
-def _turns(heights: NDArray[np.floating]) -> int:
-    """How often samples (N,) of a curve turn from rising to falling or back."""
-    slopes = np.sign(np.diff(heights))
-    return int(np.count_nonzero(np.diff(slopes[slopes != 0])))
 
 
 def _sample(problem: Problem, level: int, random: np.random.Generator) -> DisplacedSurface:

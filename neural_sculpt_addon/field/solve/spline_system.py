@@ -10,7 +10,7 @@ that few rows touch stay small. Conjugate gradients on the normal equations (Hes
 by the pool's threads, so any number of cores gives the same bits. Model space.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
 from ...common.progress import Check, go_on
-from ..detail import Grid, Level, around, quantised, slopes, weights
+from ..detail import Grid, around, slopes, weights
+from ..levels import Coefficients, Level, quantised
 from ..threads import in_pool, pool
 
 T = TypeVar("T")
@@ -145,6 +146,14 @@ def solve_level(
     rows.residuals[:], rows.slopes[:] = residuals[:values], residuals[values:]
     some = np.flatnonzero(c)
     return Level(index[some], c[some])
+
+
+def solve_levels(
+    nodes: Mapping[int, NDArray[np.int32]], rows: Rows, check: Check = go_on
+) -> Coefficients:
+    """The best coefficients of the nodes (K,) of some levels, each for what is left of the rows by
+    those before it. Otherwise as of `solve_level`."""
+    return {level: solve_level(level, index, rows, check) for level, index in nodes.items()}
 
 
 def _each(task: Callable[[T], U], parts: Sequence[T], check: Check) -> Iterator[U]:

@@ -17,7 +17,7 @@ from ...common.progress import Progress
 
 if TYPE_CHECKING:
     from ...field.mesh.proxy import Proxy
-    from ...field.mesh.refine import Refined
+    from ...field.mesh.refinement.refine import Refined
 
 T = TypeVar("T")
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ...field.edit.layers import State
     from ...field.field import Field
     from ...field.mesh.proxy import Proxy
-    from ...field.mesh.refine import Refined
+    from ...field.mesh.refinement.refine import Refined
 
 MOST_TRIANGLES = 10_000_000
 """Triangles that a job can ask for."""
@@ -40,9 +40,9 @@ class Shown:
 
     def state(self, state: "State", job: Payload, progress: Progress) -> "Proxy | Refined":
         """The mesh of a state."""
-        from ...field.detail import support
         from ...field.edit.layers import difference
-        from ...field.mesh.refine import again, refine
+        from ...field.levels import support
+        from ...field.mesh.refinement.refine import again, refine
 
         most = _most(job)
         proxy = self._proxy(state, job, sub_progress(progress, 0.0, 0.5 if most else 1.0))
@@ -63,8 +63,8 @@ class Shown:
 
         At another one the last proxy is updated, if both states have the same base.
         """
-        from ...field.detail import support
         from ...field.edit.layers import difference
+        from ...field.levels import support
         from ...field.mesh.proxy import extract, update
         from ...field.problem.prepare import CELLS
 
@@ -83,7 +83,7 @@ class Shown:
 
 def refined(field: "Field", proxy: "Proxy", job: Payload, progress: Progress) -> "Proxy | Refined":
     """The mesh of a field without a state: its proxy, refined where the job asks for it."""
-    from ...field.mesh.refine import refine
+    from ...field.mesh.refinement.refine import refine
 
     most = _most(job)
     return refine(field, proxy, most, progress=progress) if most else proxy

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.common.errors import SculptError
-from neural_sculpt_addon.field.detail import spacing
 from neural_sculpt_addon.field.edit.absorb import absorb
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import spacing
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.projection import find_surface

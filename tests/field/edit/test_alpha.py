@@ -7,7 +7,7 @@ import pytest
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.problem.pose import pose
-from neural_sculpt_addon.field.solve.local import resolution
+from neural_sculpt_addon.field.solve.resolution import resolution
 from neural_sculpt_addon.stroke.alpha import Alpha, pixels_of
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke

@@ -6,9 +6,9 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.common.errors import SculptError
-from neural_sculpt_addon.field.detail import spacing
 from neural_sculpt_addon.field.edit.boolean import combine, field_solid, mesh_solid
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import spacing
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.projection import project

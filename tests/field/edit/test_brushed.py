@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.common.errors import SculptError
-from neural_sculpt_addon.field.detail import SUPPORT, cells_of, linear, support
 from neural_sculpt_addon.field.edit.absorb import absorb
 from neural_sculpt_addon.field.edit.brushed import absorb_brushed
 from neural_sculpt_addon.field.edit.brushed_surface import Brushed, brushed_surface
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import SUPPORT, cells_of, linear, support
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.mesh.surface import sample_surface
 from neural_sculpt_addon.field.primitives import primitive

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import SculptError
-from neural_sculpt_addon.field.detail import LARGEST
 from neural_sculpt_addon.field.edit.edit import Solver, sculpt
+from neural_sculpt_addon.field.levels import LARGEST
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
 from neural_sculpt_addon.stroke.profile import Profile

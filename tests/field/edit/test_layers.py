@@ -10,16 +10,7 @@ import torch
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import to_bytes
-from neural_sculpt_addon.field.detail import (
-    SUPPORT,
-    UNIT,
-    Detail,
-    Level,
-    cells_of,
-    centres,
-    linear,
-    scaled,
-)
+from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.edit.layers import (
     Entry,
     Layer,
@@ -30,6 +21,7 @@ from neural_sculpt_addon.field.edit.layers import (
     digest,
     replay,
 )
+from neural_sculpt_addon.field.levels import SUPPORT, UNIT, Level, cells_of, centres, linear, scaled
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.stroke.brush import Brush

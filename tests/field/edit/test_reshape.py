@@ -6,11 +6,11 @@ import pytest
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.checkpoint import load
-from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct, quantised, support
-from neural_sculpt_addon.field.detail import linear as number
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.edit.fairing import PINCHED, faired, goals
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, quantised, support
+from neural_sculpt_addon.field.levels import linear as number
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.mesh.surface import Samples

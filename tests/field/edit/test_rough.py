@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.edit.edit import sculpt
+from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.problem.pose import pose

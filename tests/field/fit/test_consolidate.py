@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
-from neural_sculpt_addon.field.detail import Detail, Level, cells_of, centres, linear, quantised
+from neural_sculpt_addon.field.detail import Detail
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit.consolidate import consolidate
+from neural_sculpt_addon.field.levels import Level, cells_of, centres, linear, quantised
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.projection import project
 

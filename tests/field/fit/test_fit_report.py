@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import trimesh
 
-from neural_sculpt_addon.field.detail import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit.fit import TOLERANCES, Preset, fit_mesh
 from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.mesh.proxy import extract
 
 CELLS = 128

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
-from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.mesh.again import find_again
-from neural_sculpt_addon.field.mesh.cells import find_active
-from neural_sculpt_addon.field.mesh.lattice import CORNERS
-from neural_sculpt_addon.field.mesh.march import march
+from neural_sculpt_addon.field.levels import Level, cells_of, linear, quantised, support
+from neural_sculpt_addon.field.mesh.extraction.cell_update import update_cells
+from neural_sculpt_addon.field.mesh.extraction.cells import find_active
+from neural_sculpt_addon.field.mesh.extraction.lattice import CORNERS
+from neural_sculpt_addon.field.mesh.extraction.march import march
 from neural_sculpt_addon.field.mesh.proxy import Proxy, extract, update
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import primitive
@@ -240,9 +240,9 @@ def test_where_all_changed_the_flood_finds_the_same_cells_again():
     field = primitive("suzanne")
     known = find_active(field, 64)
     none = np.empty(0, np.int32)
-    again = find_again(known, np.ones(len(known.index), bool), none, field).active
-    assert np.array_equal(again.index, known.index)
-    assert np.array_equal(np.sign(again.values), np.sign(known.values))
+    found = update_cells(known, np.ones(len(known.index), bool), none, field).active
+    assert np.array_equal(found.index, known.index)
+    assert np.array_equal(np.sign(found.values), np.sign(known.values))
 
 
 def test_a_surface_that_moved_by_several_cells_is_found_again():

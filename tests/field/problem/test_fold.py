@@ -7,7 +7,6 @@ import pytest
 from neural_sculpt_addon.common.progress import go_on
 from neural_sculpt_addon.field.evaluate import normals
 from neural_sculpt_addon.field.mesh.surface import Samples
-from neural_sculpt_addon.field.problem.displaced import move
 from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
@@ -92,7 +91,7 @@ def swept(problem, check=go_on):
     """The surface of the proxy, where it is displaced to, and what it sweeps over."""
     proxy = problem.preparation.proxy
     before = Samples(proxy.vertices, normals(problem.field, proxy.vertices))
-    after, _ = move(problem.copies, before)
+    after, _ = problem.copies.move(before)
     triangles, radius = proxy.triangles.astype(np.int64), problem.stroke.brush.radius
     return before, after, SweptVolume(problem.field, before, after, triangles, radius, check)
 

@@ -11,10 +11,10 @@ import trimesh
 from scipy.spatial import KDTree
 from skimage.measure import marching_cubes
 
-from neural_sculpt_addon.field.detail import Level, cells_of, linear, quantised
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import Level, cells_of, linear, quantised
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive

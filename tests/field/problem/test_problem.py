@@ -10,7 +10,9 @@ from scipy.integrate import trapezoid
 from scipy.spatial import KDTree
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
-from neural_sculpt_addon.field.detail import (
+from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
     centres,
@@ -18,8 +20,6 @@ from neural_sculpt_addon.field.detail import (
     places,
     quantised,
 )
-from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.surface import Samples
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose

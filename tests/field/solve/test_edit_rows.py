@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from neural_sculpt_addon.field.detail import cells_of, children, dilated, distinct, spacing
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.levels import cells_of, children, dilated, distinct, spacing
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.solve.edit_rows import AROUND_WEIGHT, EditedSurface

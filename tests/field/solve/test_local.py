@@ -8,16 +8,17 @@ import pytest
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field import threads
-from neural_sculpt_addon.field.detail import SUPPORT, Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
+from neural_sculpt_addon.field.levels import SUPPORT, Level, cells_of, linear, quantised, support
 from neural_sculpt_addon.field.mesh.pieces import Islands, components
 from neural_sculpt_addon.field.mesh.proxy import extract, update
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
-from neural_sculpt_addon.field.solve.local import DENSITY, LocalEdit, resolution
+from neural_sculpt_addon.field.solve.local import LocalEdit
+from neural_sculpt_addon.field.solve.resolution import DENSITY, resolution
 from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.common.errors import Cancelled
-from neural_sculpt_addon.field.detail import MARGIN, UNIT, Level, centres, linear, places, quantised
+from neural_sculpt_addon.field.levels import MARGIN, UNIT, Level, centres, linear, places, quantised
 from neural_sculpt_addon.field.solve.spline_system import (
     DAMPING,
     LEAST_TOUCHED,

@@ -16,7 +16,15 @@ from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import NETWORK, field_of
 from ...session import states
 from ...session.absorb_job import LABEL, absorb_job
-from ..launch import REGISTER, Outcome, active_field, editable_poll, field_poll, launch, refuse
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    field_poll,
+    launch,
+    refuse,
+)
 
 QUESTION = n_("The field's {} strokes become part of its base and leave the history.")
 

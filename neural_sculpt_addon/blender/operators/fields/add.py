@@ -16,8 +16,8 @@ from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.proxy_properties import refinement
 from ...session.job import Job, Request
+from ..job_operator import REGISTER, Outcome, fail
 from ..jobs.install_worker import launch_when_installed
-from ..launch import REGISTER, Outcome, fail
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")
 """The ready-made networks of the field room, which Blender's process cannot import."""

@@ -18,7 +18,7 @@ from ...scene.properties import field_of
 from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session
-from ..launch import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
+from ..job_operator import FINISHED, REGISTER, Outcome, active_field, launch, refuse, reports_errors
 from ..strokes.history import listed_poll
 
 QUESTION = n_(

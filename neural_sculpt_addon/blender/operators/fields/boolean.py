@@ -29,7 +29,7 @@ from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 from . import boolean_preview
 from .from_mesh import read_in
 

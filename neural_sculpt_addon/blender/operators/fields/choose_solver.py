@@ -8,7 +8,7 @@ from bpy.types import Context, Operator
 from ...scene.commit import set_solver
 from ...scene.field_header import header_of
 from ...scene.properties import NETWORK, field_of, solver_property
-from ..launch import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
+from ..job_operator import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
 
 
 class NEURAL_SCULPT_OT_choose_solver(Operator):

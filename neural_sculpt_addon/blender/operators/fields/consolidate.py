@@ -14,7 +14,7 @@ from ...scene.properties import field_of, shown_as
 from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch, refuse
 
 WIDEST = 512
 

@@ -17,15 +17,16 @@ from bpy.types import Context, Event, Mesh, Object, Operator
 from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...panels import estimate
-from ...scene import level_set
-from ...scene.commit import PROXY, in_window
 from ...scene.mesh import proxy_mesh
 from ...scene.objects import find
 from ...scene.properties import field_of, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
+from ...scene.results import PROXY
+from ...scene.undo_step import in_window
 from ...session import states
 from ...session.job import Job, Request
-from ..launch import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
+from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
+from . import level_set
 
 FORMATS = (
     ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),

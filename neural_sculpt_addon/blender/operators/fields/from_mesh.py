@@ -28,8 +28,8 @@ from ...scene.succession import has_maps, left_behind
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
+from ..job_operator import REGISTER, Outcome, refuse, reports_errors
 from ..jobs.install_worker import launch_when_installed
-from ..launch import REGISTER, Outcome, refuse, reports_errors
 
 PROPOSED = 0.02
 """Thickness of open parts, as a share of the longest side."""

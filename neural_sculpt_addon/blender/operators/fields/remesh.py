@@ -19,7 +19,7 @@ from ...scene.proxy_properties import (
 )
 from ...session import states
 from ...session.job import Job, Request
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch
+from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch
 
 
 class NEURAL_SCULPT_OT_remesh(Operator):

@@ -9,7 +9,7 @@ from bpy.types import Context, Operator
 from ... import redraw
 from ...session import reports
 from ...viewport import worst_place
-from ..launch import FINISHED, INTERNAL, Outcome, active_field, field_poll, refuse
+from ..job_operator import FINISHED, INTERNAL, Outcome, active_field, field_poll, refuse
 
 
 class NEURAL_SCULPT_OT_show_worst(Operator):

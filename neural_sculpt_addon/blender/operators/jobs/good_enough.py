@@ -8,7 +8,7 @@ from bpy.types import Context, Operator
 from ....worker.client import JobKind
 from ...session.job import Job, JobStatus
 from ...session.worker_session import session
-from ..launch import FINISHED, INTERNAL, Outcome, refuse
+from ..job_operator import FINISHED, INTERNAL, Outcome, refuse
 
 
 class NEURAL_SCULPT_OT_good_enough(Operator):

@@ -19,7 +19,7 @@ from ...folders import environment_folder, installation_log
 from ...notice import tell
 from ...session.job import Job
 from ...session.worker_session import session
-from ..launch import CANCELLED, FINISHED, INTERNAL, Outcome, fail, launch, refuse
+from ..job_operator import CANCELLED, FINISHED, INTERNAL, Outcome, fail, launch, refuse
 
 TICK = 0.25  # seconds between two looks at the progress
 EXPLANATION = (

@@ -6,7 +6,7 @@
 from bpy.types import Context, Operator
 
 from ...session.worker_session import session
-from ..launch import FINISHED, INTERNAL, Outcome, reports_errors
+from ..job_operator import FINISHED, INTERNAL, Outcome, reports_errors
 
 
 class NEURAL_SCULPT_OT_restart_worker(Operator):

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....stroke.alpha import Alpha, pixels_of
 from ...presets.alpha_choices import IMAGE
-from ...scene.brush_properties import brush_of
-from ..launch import FINISHED, REGISTER, Outcome, reports_errors
+from ...scene.brush.brush_properties import brush_of
+from ..job_operator import FINISHED, REGISTER, Outcome, reports_errors
 
 MOST = 4096 * 4096  # pixels: half a second, and 300 MB meanwhile
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of red, green and blue

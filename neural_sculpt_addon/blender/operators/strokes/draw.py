@@ -20,9 +20,10 @@ from ....interaction.recorder import Mouse
 from ....stroke.stroke import Kind, Stroke
 from ...locale.translations import translated
 from ...panels import status_bar
-from ...scene import commit, lengths, stroke_list
-from ...scene.brush import drawn_stroke, redrawn_stroke, strengths
-from ...scene.brush_properties import brush_of
+from ...scene import commit, stroke_list, undo_step
+from ...scene.brush import lengths
+from ...scene.brush.brush_properties import brush_of
+from ...scene.brush.current_brush import drawn_stroke, redrawn_stroke, strengths
 from ...scene.mesh import preview, proxy_mesh
 from ...scene.mesh.protect import protected
 from ...scene.objects import find
@@ -32,7 +33,7 @@ from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
 from ...viewport import changed_stroke, overlay
 from ...viewport.view import object_under, over_interface, view_under
-from ..launch import (
+from ..job_operator import (
     CANCELLED,
     INTERNAL,
     Outcome,
@@ -282,7 +283,7 @@ def _turn_to(context: Context, mouse: Mouse, ob: Object) -> Object:
     if other is None or other == ob or not is_field(other):
         return ob
     commit.select(other)
-    commit.push_undo("Select")
+    undo_step.push_undo("Select")
     return other
 
 

@@ -26,8 +26,7 @@ from ...panels.brush_widgets import draw_curve
 from ...presets import alpha_choices, curve_store
 from ...presets.shape_choices import CURVE, Shape, fixed_items
 from ...scene import stroke_list
-from ...scene.brush import modulation, profile
-from ...scene.brush_properties import (
+from ...scene.brush.brush_properties import (
     brush_of,
     direction_property,
     ends_property,
@@ -37,10 +36,11 @@ from ...scene.brush_properties import (
     scene_radius_property,
     strength_of_kind_property,
 )
+from ...scene.brush.current_brush import modulation, profile
 from ...scene.mesh.protect import protected
 from ...scene.properties import is_field
 from ...viewport import changed_stroke
-from ..launch import REGISTER, Outcome, active_field, fail, reports_errors
+from ..job_operator import REGISTER, Outcome, active_field, fail, reports_errors
 from .history import chosen_uid, launch_change, listed_poll, uid_property
 
 KEEP, NOW = "KEEP", "NOW"

@@ -12,7 +12,14 @@ from bpy.types import Context, Event, Operator
 from ....common.errors import SculptError
 from ....stroke.file import parse_strokes
 from ...session import live
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch_strokes,
+    reports_errors,
+)
 
 MOST_BYTES = 64 * 2**20
 """Of a stroke file that is read: a thousand strokes with all the points that one can have."""

@@ -14,12 +14,19 @@ from mathutils import Vector
 from ....common.errors import SculptError
 from ....stroke.stroke import MOST_POINTS, Stroke
 from ...locale.translations import OURS
-from ...scene.brush import brush_stroke, pressure_factors
-from ...scene.brush_properties import brush_of
+from ...scene.brush.brush_properties import brush_of
+from ...scene.brush.current_brush import brush_stroke, pressure_factors
+from ...scene.lines import Line, annotation_lines, selected_lines
 from ...scene.mesh import native_edits
 from ...scene.properties import world_scale
-from ...scene.sources import Line, annotation_lines, selected_lines
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch_strokes,
+    reports_errors,
+)
 
 SELECTED, ANNOTATIONS = "SELECTED", "ANNOTATIONS"
 

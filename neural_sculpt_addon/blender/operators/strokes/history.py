@@ -17,7 +17,7 @@ from ...scene import stroke_list
 from ...scene.properties import field_of, strength_property
 from ...scene.stroke_list import Entry
 from ...session.replay import change_history
-from ..launch import (
+from ..job_operator import (
     FINISHED,
     REGISTER,
     Outcome,

@@ -12,7 +12,7 @@ from ...locale.translations import translated
 from ...scene import stroke_list
 from ...scene.properties import field_of
 from ...viewport.view import view_under
-from ..launch import CANCELLED, FINISHED, INTERNAL, Outcome, active_field, field_poll
+from ..job_operator import CANCELLED, FINISHED, INTERNAL, Outcome, active_field, field_poll
 
 
 class NEURAL_SCULPT_OT_pick_stroke(Operator):

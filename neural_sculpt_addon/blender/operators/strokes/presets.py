@@ -17,8 +17,8 @@ from ....interaction.preset_file import LONGEST_NAME, Preset
 from ...locale.translations import OURS
 from ...presets import curve_store, presets
 from ...presets.shape_choices import CURVE
-from ...scene.brush_properties import brush_of
-from ..launch import FINISHED, REGISTER, Outcome, refuse, reports_errors
+from ...scene.brush.brush_properties import brush_of
+from ..job_operator import FINISHED, REGISTER, Outcome, refuse, reports_errors
 
 
 def _kind_property() -> Any:

@@ -19,11 +19,11 @@ from bpy_extras import view3d_utils
 from ....interaction.recorder import Mouse, Point
 from ...locale.translations import OURS
 from ...panels import status_bar
-from ...scene import lengths
+from ...scene.brush import lengths
 from ...scene.properties import world_scale
 from ...viewport import overlay
 from ...viewport.view import View, as_point, lay, view_under
-from ..launch import CANCELLED, FINISHED, Outcome, active_field, field_poll
+from ..job_operator import CANCELLED, FINISHED, Outcome, active_field, field_poll
 
 if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorTypeFlagItems

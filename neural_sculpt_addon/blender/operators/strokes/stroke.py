@@ -18,10 +18,17 @@ from ....common.errors import SculptError
 from ....stroke.file import parse_strokes
 from ....stroke.stroke import Stroke
 from ...locale.translations import OURS
-from ...scene.brush import brush_stroke
-from ...scene.brush_properties import NEURAL_SCULPT_PG_point
+from ...scene.brush.brush_properties import NEURAL_SCULPT_PG_point
+from ...scene.brush.current_brush import brush_stroke
 from ...session import live
-from ..launch import REGISTER, Outcome, active_field, editable_poll, launch_strokes, reports_errors
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    launch_strokes,
+    reports_errors,
+)
 
 
 class NEURAL_SCULPT_OT_stroke(Operator):

@@ -7,7 +7,7 @@ Blender does not tell Python of it, but a modal operator that runs beside the sl
 from bpy.types import Context, Event, Operator
 
 from ...panels import strength
-from ..launch import INTERNAL, Outcome
+from ..job_operator import INTERNAL, Outcome
 
 
 class NEURAL_SCULPT_OT_watch_release(Operator):

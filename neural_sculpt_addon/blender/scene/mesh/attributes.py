@@ -16,8 +16,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from . import vertex_groups
-from .convert import convert
-from .vertex_groups import Group
+from .vertex_groups import Group, convert
 
 Values = NDArray[np.generic]
 

@@ -9,7 +9,7 @@ dropped them. That is looked at when a job starts, and again when its result is 
 from bpy.types import Mesh, Object
 
 from ....common.errors import SculptError
-from . import preview, proxy_mesh
+from . import preview_attributes, proxy_mesh
 
 
 def edited(ob: Object) -> bool:
@@ -19,13 +19,13 @@ def edited(ob: Object) -> bool:
     filled = mesh.get(proxy_mesh.FILLED)
     if filled is None or mesh.is_editmode:
         return False
-    return filled != f"{proxy_mesh.fingerprint(preview.true_positions(mesh)):08x}"
+    return filled != f"{proxy_mesh.fingerprint(preview_attributes.true_positions(mesh)):08x}"
 
 
 def mark(ob: Object) -> int:
     """A number that changes with every native edit."""
     assert isinstance(ob.data, Mesh)
-    return proxy_mesh.fingerprint(preview.true_positions(ob.data))
+    return proxy_mesh.fingerprint(preview_attributes.true_positions(ob.data))
 
 
 def refuse_since(ob: Object, before: int | None) -> None:

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vertex groups as arrays. Blender keeps their weights vertex by vertex, without attributes."""
+"""Vertex groups as arrays, and conversion between attributes, by which Blender makes them.
+
+Blender keeps their weights vertex by vertex, without attributes.
+"""
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
+import bpy
 import numpy as np
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
-
-from .convert import convert
 
 Weights = NDArray[np.float32]
 
@@ -62,3 +64,12 @@ def write(ob: Object, groups: Sequence[Group], weights: Weights) -> None:
         if nothing := np.flatnonzero(column == 0).tolist():
             made.add(nothing, 0.0, "REPLACE")
         made.lock_weight = group.locked
+
+
+def convert(ob: Object, name: str, **into: str) -> None:
+    """Make something else of an attribute of an object's mesh, as Convert Attribute does."""
+    assert isinstance(ob.data, Mesh)
+    ob.data.attributes.active = ob.data.attributes[name]
+    window = bpy.context.window_manager.windows[0]  # pyright: ignore[reportOptionalMemberAccess]
+    with bpy.context.temp_override(window=window, object=ob, active_object=ob):
+        bpy.ops.geometry.attribute_convert(**into)  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Display of strokes by one mesh: the shape that they give it, as far as it is computed, and what
+the mesh shows of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from bpy.types import Object
+from numpy.typing import NDArray
+
+from ....interaction.displaced import Displaced
+from ....stroke.stroke import Stroke
+from . import preview_attributes, proxy_mesh
+
+
+@dataclass
+class Display:
+    """What a mesh shows.
+
+    true:    its own values, by the attributes that a preview changes
+    written: where its vertices (V, 3) were put
+    todo:    strokes that the shape is to be given after those that it has
+    seen:    strokes of the shape that are in it
+    """
+
+    mesh: int  # its session_uid
+    shape: Displaced
+    true: Mapping[str, NDArray[np.float32]]
+    written: NDArray[np.float32]
+    todo: tuple[Stroke, ...] = ()
+    seen: tuple[Stroke, ...] = ()
+
+    @staticmethod
+    def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "Display":
+        """Of the object's mesh as it is now, which `shape` was made of."""
+        mesh = proxy_mesh.mesh_of(ob)
+        true = preview_attributes.keep(mesh)
+        return Display(mesh.session_uid, shape, true, true["position"], todo)
+
+    @property
+    def strokes(self) -> tuple[Stroke, ...]:
+        """What it shows, or will soon."""
+        return *self.shape.strokes, *self.todo
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it shows all of them."""
+        return self.seen is self.shape.strokes and not self.todo
+
+    def advance(self, most: int | None = None) -> None:
+        """Displace by the strokes until some `most` vertices were looked at."""
+        looked = self.shape.advance(most)
+        while self.todo and (most is None or looked < most):
+            self.shape.begin(self.todo[0])
+            self.todo = self.todo[1:]
+            looked += self.shape.advance(None if most is None else most - looked)
+
+    def show(self, ob: Object) -> None:
+        """Write what the shape has become since into the object's mesh; below 1 ms."""
+        shape = self.shape
+        if self.seen is shape.seen and self.seen:
+            return
+        self.written = preview_attributes.put(
+            proxy_mesh.mesh_of(ob), self.true, shape.vertices, shape.positions, shape.normals
+        )
+        self.seen = shape.seen
+
+    def is_untouched(self, ob: Object) -> bool:
+        """Whether the object's mesh still is as it was shown."""
+        mesh = proxy_mesh.mesh_of(ob)
+        if mesh.session_uid != self.mesh or mesh.is_editmode:
+            return False
+        return preview_attributes.is_as_put(mesh, self.written)

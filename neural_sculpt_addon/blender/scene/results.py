@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results of the worker as the scene takes them: the next state of a field, its mesh, its layers.
+
+Nothing is changed here. The mesh of a result is in model space, which is the object's local space.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from bpy.types import Object
+
+from ...common.errors import SculptError
+from ...worker.client import Message
+from .mesh import carried, preview_attributes, proxy_mesh
+from .mesh.proxy_mesh import Geometry
+from .properties import field_of
+from .stroke_list import Entry
+
+PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
+"""The arrays of a result that are its mesh."""
+
+
+@dataclass(frozen=True)
+class State:
+    """All that a result writes on an object but its layers.
+
+    weights, weights_id: where the field has none, of the whole of it
+    """
+
+    revision: str
+    report: str
+    geometry: Geometry
+    weights: bytes = b""
+    weights_id: str = ""
+
+
+def edited(ob: Object, result: Message) -> State:
+    """The state that a result leads to."""
+    fields, group = result.fields, field_of(ob)
+    report = json.dumps(fields["report"]) if "report" in fields else ""
+    state = State(fields["revision"], report, next_geometry(ob, result, group.smooth))
+    if fields.get("base", group.base_id) == group.base_id:
+        return state
+    return replace(state, weights=bytes_of(result, "field"), weights_id=fields["base"])
+
+
+def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
+    """The entries with the layers that a replay came to, and the bytes of new ones.
+
+    A replay of the network's weights has none.
+    """
+    fields, heard = result.fields, sum(not entry.muted for entry in listed)
+    if "layers" in fields and len(fields["layers"]) != heard:
+        raise SculptError("The worker sent the layers of another history. Try again.")
+    numbered = enumerate(fields.get("layers", ()))
+    entries, layers = [], {}
+    for entry in listed:
+        number, found = (None, None) if entry.muted else next(numbered, (None, None))
+        if found is None:
+            entries.append(entry)
+            continue
+        entries.append(replace(entry, layer=found["id"], context=found["context"]))
+        if (name := f"layer.{number}") in result.arrays:
+            layers[found["id"]] = bytes_of(result, name)
+        elif found["id"] != entry.layer:
+            raise SculptError(f"The worker sent no layer for {entry.name:.100}. Try again.")
+    return entries, layers
+
+
+def bytes_of(result: Message, name: str) -> bytes:
+    return result.arrays[name].tobytes()
+
+
+def geometry_of(result: Message, smooth: bool) -> Geometry:
+    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
+
+
+def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
+    """The mesh of a result, with what hangs on that of the object."""
+    geometry, mesh = geometry_of(result, smooth), proxy_mesh.mesh_of(ob)
+    painted, kept = carried.carried(ob, lambda: preview_attributes.true_positions(mesh), geometry)
+    return replace(geometry, painted=painted, attributes=kept)
+
+
+def foresee(ob: Object, result: Message) -> bool:
+    """Work for some milliseconds at what a result, which was checked, will need as the proxy of the
+    object; whether there is more to do. What was not foreseen is done when it is applied."""
+    if proxy_mesh.why_locked(ob):
+        return False
+    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
+    return carried.foresee(
+        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+    )

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Specks: small pieces of a mesh that only its lattice tears off (docs/method.md, section 8).
+
+A ridge or a groove thinner than a cell passes between most of the lattice's points. Where one of
+them happens to lie within it, marching cubes draw a small piece by itself, though the field hangs
+together there. The field is sampled several times as finely in a box around the piece: where the
+inside goes on to the border of that box, the piece is a speck. One that is closed there, too, is
+not. Model space.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from ...evaluate import values
+from ...field import Field
+from ..components import Components, signed_volumes
+
+SMALL = 50
+"""Vertices: a piece with fewer is some three cells wide, and is looked at."""
+
+AROUND, FINER = 1.0, 3
+"""Cells around such a piece that are sampled, and samples along the edge of one."""
+
+
+def find_specks(
+    field: Field,
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.int32],
+    pieces: Components,
+    spacing: float,
+    check: Callable[[], None],
+) -> NDArray[np.bool_]:
+    """Which of the `vertices` (V, 3) of the field's mesh belong to specks (V,).
+
+    triangles: (F, 3)
+    pieces:    of that mesh
+    spacing:   edge of a cell of the lattice, in model space
+    check:     is called now and then, and may raise
+    """
+    count, labels = pieces
+    small = np.bincount(labels, minlength=count) < SMALL
+    if count == 1 or small.all():
+        return np.zeros(len(vertices), bool)
+    volumes = signed_volumes(vertices, triangles, labels, count)
+    specks = np.zeros(count, bool)
+    order = np.argsort(labels, kind="stable")
+    starts = np.searchsorted(labels[order], np.arange(count + 1))
+    for piece in np.flatnonzero(small):
+        check()
+        of_piece = order[starts[piece] : starts[piece + 1]]
+        specks[piece] = _leads_on(
+            field, vertices[of_piece], float(np.sign(volumes[piece])), spacing
+        )
+    return specks[labels]
+
+
+def _leads_on(field: Field, piece: NDArray[np.float32], side: float, spacing: float) -> bool:
+    """Whether what the `piece` (P, 3) encloses leads out of the place around it.
+
+    side: 1 for what is inside of the surface, -1 for a bubble
+    """
+    low, high = piece.min(axis=0) - AROUND * spacing, piece.max(axis=0) + AROUND * spacing
+    counts = np.ceil((high - low) / spacing * FINER).astype(int) + 1
+    axes = [np.linspace(*ends, dtype=np.float32) for ends in zip(low, high, counts, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)  # (X, Y, Z, 3)
+    enclosed = (side * values(field, points.reshape(-1, 3)) < 0).reshape(counts)
+    if not enclosed.any():
+        return True  # thinner than can be seen
+    away = np.linalg.norm(points - piece.mean(axis=0), axis=-1)
+    middle = np.unravel_index(np.where(enclosed, away, np.inf).argmin(), counts)
+    parts = np.empty(counts, np.int32)
+    ndimage.label(enclosed, np.ones((3, 3, 3)), output=parts)
+    same = parts == parts[middle]
+    return any(same.take(end, axis=axis).any() for axis in range(3) for end in (0, -1))

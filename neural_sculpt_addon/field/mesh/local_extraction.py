@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Local extraction: a part of the surface as a mesh finer than the proxy. A crest thinner than its
+cells comes out as a row of teeth in the proxy. The rim is open. All lengths in model space.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...common.progress import Check
+from ..field import Field
+from ..projection import ARRIVED, project
+from ..threads import in_pieces
+from .extraction.cells import find_near
+from .extraction.lattice import corner_steps, places
+from .extraction.march import march
+from .surface import Samples, SurfaceMesh
+
+
+def extract_near(
+    field: Field,
+    points: NDArray[np.float32],
+    is_near: Callable[[NDArray[np.float32]], NDArray[np.bool_]],
+    cells: int,
+    times: int,
+    check: Check,
+) -> SurfaceMesh:
+    """The surface that is connected with `points` (N, 3) of it in cells of a lattice that are near,
+    but for a rim as wide as a cell of the mesh.
+
+    is_near: which cells are, by their middles (C, 3)
+    cells:   per axis, of that lattice
+    times:   how many cells of the mesh are as long as one of its cells, a power of two
+    """
+    known = np.zeros((cells + 2,) * 3, np.int8)  # 1 of those that are near, -1 of others
+
+    def within(index: NDArray[np.int32]) -> NDArray[np.bool_]:
+        place = (places(index, cells * times) - 1) // times + 1  # (3, I)
+        new = np.unique(place[:, known[tuple(place)] == 0], axis=1)
+        middles = ((new.T - 0.5) * (2 / cells) - 1).astype(np.float32)
+        known[tuple(new)] = np.where(is_near(middles), 1, -1)
+        return known[tuple(place)] > 0
+
+    active = find_near(field, cells * times, points, within, lambda *_: check())
+    beside = active.index + corner_steps(cells * times)[:, None]  # (8, A), own the cells' edges
+    whole = within(beside.ravel()).reshape(beside.shape).all(axis=0)
+    mesh = march(active, whole)
+    used, triangles = np.unique(mesh.triangles, return_inverse=True)
+    start = mesh.vertices[used]
+
+    def bring(part: slice) -> Samples:
+        return Samples(*project(field, start[part], tolerance=ARRIVED)[:2])
+
+    surface = in_pieces(bring, len(used), check)
+    return SurfaceMesh(surface, triangles.reshape(-1, 3).astype(np.int32))

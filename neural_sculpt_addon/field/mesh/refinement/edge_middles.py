@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Middles of edges: where on the surface they should be, and how far off it the edge is there.
+
+Each edge is judged by itself, so the triangles on both sides of it see the same. Model space. See
+docs/method.md, section 8.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....common.progress import Progress
+from ...evaluate import values
+from ...field import Field
+from ...geometry import lengths
+from ...levels import BRICK, cells_of, spacing
+from ..proxy import BATCH
+from .subdivide import Edges
+
+PLACES = np.array([0.25, 0.5, 0.75], np.float32)
+"""Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
+
+JOINS = -0.2
+"""Cosine of the normals at both ends, 100 degrees, below which an edge joins two sides of something
+thinner than the lattice's cells: what it is split into turns over as often as not."""
+
+
+class Middles(NamedTuple):
+    """Where the middles of edges should be.
+
+    points: (E, 3), near f = 0
+    off:    (E,), how far the edge is off the surface there; 0 where it stays
+    """
+
+    points: NDArray[np.float32]
+    off: NDArray[np.float32]
+
+
+def find_middles(
+    field: Field,
+    vertices: NDArray[np.float32],
+    normals: NDArray[np.float32],
+    edges: Edges,
+    limit: float,
+    border_stays: bool,
+    progress: Progress,
+) -> Middles:
+    """Where the middles of `edges` should be. The normals at their ends tell; where there may be
+    detail between, of which these say nothing, f itself does, near to a distance.
+
+    vertices, normals: (V, 3)
+    limit:             how far off the surface an edge may be
+
+    Edges on the faces of the box stay, and those that join two sides of something thin; those on
+    the border, too, if it does.
+    """
+    low, high = (vertices.take(end, axis=0) for end in edges.ends.T)
+    along, points = high - low, (low + high) / 2
+    first, second = (normals.take(end, axis=0) for end in edges.ends.T)
+    inner = (np.abs(points) < 1).all(axis=1)
+    inner &= np.einsum("na,na->n", first, second) > JOINS
+    if border_stays:
+        inner &= ~edges.alone
+    bend = _bend(along, first, second)
+    off = lengths(bend)[:, 0] * inner
+    points += bend
+    straight = np.flatnonzero(inner & (off <= limit))
+    length = lengths(along.take(straight, axis=0))[:, 0]
+    straight = straight[_may_hide(field, points.take(straight, axis=0), length)]
+    for begin in range(0, len(straight), BATCH):
+        progress(begin / len(straight), "Refining the mesh")
+        part = straight[begin : begin + BATCH]
+        for share in PLACES:
+            value = values(field, low[part] + share * along[part])
+            off[part] = np.maximum(off[part], np.abs(value))
+    return Middles(points, off)
+
+
+def _bend(
+    edges: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """From the middles of `edges` (N, 3) to those of the cubics between their ends (N, 3) that are
+    across the normals there, `first` and `second` (N, 3)."""
+    rise = np.einsum("na,na->n", edges, first)[:, None] * first
+    fall = np.einsum("na,na->n", edges, second)[:, None] * second
+    return (fall - rise) / 8
+
+
+def _may_hide(
+    field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
+) -> NDArray[np.bool_]:
+    """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
+    found = np.zeros(len(points), bool)
+    for grid in field.detail.grids:
+        some = np.flatnonzero(lengths > spacing(grid.level))
+        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
+        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+    return found

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reverse distance: of the edited proxy from the displaced surface (docs/method.md, section 9).
+
+The displaced surface lies between samples of it, in triangles that are bent as the normals at their
+corners say. Distances that go the other way, from the samples, are in `metrics`. Model space.
+"""
+
+from typing import Any
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from ...common.progress import Check
+from ..geometry import search_tree
+from ..mesh.proxy import Proxy
+from ..mesh.surface import Samples
+from ..threads import SEARCHED, in_pieces, join
+from .fold import SweptVolume
+from .lay import Laid
+from .problem import Problem
+from .tube import Tube
+
+INNER = 0.95
+"""Radii, within which the displaced surface is near enough to measure the way back."""
+
+GAP, GAP_REACH = 1.5, 2.0
+"""Cells of the proxy: how wide gaps of a tube are, as of `Problem.gaps`, and how far the samples in
+them count."""
+
+Array = NDArray[np.floating[Any]]
+
+
+def reverse_distance(
+    problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy
+) -> Array:
+    """Distance (N,) of the edited proxy's vertices near the stroke from the displaced surface.
+
+    tubes, swept: as of `Problem.displaced_tubes`
+    """
+    if swept is None:
+        return _from_tubes(problem, tubes, proxy)
+    return _at_folds(problem, tubes, swept, proxy)
+
+
+def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
+    """Distance of the edited proxy's vertices near the stroke from the displaced surface.
+
+    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
+    and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
+    a gap of the tube the plane of the nearest sample in it stands for the triangles.
+    """
+    distances = []
+    surface = join([tube.surface for tube in tubes])
+    gaps = problem.gaps(search_tree(surface.points), GAP * problem.preparation.spacing)[1]
+    gap = KDTree(gaps.points) if len(gaps.points) else None
+    surface = problem.preparation.surface
+    rest = surface.points[problem.copies.untouched(surface)]
+    for one, tube in zip(problem.laid, tubes, strict=True):
+        triangles = tube.triangles()
+        problem.check()
+        tree = KDTree(np.concatenate([tube.target.points, rest]))
+        problem.check()
+        vertices = proxy.vertices[_close(one, proxy)].astype(float)
+        problem.check()
+        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
+        if len(vertices) and len(triangles):
+            distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
+            inner = (tube.displacement.nearness < INNER) & tube.inner()
+            inner = inner[triangles].all(axis=1)
+            if gap is not None:
+                nearest = gap.query(vertices)[1]
+                away = vertices - gaps.points[nearest]
+                plane = np.abs((away * gaps.normals[nearest]).sum(axis=1))
+                distance = np.where(
+                    np.linalg.norm(away, axis=1) < GAP_REACH * problem.preparation.spacing,
+                    np.minimum(distance, plane),
+                    distance,
+                )
+            distances.append(distance[inner[face]])
+    return np.concatenate([*distances, np.empty(0)])
+
+
+def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy) -> Array:
+    """The same where the displaced surface runs through itself, from all of the surface asked for.
+
+    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
+    volume, however near to untouched surface: a film that is left where a sheet was carved away.
+    """
+    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
+    surface, triangles, displaced = problem.folded.triangles()
+    for tube in tubes:  # which are finer where a profile bends
+        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
+        surface = join([surface, tube.target])
+    if not len(vertices) or not len(triangles):
+        return np.empty(0)
+    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
+    distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
+    return distance[displaced[face] | swept.swallows(vertices)]
+
+
+def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
+    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
+    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
+    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
+    return np.isfinite(away)
+
+
+def _to_surface(
+    points: Array, samples: Samples, triangles: NDArray[np.int64], check: Check
+) -> tuple[Array, NDArray[np.int64]]:
+    """Distance (N,) of points (N, 3) from the surface through samples, and the nearest triangles
+    (N,) between those.
+
+    A triangle is bent as the normals at its corners say: at each place the surface lies half as far
+    from it as the corners' tangent planes do on average, as a paraboloid would.
+    """
+    vertices = samples.points.astype(float)
+    check()
+    tree = igl.AABB()
+    tree.init(vertices, triangles)
+
+    def measure(part: slice) -> tuple[Array, NDArray[np.int64]]:
+        _, face, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, points[part]))
+        corners = vertices[triangles[face]]  # (n, 3, 3)
+        normals = samples.normals[triangles[face]]
+        a, b, c = np.ascontiguousarray(corners.swapaxes(0, 1))
+        share = np.nan_to_num(igl.barycentric_coordinates(nearest, a, b, c))  # nan without area
+        planes = np.einsum("nca,nca->nc", corners - nearest[:, None], normals)
+        bent = nearest + np.einsum("nc,nc,nca->na", share, planes, normals) / 2
+        return np.linalg.norm(points[part] - bent, axis=1), face
+
+    return in_pieces(measure, len(points), check, light=True, size=SEARCHED)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Resolution of a local edit: the level of its finest cells (docs/method.md, section 4.1).
+
+Some two or three cells are as wide as the narrowest rise or fall of the profile, of the modulation
+along the stroke, or of the alpha. A budget of rows and nodes bounds it. Model space.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..levels import FINEST, spacing
+from ..problem.problem import Problem
+
+CELLS_PER_FEATURE = 2.5
+"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
+
+LEAST_FINEST = 6
+"""Level of the widest strokes: they carry details of the surface along, which are finer."""
+
+COARSEST = 4
+"""Level below which a stroke would wash out what it covers: it is refused."""
+
+DENSITY = 6.0
+"""Samples of the displaced surface for each cell's face: fewer leave nodes that no sample tells
+apart."""
+
+ROWS, NODES = 200_000, 150_000
+"""Tube samples and nodes at most: one level coarser where there would be more."""
+
+LAYERS = 5
+"""Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How fine a stroke is solved.
+
+    level:  the finest one
+    wanted: the level that the stroke asks for; finer where the budget does not reach
+    """
+
+    level: int
+    wanted: int
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether the budget does not reach as far as the stroke asks for."""
+        return self.level < self.wanted
+
+
+def resolution(problem: Problem) -> Resolution:
+    """How fine the stroke of `problem` is solved."""
+    brush = problem.stroke.brush
+    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+    feature = _feature(problem)
+    feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
+    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
+    radius = brush.radius * problem.stroke.largest_factor
+    length = sum(path.length for _, path in problem.laid)
+
+    def fits(level: int) -> bool:
+        reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
+        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
+        return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
+
+    affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
+    return Resolution(min(wanted, affordable), wanted)
+
+
+def _feature(problem: Problem) -> float:
+    """Width of the narrowest rise or fall of the profile across the stroke or the modulation along
+    it, if all were alike, or that of the alpha if that is less, in model units."""
+    brush = problem.stroke.brush
+    radius = brush.radius * problem.stroke.largest_factor
+    rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1
+    width = 2 * radius / max(rises, 2)
+    if turns := _turns(brush.modulation(np.linspace(0, 1, 257))):
+        length = max(path.length for _, path in problem.laid)
+        width = min(width, max(length, radius) / (turns + 1))
+    if brush.alpha is not None:
+        width = min(width, radius * brush.alpha.feature)
+    return width
+
+
+def _turns(heights: NDArray[np.floating]) -> int:
+    """How often samples (N,) of a curve turn from rising to falling or back."""
+    slopes = np.sign(np.diff(heights))
+    return int(np.count_nonzero(np.diff(slopes[slopes != 0])))
