@@ -7,20 +7,21 @@ Standard library only.
 import os
 import signal
 import sys
-import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 
-import screen
 from failures import Failure, summary
+from screen import Commands
 from virtualenv import say
 
 Show = Callable[[str], object]
+Run = Callable[[Sequence[str], Mapping[str, str], float, Show], tuple[int, list[str], float]]
+"""Runs a command, as `screen.run` does."""
 
 
 @dataclass(frozen=True)
@@ -44,16 +45,17 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Part:
-    """What runs by itself; `work` is given what shows a line."""
+    """What runs by itself; `work` is given what shows a line and what runs a command."""
 
     name: str
-    work: Callable[[Show], Outcome]
+    work: Callable[[Show, Run], Outcome]
 
 
 def alone(part: Part) -> Outcome:
     """Run a part that may have the whole computer, showing each line as it comes."""
     say(f"\n== {part.name}")
-    return _safe(part, say)
+    with ThreadPoolExecutor(1) as pool, Commands() as commands:
+        return pool.submit(_safe, part, say, commands.run).result()
 
 
 def side_by_side(lanes: Sequence[Sequence[Part]], rest: Sequence[Part] = ()) -> list[Outcome]:
@@ -64,15 +66,15 @@ def side_by_side(lanes: Sequence[Sequence[Part]], rest: Sequence[Part] = ()) -> 
     Each part is shown whole when it ends. When this process is told to end, so are the parts, and
     what they had printed is shown. Returns outcomes in the order of lanes and rest.
     """
-    waiting, outcomes, told = deque(rest), {}, threading.Event()
+    waiting, outcomes, commands = deque(rest), {}, Commands()
 
     def work(part: Part) -> None:
-        if told.is_set():
+        if commands.ended:
             return
         say(f"-- {part.name} has begun")
         shown: list[str] = []
-        outcomes[part] = _safe(part, shown.append)
-        so_far = ", as far as it came" if told.is_set() else ""
+        outcomes[part] = _safe(part, shown.append, commands.run)
+        so_far = ", as far as it came" if commands.ended else ""
         say("\n".join([f"\n== {part.name}{so_far}", *shown, ""]))
 
     def go_along(lane: Sequence[Part]) -> None:
@@ -82,33 +84,34 @@ def side_by_side(lanes: Sequence[Sequence[Part]], rest: Sequence[Part] = ()) -> 
             while True:
                 work(waiting.popleft())
 
-    with ThreadPoolExecutor(len(lanes)) as pool:
-        running = [pool.submit(go_along, lane) for lane in lanes]
-        try:
-            for lane in running:
-                lane.result()
-        except BaseException:
-            told.set()
-            while wait(running, timeout=0.1).not_done:
-                screen.end_all()  # again, for one may just have begun
-            raise
+    with ThreadPoolExecutor(len(lanes)) as pool, commands:  # which end before the pool waits
+        for lane in [pool.submit(go_along, lane) for lane in lanes]:
+            lane.result()
     return [outcomes[part] for part in (*chain(*lanes), *rest)]
 
 
-def _safe(part: Part, show: Show) -> Outcome:
+def _safe(part: Part, show: Show, run: Run) -> Outcome:
     """What came of a part; an error of this script itself is a failure of that part alone."""
     start = time.monotonic()
     try:
-        return part.work(show)
+        return part.work(show, run)
     except Exception as error:  # noqa: BLE001 - the other parts go on
         note = f"{type(error).__name__}: {error}"
         return Outcome(part.name, failed=1, seconds=time.monotonic() - start, note=note)
 
 
 def end_when_told() -> None:
-    """Let SIGTERM end this process as Ctrl C does: with all that was printed."""
+    """Let SIGTERM end this process as Ctrl C does: with all that was printed. Once is enough."""
+    signals = signal.SIGINT, signal.SIGTERM
+
+    def end(number: int, _: object) -> None:
+        for each in signals:  # a second one would come into the midst of the end
+            signal.signal(each, lambda *_: None)
+        sys.exit(128 + number)
+
     if os.name != "nt":
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+        for each in signals:
+            signal.signal(each, end)
 
 
 def report(outcomes: Sequence[Outcome], seconds: float) -> bool:

@@ -18,7 +18,7 @@ import failures
 import screen
 from environment import ROOT, Workshop
 from failures import Failure
-from lanes import Outcome, Part, Show
+from lanes import Outcome, Part, Run, Show
 from virtualenv import version_of
 
 from neural_sculpt_addon.worker.ending import exit_in_words
@@ -63,8 +63,8 @@ def demo(workshop: Workshop) -> Part:
 def _check(name: str, command: Sequence[str]) -> Part:
     """A command that passes when its exit code says so."""
 
-    def work(show: Show) -> Outcome:
-        code, lines, seconds = screen.run([*PATIENT, *command], {}, CHECK_SECONDS, show)
+    def work(show: Show, run: Run = screen.run) -> Outcome:
+        code, lines, seconds = run([*PATIENT, *command], {}, CHECK_SECONDS, show)
         note = _too_long(seconds, CHECK_SECONDS)
         return Outcome(name, int(code == 0), int(code != 0), 0, seconds, note, printed=lines)
 
@@ -82,8 +82,8 @@ def pytest(
     command = [*prefix, str(workshop.worker), "-m", "pytest", *arguments]
     variables = {ENVIRONMENT_VARIABLE: str(workshop.worker), **(variables or {})}
 
-    def work(show: Show) -> Outcome:
-        code, lines, seconds = screen.run(command, variables, PYTEST_SECONDS, show)
+    def work(show: Show, run: Run = screen.run) -> Outcome:
+        code, lines, seconds = run(command, variables, PYTEST_SECONDS, show)
         summary = next((line for line in reversed(lines) if re.search(r" in [\d.:]+", line)), "")
         count = {word: int(number) for number, word in re.findall(r"(\d+) ([a-z]+)", summary)}
         failed = count.get("failed", 0) + count.get("error", 0) + count.get("errors", 0)
@@ -141,7 +141,7 @@ def windows(program: blenders.Program, extension: Path, *more: str) -> Iterator[
 def left_out(name: str, reason: str, fails: bool = False) -> Part:
     """A part that cannot run here, which is a failure or is not."""
 
-    def work(show: Show) -> Outcome:
+    def work(show: Show, _run: Run = screen.run) -> Outcome:
         outcome = Outcome(name, failed=int(fails), note=f"left out: {reason}")
         show(outcome.note)
         return outcome
@@ -152,12 +152,12 @@ def left_out(name: str, reason: str, fails: bool = False) -> Part:
 def _on_screen(name: str, command: Sequence[str], variables: Mapping[str, str]) -> Part:
     """Tests in a window, on a virtual screen of their own."""
 
-    def work(show: Show) -> Outcome:
+    def work(show: Show, run: Run = screen.run) -> Outcome:
         with screen.virtual_screen() as on_screen:
             part = _in_blender(
                 name, command, {**variables, **on_screen}, WINDOW_SECONDS, failures.of_window
             )
-            return part.work(show)
+            return part.work(show, run)
 
     return Part(name, work)
 
@@ -171,18 +171,18 @@ def _in_blender(
 ) -> Part:
     """The tests in a Blender; once more when it crashed, which is told in the table."""
 
-    def once(show: Show) -> tuple[Outcome, int]:
+    def once(show: Show, run: Run) -> tuple[Outcome, int]:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as user:
             own = {**variables, "BLENDER_USER_RESOURCES": user}
-            code, lines, seconds = screen.run(command, own, limit, show)
+            code, lines, seconds = run(command, own, limit, show)
         return _of_blender(name, code, lines, seconds, limit, read), code
 
-    def work(show: Show) -> Outcome:
-        first, code = once(show)
+    def work(show: Show, run: Run = screen.run) -> Outcome:
+        first, code = once(show, run)
         if -code not in CRASHES:
             return first
         show(f"\n{name} crashed, and runs again:")
-        again, _ = once(show)
+        again, _ = once(show, run)
         notes = [f"the first time {first.note}; its stack is above", again.note]
         return replace(again, note="; ".join(filter(None, notes)))
 

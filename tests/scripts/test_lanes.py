@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import lanes
@@ -19,7 +21,7 @@ from tests.worker.support import gone, until
 
 
 def part(name, **counts):
-    def work(show):
+    def work(show, _run):
         for line in range(3):
             show(f"{name} {line}")
         return Outcome(name, **counts)
@@ -30,7 +32,7 @@ def part(name, **counts):
 def test_lanes_run_at_the_same_time_and_outcomes_are_in_order(capsys):
     meet = threading.Barrier(2, timeout=60)
 
-    def work(show):
+    def work(show, _run):
         show("came")
         meet.wait()  # for ever, were the other one not there
         return Outcome("met", passed=1)
@@ -45,7 +47,7 @@ def test_lanes_run_at_the_same_time_and_outcomes_are_in_order(capsys):
 
 
 def test_an_error_of_a_part_is_its_failure_alone():
-    def broken(_):
+    def broken(_show, _run):
         raise OSError("no room")
 
     first, second = lanes.side_by_side([[Part("broken", broken), part("whole", passed=1)]])
@@ -86,28 +88,93 @@ def test_a_command_that_takes_too_long_ends_with_what_it_started(tmp_path):
     until(lambda: gone(int(pid.read_text())))
 
 
+@pytest.mark.skipif(os.name != "posix", reason="process groups of POSIX")
+def test_the_end_of_all_commands_ends_one_that_has_closed_its_output(tmp_path):
+    pid = tmp_path / "pid"
+    quiet = f"echo $$ > {pid}.new; mv {pid}.new {pid}; exec >&- 2>&-; exec sleep 600"
+    with ThreadPoolExecutor(1) as pool, screen.Commands() as commands:
+        running = pool.submit(commands.run, ["sh", "-c", quiet], {}, 600)
+        until(pid.exists)
+    assert running.result()[0] == -signal.SIGKILL
+    assert gone(int(pid.read_text()))
+
+
+def test_no_command_begins_after_the_end_of_all(tmp_path):
+    with screen.Commands() as commands:
+        assert not commands.ended
+    assert commands.ended
+    with pytest.raises(RuntimeError, match="does not begin"):
+        commands.run([sys.executable, "-c", f"open({str(tmp_path / 'made')!r}, 'w')"], {}, 600)
+    assert not (tmp_path / "made").exists()
+
+
+SLEEPING = """
+import pathlib, sys
+here = pathlib.Path(__file__).parent
+sys.path.insert(0, {scripts!r})
+import lanes
+
+def sleeping(name):
+    def work(show, run):
+        def told(line):
+            show(line)
+            (here / "new" / name).write_text(line)
+            (here / "new" / name).rename(here / name)
+        run(["sh", "-c", "echo $$; sleep 600"], {{}}, 600, told)
+    return lanes.Part(name, work)
+
+lanes.end_when_told()
+"""
+"""Start of a script: parts that write the number of their process into a file, and sleep."""
+
+LATE = """
+class Lanes(list):
+    def __iter__(self):
+        yield self[0]
+        while not (here / "one").exists():
+            pass
+        signal.raise_signal(signal.SIGTERM)
+        yield self[1]
+"""
+
+
+def asleep(folder, script):
+    """A process with a script of parts that sleep."""
+    (folder / "new").mkdir()
+    path = folder / "script.py"
+    path.write_text(SLEEPING.format(scripts=str(Path(lanes.__file__).parent)) + script)
+    return subprocess.Popen([sys.executable, str(path)], stdout=subprocess.PIPE, text=True)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_when_told_to_end_it_shows_what_there_is_and_leaves_nothing(tmp_path):
-    pid, scripts = tmp_path / "pid", Path(lanes.__file__).parent
-    (tmp_path / "script.py").write_text(
-        f"import sys; sys.path.insert(0, {str(scripts)!r})\n"
-        "import lanes, pathlib, screen\n"
-        "def work(show):\n"
-        f"    told = lambda line: (show(line), pathlib.Path({str(pid)!r}).write_text(line))\n"
-        "    screen.run(['sh', '-c', 'echo $$; sleep 600'], {}, 600, told)\n"
-        "lanes.end_when_told()\n"
-        "one, two, three = (lanes.Part(name, work) for name in ('one', 'two', 'three'))\n"
-        "lanes.side_by_side([[one], [two]], [three])\n"
-    )
-    command = [sys.executable, str(tmp_path / "script.py")]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as script:
+    parts = "[[sleeping('one')], [sleeping('two')]], [sleeping('three')]"
+    begun = [tmp_path / "one", tmp_path / "two"]
+    with asleep(tmp_path, f"lanes.side_by_side({parts})") as script:
         try:
-            until(lambda: pid.exists() and pid.read_text().strip())
+            until(lambda: all(pid.exists() for pid in begun))
             script.terminate()
             shown, _ = script.communicate(timeout=60)
         finally:
             script.kill()
     assert script.returncode == 128 + signal.SIGTERM
-    assert f"as far as it came\n{pid.read_text()}\n" in shown
+    for pid in begun:
+        assert f"as far as it came\n{pid.read_text()}\n" in shown
+        until(partial(gone, int(pid.read_text())))
     assert "three" not in shown
-    until(lambda: gone(int(pid.read_text())))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_told_to_end_between_two_lanes_it_ends_the_first_and_begins_no_second(tmp_path):
+    """The signal comes while lanes are handed out: one runs, and the other does not yet."""
+    late = LATE + "lanes.side_by_side(Lanes([[sleeping('one')], [sleeping('two')]]))"
+    with asleep(tmp_path, "import signal\n" + late) as script:
+        try:
+            shown, _ = script.communicate(timeout=60)
+        finally:
+            script.kill()
+    assert script.returncode == 128 + signal.SIGTERM
+    pid = (tmp_path / "one").read_text()
+    assert f"== one, as far as it came\n{pid}\n" in shown
+    assert "two" not in shown
+    assert gone(int(pid))
