@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What runs inside Blender: of the demo, the pictures and the benchmarks.
+
+    start                    a module is started by this script, whose path is START
+    simulated_input          mouse, keys and pictures of a window, for tests/window, too
+    demo, demo_strokes       of demo.py; studio, light and camera, serves others, too
+    sample, gallery, tour    of make_sample.py, gallery.py, tour.py
+    interface, live, stroke  of the benchmarks of these names
+
+What attacks start is in reliability/attacked/.
+"""
+
+from pathlib import Path
+
+START = Path(__file__).with_name("start.py")
