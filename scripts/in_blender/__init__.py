@@ -3,6 +3,7 @@
 
     start                    a module is started by this script, whose path is START
     simulated_input          mouse, keys and pictures of a window, for tests/window, too
+    extension, call_times    the installed extension, and how long its calls take
     demo, demo_strokes       of demo.py; studio, light and camera, serves others, too
     sample, gallery, tour    of make_sample.py, gallery.py, tour.py
     interface, live, stroke  of the benchmarks of these names

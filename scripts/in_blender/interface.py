@@ -10,60 +10,32 @@ memory.
 
 # pyright: reportOptionalMemberAccess=false
 
-import importlib
 import json
 import os
-import time
-from collections import defaultdict
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 
+from . import call_times
 from . import simulated_input as hand
+from .call_times import ended, line, named, timed
+from .extension import add, fields, install, module, worker_session
 from .simulated_input import Steps
 
-EXTENSION = "bl_ext.user_default.neural_sculpt"
 RESOLUTION = 172  # of a sphere field: about 100,000 triangles
 DRAWN = 5  # strokes by hand that are timed
 MOVES = 40  # of the mouse in each
 RADIUS = 0.6  # of the sphere field
 SECONDS = 600
-PARTS = ("median", "95 %", "most")
 READINGS = 8  # of the memory, and one before the first stroke
 
-times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
-"""Milliseconds that each call of a function took, by a name of ours: by the clock, and of its
-thread's own work, which other programs do not lengthen."""
 looked: list[int] = []
 """How many vertices each move of the pen, and each moment's rest after it, looked at."""
-ended: dict[str, float] = {}
-"""When a function last returned, likewise."""
 rows: list[dict[str, Any]] = []
 """Of all tables."""
-
-
-def timed(owner: Any, name: str, label: Callable[[tuple[Any, ...]], str]) -> None:
-    """Note how long each call of a function or method takes."""
-    function = getattr(owner, name)
-
-    def call(*given: Any) -> Any:
-        start, worked = time.perf_counter(), time.thread_time()
-        try:
-            return function(*given)
-        finally:
-            name, work = label(given), time.thread_time() - worked
-            ended[name] = time.perf_counter()
-            times[name].append((1000 * (ended[name] - start), 1000 * work))
-
-    setattr(owner, name, call)
-
-
-def module(name: str) -> Any:
-    """A module of the installed extension."""
-    return importlib.import_module(f"{EXTENSION}.{name}")
 
 
 def instrument() -> None:
@@ -81,8 +53,7 @@ def instrument() -> None:
         return modal(self, context, event)
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
-    session = module("blender.session.worker_session").session
-    timed(session.watcher, "_timer", lambda _: "timer tick")
+    timed(worker_session().watcher, "_timer", lambda _: "timer tick")
     preview = module("blender.scene.mesh.preview")
     timed(preview, "show", lambda _: "preview")
     timed(preview, "draw", lambda _: "surface under the pen, a move")
@@ -107,19 +78,11 @@ def main(given: list[str]) -> None:
 
 def steps(extension: str, count: str, file: str) -> Steps:
     """Install, draw, print."""
-    bpy.ops.extensions.package_install_files(
-        filepath=extension, repo="user_default", enable_on_install=True
-    )
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    yield hand.DRAWN
+    yield from install(extension, RESOLUTION)
     instrument()
-    addon: Any = bpy.context.preferences.addons[EXTENSION]
-    addon.preferences.resolution = RESOLUTION
     hand.look()
-    operators: Any = bpy.ops
-    operators.neural_sculpt.add(kind="SPHERE")
-    session = module("blender.session.worker_session").session
-    yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
+    yield from add("SPHERE")
+    session = worker_session()
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
         bpy.ops.wm.tool_set_by_id(name="neural_sculpt.tool")
     triangles = len(fields()[0].data.polygons)
@@ -199,36 +162,14 @@ def megabytes(process: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def fields() -> list[Any]:
-    """The fields of the file."""
-    objects: Any = bpy.data.objects
-    return [ob for ob in objects if ob.neural_sculpt.revision]
-
-
 def _print_times(waits: list[tuple[float, float]]) -> None:
-    title = " ".join(f"{part:>8}" for part in PARTS)
-    print(f"\n{'ms, by the clock':36} {'calls':>6} {title}   of work {title}")
-    for label, values in times.items():
-        clock, work = np.percentile(values, (50, 95, 100), axis=0).T.tolist()
-        print(f"{label:36} {len(values):6} {_line(clock)}           {_line(work)}", flush=True)
-        parts = {"clock": _named(clock), "work": _named(work)}
-        rows.append({"call": label, "calls": len(values), **parts})
+    rows.extend(call_times.table(36))
     if looked:
         counts = np.percentile(looked, (50, 95, 100)).tolist()
-        print(
-            f"{'vertices looked at under the pen':36} {len(looked):6} {_line(counts)}", flush=True
-        )
-        rows.append({"count": "vertices under the pen", "times": len(looked), **_named(counts)})
+        print(f"{'vertices looked at under the pen':36} {len(looked):6} {line(counts)}", flush=True)
+        rows.append({"count": "vertices under the pen", "times": len(looked), **named(counts)})
     ends = ("stroke's end to result", "stroke's end to its picture")
     for label, values in zip(ends, zip(*waits, strict=True), strict=True):
         clock = np.percentile(values, (50, 95, 100)).tolist()
-        print(f"{label:36} {len(values):6} {_line(clock)}", flush=True)
-        rows.append({"wait": label, "times": len(values), "clock": _named(clock)})
-
-
-def _line(parts: list[float]) -> str:
-    return " ".join(f"{part:8.1f}" for part in parts)
-
-
-def _named(parts: list[float]) -> dict[str, float]:
-    return dict(zip(PARTS, parts, strict=True))
+        print(f"{label:36} {len(values):6} {line(clock)}", flush=True)
+        rows.append({"wait": label, "times": len(values), "clock": named(clock)})

@@ -7,10 +7,8 @@ blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
 
 # pyright: reportOptionalMemberAccess=false
 
-import importlib
 import json
 import time
-from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +16,12 @@ import bpy
 import numpy as np
 from mathutils.bvhtree import BVHTree
 
+from . import call_times
 from . import simulated_input as hand
+from .call_times import ended, timed, times
+from .extension import add, fields, install, module, worker_session
 from .simulated_input import Steps
 
-EXTENSION = "bl_ext.user_default.neural_sculpt"
 RESOLUTION = 256  # of the Suzanne field: about 100,000 vertices
 ASSETS = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 BRUSHES = (
@@ -46,35 +46,10 @@ TIMED = {
 }
 
 rows: list[dict[str, Any]] = []
-times: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
-"""Milliseconds of each call: by the clock, and of the thread's own work."""
-ended: dict[str, float] = {}
 reached: dict[str, float] = {}
 """When the last stroke came to each of its STAGES, on the clock of `time.perf_counter`."""
 brushed: list[dict[str, Any]] = []
 """Of each stroke that came into the scene: the vertices of its part, before, brushed, absorbed."""
-
-
-def module(name: str) -> Any:
-    """A module of the installed extension."""
-    return importlib.import_module(f"{EXTENSION}.{name}")
-
-
-def timed(owner: Any, name: str) -> None:
-    """Note how long each call of a function takes, and when it ended."""
-    function = getattr(owner, name)
-    label = name.strip("_").replace("_", " ")
-
-    def call(*given: Any) -> Any:
-        start, worked = time.perf_counter(), time.thread_time()
-        try:
-            return function(*given)
-        finally:
-            ended[label] = time.perf_counter()
-            work = 1000 * (time.thread_time() - worked)
-            times[label].append((1000 * (ended[label] - start), work))
-
-    setattr(owner, name, call)
 
 
 def instrument() -> None:
@@ -92,9 +67,10 @@ def instrument() -> None:
     results._enter_next = kept
     for name, functions in TIMED.items():
         for function in functions:
-            timed(module(name), function)
-    session = module("blender.session.worker_session").session
-    timed(session, "poll_once")
+            label = function.strip("_").replace("_", " ")
+            timed(module(name), function, lambda _, label=label: label)
+    session = worker_session()
+    timed(session, "poll_once", lambda _: "poll once")
     look, hear, is_at_work = live.look, session._hear, live.is_at_work
 
     def looked() -> None:
@@ -124,21 +100,12 @@ def main(given: list[str]) -> None:
 
 def steps(extension: str, count: str, file: str) -> Steps:
     """Install, brush, print."""
-    bpy.ops.extensions.package_install_files(
-        filepath=extension, repo="user_default", enable_on_install=True
-    )
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    yield hand.DRAWN
+    yield from install(extension, RESOLUTION)
     instrument()
-    addon: Any = bpy.context.preferences.addons[EXTENSION]
-    addon.preferences.resolution = RESOLUTION
     bpy.context.preferences.edit.undo_steps = 256
     bpy.context.preferences.system.viewport_aa = "OFF"  # software would draw without end
     hand.look()
-    operators: Any = bpy.ops
-    operators.neural_sculpt.add(kind="SUZANNE")
-    session = module("blender.session.worker_session").session
-    yield from hand.until(lambda: not session.jobs and bool(fields()), SECONDS, "a field")
+    yield from add("SUZANNE")
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
         bpy.ops.object.mode_set(mode="SCULPT")
         bpy.ops.ed.undo_push(message="Sculpt Mode")
@@ -152,9 +119,9 @@ def steps(extension: str, count: str, file: str) -> Steps:
         + " ".join(f"{stage:>12}" for stage in (*STAGES, "of it solving"))
     )
     for name in BRUSHES:
-        yield from measure(name, generator, session)
-    yield from in_a_row(int(count), generator, session)
-    print_times()
+        yield from measure(name, generator, worker_session())
+    yield from in_a_row(int(count), generator, worker_session())
+    rows.extend(call_times.table(20))
     Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 
 
@@ -306,25 +273,3 @@ def take(name: str) -> None:
     settings: Any = bpy.context.tool_settings
     unified = getattr(settings.sculpt, "unified_paint_settings", None)
     (unified or settings.unified_paint_settings).size = 2 * SIZE  # across
-
-
-def fields() -> list[Any]:
-    """The fields of the file."""
-    objects: Any = bpy.data.objects
-    return [ob for ob in objects if ob.neural_sculpt.revision]
-
-
-def print_times() -> None:
-    """What each call cost."""
-    parts = ("median", "95 %", "most")
-    title = " ".join(f"{part:>8}" for part in parts)
-    print(f"\n{'ms, by the clock':20} {'calls':>6} {title}   of work {title}")
-    for label, values in times.items():
-        clock, work = np.percentile(values, (50, 95, 100), axis=0).T.tolist()
-        clock_line, work_line = (" ".join(f"{v:8.1f}" for v in part) for part in (clock, work))
-        print(f"{label:20} {len(values):6} {clock_line}           {work_line}", flush=True)
-        named = {
-            "clock": dict(zip(parts, clock, strict=True)),
-            "work": dict(zip(parts, work, strict=True)),
-        }
-        rows.append({"call": label, "calls": len(values), **named})

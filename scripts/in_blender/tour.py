@@ -7,7 +7,6 @@ blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
 
 # pyright: reportOptionalMemberAccess=false
 
-import importlib
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,9 @@ import numpy as np
 from mathutils import Quaternion
 
 from . import simulated_input as hand
+from .extension import add, install, worker_session
 from .simulated_input import Pixel, Steps
 
-EXTENSION = "bl_ext.user_default.neural_sculpt"
 RESOLUTION = 144
 SECONDS = 600
 SEEN_FROM = Quaternion((0.745, 0.61, 0.17, 0.21))
@@ -53,21 +52,12 @@ def main(given: list[str]) -> None:
 
 def steps(extension: str, frames: str, target: str) -> Steps:
     """Install, add Suzanne, draw, save."""
-    bpy.ops.extensions.package_install_files(
-        filepath=extension, repo="user_default", enable_on_install=True
-    )
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    yield hand.DRAWN
-    addon: Any = bpy.context.preferences.addons[EXTENSION]
-    addon.preferences.resolution = RESOLUTION
+    yield from install(extension, RESOLUTION)
     overlay = hand.view().overlay
     overlay.show_floor = overlay.show_axis_x = overlay.show_axis_y = overlay.show_cursor = False
     overlay.show_outline_selected = overlay.show_object_origins = False
     hand.look(SEEN_FROM, 2.4)
-    session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
-    operators: Any = bpy.ops
-    operators.neural_sculpt.add(kind="SUZANNE")
-    yield from hand.until(lambda: bool(bpy.data.objects) and not session.jobs, SECONDS, "Suzanne")
+    yield from add("SUZANNE")
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
         bpy.ops.wm.tool_set_by_id(name="neural_sculpt.tool")
     yield from hand.show_tab("Neural Sculpt")
@@ -77,7 +67,7 @@ def steps(extension: str, frames: str, target: str) -> Steps:
         brush = data_block.neural_sculpt
         brush.profile, brush.modulation = profile, modulation
         brush.radius, brush.intensity = radius, intensity
-        yield from draw(bowed(begin, end, bow), film, session)
+        yield from draw(bowed(begin, end, bow), film, worker_session())
     bpy.ops.wm.save_as_mainfile(filepath=target, compress=True)
 
 
