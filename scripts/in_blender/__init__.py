@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What runs inside Blender: of the demo, the pictures and the benchmarks.
 
-    start                    a module is started by this script, whose path is START
+    start                    the entry script, which starts a module; START is its path
     simulated_input          mouse, keys and pictures of a window, for tests/window, too
     extension, call_times    the installed extension, and how long its calls take
     demo, demo_strokes       of demo.py; studio, light and camera, serves others, too

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the demo does in Blender: make a field, draw strokes, render, save. Needs bpy."""
+"""The demo inside Blender: makes a field, draws strokes, renders, saves. Needs bpy."""
 
 import math
 import time

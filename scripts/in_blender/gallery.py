@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What gallery.py does in Blender: meshes in the demo's studio, on no ground. Needs bpy."""
+"""The gallery inside Blender: meshes in the demo's studio, on no ground. Needs bpy."""
 
 from pathlib import Path
 from typing import Any, cast

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `benchmark.py interface` does inside Blender: draws strokes and times the extension's calls.
+"""The interface benchmark inside Blender: draws strokes and times the extension's calls.
 
 blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
     in_blender.interface EXTENSION.zip COUNT ROWS.json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `benchmark.py live` does inside Blender: brushes a field and measures what it takes in.
+"""The benchmark of live absorption inside Blender: brushes a field, measures what it takes in.
 
 blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
     in_blender.live EXTENSION.zip COUNT ROWS.json

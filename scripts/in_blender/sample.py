@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What make_sample.py does in Blender: two fields with named strokes, a mask, a picture. Needs bpy.
+"""The sample file inside Blender: two fields with named strokes, a mask, a picture. Needs bpy.
 
 A stroke is given by places that are pulled onto the surface: those of a face are seen from the
 front, (x, z); those of a skull are directions from its middle, degrees to the side and upward.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drive Blender's window from a script inside it, and take pictures of it.
+"""Simulated input: a script inside Blender drives its window, and takes pictures of it.
 
 A script is a generator that a timer steps: each `yield seconds` lets Blender's main loop run.
 Mouse positions are window pixels from the lower left. Blender must have been started with

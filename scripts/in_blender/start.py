@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Start a module of scripts/ inside Blender: its `main` is given the other arguments.
+"""The entry script for Blender: starts a module of scripts/, whose `main` gets the other arguments.
 
     blender --python scripts/in_blender/start.py -- in_blender.live EXTENSION.zip COUNT ROWS.json
     python scripts/in_blender/start.py in_blender.gallery MESH.ply       (a Python with bpy)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `benchmark.py stroke` does inside Blender, step by step.
+"""The stroke benchmark inside Blender: the milliseconds of each step.
 
     python scripts/in_blender/start.py in_blender.stroke EXTENSION.zip FOLDER
 

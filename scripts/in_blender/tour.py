@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `tour.py` does inside Blender: sculpts Suzanne by hand and takes a picture at every step.
+"""The tour inside Blender: sculpts Suzanne by hand and takes a picture at every step.
 
 blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
     in_blender.tour EXTENSION.zip FRAMES FILE.blend

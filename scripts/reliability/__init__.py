@@ -4,7 +4,7 @@
     attacks/        one attack each, which stress.py finds by its file
     attacked/       what attacks start inside Blender
     batches         random sequences in Blenders of their own, read from what they print
-    mutations, disk, worker_nursery
+    mutations, disk, fork_server
                     faults: damaged bytes, a full disk, workers that die
     document        docs/reliability.md
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which tests failed, read from what pytest, unittest or a window printed.
+"""Failures of tests, read from what pytest, unittest or a window printed.
 
 A log is often cut, so the names and the last words of what failed are printed once more at its very
 end. Standard library only.

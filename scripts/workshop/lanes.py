@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parts of the tests run alone or side by side, each is shown whole, and the table ends them all.
+"""Lanes of the tests side by side: each part is shown whole, and a table ends them all.
 
 Standard library only.
 """

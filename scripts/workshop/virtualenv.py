@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One virtual environment that is either complete or made again.
+"""A virtual environment that is either complete or made again.
 
 A marker file in the folder tells its state: what it was made for, or "half made" while it is being
 made. A folder without a marker was made by somebody else: it is completed in place. A lock in the

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the paper could not do, measured: profiles of many peaks, intensities at which methods tear,
-sessions of many strokes, and taking them back one by one.
+"""Table 5: what the paper could not do.
 
-Region preservation is in table 2c (drift and normals of the untouched surface). Model space.
+Profiles of many peaks, intensities at which methods tear, sessions of many strokes, and taking them
+back one by one. Region preservation is in table 2c (drift and normals of the untouched surface).
+Model space.
 """
 
 import hashlib

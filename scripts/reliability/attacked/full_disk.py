@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import disk
-from ..worker_nursery import FULL, Nursery
+from ..fork_server import FULL, ForkServer
 from . import stressed_blender
 
 PATIENCE = 300.0  # seconds, after which a job hangs
@@ -39,8 +39,8 @@ class Attack:
         (folder / "user").mkdir()
         self.harness = stressed_blender.install(folder / "user")
         self.session = self.harness.module("blender.session.worker_session").session
-        nursery = Nursery(os.environ["NEURAL_SCULPT_PYTHON"])
-        self.harness.module("worker.process").start_logged = nursery.start
+        server = ForkServer(os.environ["NEURAL_SCULPT_PYTHON"])
+        self.harness.module("worker.process").start_logged = server.start
         self.drawn = 0
         self.scene()
 

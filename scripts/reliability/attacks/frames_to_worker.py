@@ -22,8 +22,8 @@ from subprocess import TimeoutExpired
 from typing import Any
 from unittest.mock import patch
 
+from ..fork_server import ForkServer
 from ..mutations import mutated_frame
-from ..worker_nursery import Nursery
 
 COUNT = 100_000
 ROLE = "worker"
@@ -75,7 +75,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
                 report(f"{sent} requests, {totals}, {len(failures)} failures")
         for place in workers.values():
             place.end()
-            place.nursery.close()
+            place.server.close()
         os.chdir("/")
     return {**totals, "failures": failures}
 
@@ -85,7 +85,7 @@ class Workers:
 
     def __init__(self, python: str, bare: bool, log: Path) -> None:
         """None is started yet."""
-        self.nursery = Nursery(python, "bare" if bare else "torch")
+        self.server = ForkServer(python, "bare" if bare else "torch")
         self._log, self._worker = log.with_suffix(f".{bare}"), None
 
     def worker(self) -> Any:
@@ -93,7 +93,7 @@ class Workers:
         from neural_sculpt_addon.worker import process
 
         if self._worker is None:
-            with patch.object(process, "start_logged", self.nursery.start):
+            with patch.object(process, "start_logged", self.server.start):
                 self._worker = process.WorkerProcess([], self._log)
             with suppress(ProcessLookupError):
                 limit = (MOST_MEMORY, MOST_MEMORY)

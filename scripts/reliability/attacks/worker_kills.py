@@ -19,7 +19,7 @@ from typing import Any
 from unittest.mock import patch
 
 from ..attacked import stressed_blender
-from ..worker_nursery import DIE, Nursery
+from ..fork_server import DIE, ForkServer
 
 COUNT = 200
 ROLE = "blender"
@@ -38,8 +38,8 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         harness = stressed_blender.install(Path(name))
         session = harness.module("blender.session.worker_session").session
-        nursery = Nursery(os.environ["NEURAL_SCULPT_PYTHON"])
-        forks = patch.object(harness.module("worker.process"), "start_logged", nursery.start)
+        server = ForkServer(os.environ["NEURAL_SCULPT_PYTHON"])
+        forks = patch.object(harness.module("worker.process"), "start_logged", server.start)
         forks.start()
         drawn: list[str] = []
         number = -1
@@ -71,7 +71,7 @@ def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
                 report(f"{totals}, {len(failures)} failures")
         session.stop()
         forks.stop()
-        nursery.close()
+        server.close()
     return {**totals, "failures": failures}
 
 

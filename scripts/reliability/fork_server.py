@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Workers forked from a process that has loaded everything: each takes milliseconds, not seconds.
+"""A fork server: workers come from a process that has loaded everything, each in milliseconds.
 
-`Nursery.start` takes the place of `worker.interpreter.start_logged`. What it starts is the worker's
-own `server.main`, as the process that subprocess would have started: with its number, its pipe, its
-log, and an exit code of its own. One lives at a time. A worker that finds a file DIE beside its
-folders kills itself in the midst of its next result with arrays: the file says after which share of
-the bytes. One that finds a file FULL fills a disk before one of its messages: the file has the
-number of the message, and the disk.
+`ForkServer.start` takes the place of `worker.interpreter.start_logged`. What it starts is the
+worker's own `server.main`, as the process that subprocess would have started: with its number, its
+pipe, its log, and an exit code of its own. One lives at a time. A worker that finds a file DIE
+beside its folders kills itself in the midst of its next result with arrays: the file says after
+which share of the bytes. One that finds a file FULL fills a disk before one of its messages: the
+file has the number of the message, and the disk.
 """
 
 import gc
@@ -35,7 +35,7 @@ class Forked:
     """As much of a subprocess.Popen as `worker.process` asks for."""
 
     def __init__(self, pid: int, stdin: BinaryIO, told: socket.socket) -> None:
-        """The nursery tells the exit code through `told`."""
+        """The fork server tells the exit code through `told`."""
         self.pid, self.stdin, self._told = pid, stdin, told
         self.returncode: int | None = None
 
@@ -62,7 +62,7 @@ class Forked:
         return self.returncode
 
 
-class Nursery:
+class ForkServer:
     """A process that forks workers; it ends with its owner, or when it is closed."""
 
     def __init__(self, python: str, kind: str = "torch") -> None:
