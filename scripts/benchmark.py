@@ -1,35 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measure Neural Sculpt on this machine: python3 scripts/benchmark.py NAME.
 
-Each benchmark is a module `benchmark_NAME` whose docstring says what it measures, with
+Each benchmark is a module of `benchmarking` whose docstring says what it measures, with
 `add_options(parser)` and `run(options)`; the latter runs in the worker's environment.
 """
 
 import argparse
 
-import benchmark_edit
-import benchmark_fit
-import benchmark_fuzz
-import benchmark_interface
-import benchmark_live
-import benchmark_proxy
-import benchmark_refine
-import benchmark_session
-import benchmark_stroke
-import environment
+from benchmarking import edit, fit, fuzz, interface, live, proxy, refine, session, stroke
+from workshop import environment
 
 from neural_sculpt_addon.worker.settings import settle
 
 BENCHMARKS = {
-    "edit": benchmark_edit,
-    "fit": benchmark_fit,
-    "fuzz": benchmark_fuzz,
-    "interface": benchmark_interface,
-    "live": benchmark_live,
-    "proxy": benchmark_proxy,
-    "refine": benchmark_refine,
-    "session": benchmark_session,
-    "stroke": benchmark_stroke,
+    "edit": edit,
+    "fit": fit,
+    "fuzz": fuzz,
+    "interface": interface,
+    "live": live,
+    "proxy": proxy,
+    "refine": refine,
+    "session": session,
+    "stroke": stroke,
 }
 
 

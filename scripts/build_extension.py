@@ -17,8 +17,8 @@ import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
-import environment
-from environment import ROOT, Workshop
+from workshop import ROOT, environment
+from workshop.environment import Workshop
 
 from neural_sculpt_addon.common.errors import SculptError
 

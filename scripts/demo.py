@@ -15,9 +15,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import environment
+from workshop import ROOT, environment
 
-OUTPUT = environment.ROOT / "demo"
+OUTPUT = ROOT / "demo"
 MESHES = (".obj", ".ply", ".stl")
 NETWORKS = (".pth", ".safetensors")
 
@@ -26,10 +26,10 @@ def main() -> None:
     """Check the command line, enter the environment, sculpt, and write the pictures and files."""
     options = _options()
     environment.enter("blender")
-    import demo_sculpt
+    from in_blender.demo import sculpt
 
     try:
-        demo_sculpt.sculpt(OUTPUT, options.mesh, options.network, options.strokes)
+        sculpt(OUTPUT, options.mesh, options.network, options.strokes)
     except RuntimeError as error:  # what an operator reports
         sys.exit(f"\n{str(error).strip().removeprefix('Error: ')}")
 

@@ -10,11 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import environment
 import make_examples
-from environment import ROOT
+from in_blender import START
+from workshop import ROOT, environment
 
-SCRIPT = ROOT / "scripts" / "gallery_in_blender.py"
 FOLDER = ROOT / "test-output" / "gallery"
 TARGET = ROOT / "docs" / "paper" / "gallery.jpg"
 SHOWN = "ring", "pumpkin", "scales", "inscription", "robot", "hair"
@@ -32,8 +31,8 @@ def main() -> None:
     environment.enter("worker")
     FOLDER.mkdir(parents=True, exist_ok=True)
     meshes = [_mesh(name) for name in names or SHOWN]
-    command = [str(environment.ensure().blender), str(SCRIPT), *map(str, meshes)]
-    subprocess.run(command, check=True)
+    command = [str(environment.ensure().blender), str(START), "in_blender.gallery"]
+    subprocess.run([*command, *map(str, meshes)], check=True)
     if not names:
         _join([mesh.with_suffix(".png") for mesh in meshes])
 

@@ -6,8 +6,7 @@ Run scripts/demo.py first.
 
 import sys
 
-import environment
-from environment import ROOT
+from workshop import ROOT, environment
 
 PICTURES = [ROOT / "demo" / name for name in ("before.png", "after.png")]
 TARGET = ROOT / "docs" / "demo.jpg"

@@ -15,8 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import environment
-from environment import ROOT
+from workshop import ROOT, environment
 
 FOLDER = ROOT / "examples"
 DIGITS = 4

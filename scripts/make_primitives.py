@@ -8,15 +8,12 @@ makes. The same machine gives the same bytes.
 """
 
 import argparse
-import sys
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import torch
+import workshop  # noqa: F401 - makes the package importable
 from numpy.typing import NDArray
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from neural_sculpt_addon.common.progress import silent
 from neural_sculpt_addon.field.checkpoint import save

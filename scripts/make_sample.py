@@ -8,8 +8,7 @@ docs/strokes.jpg, the head before and after its strokes.
 
 import sys
 
-import environment
-from environment import ROOT
+from workshop import ROOT, environment
 
 SAMPLE = ROOT / "demo" / "sample.blend"
 PICTURE = ROOT / "docs" / "strokes.jpg"
@@ -20,10 +19,10 @@ def main() -> None:
     if sys.argv[1:]:
         sys.exit(__doc__)
     environment.enter("blender")
-    import sample_sculpt
+    from in_blender import sample
 
     SAMPLE.parent.mkdir(exist_ok=True)
-    sample_sculpt.make(SAMPLE, PICTURE)
+    sample.make(SAMPLE, PICTURE)
     for path in (SAMPLE, PICTURE):
         print(f"{path.relative_to(ROOT)}, {path.stat().st_size / 1e3:.0f} kB")
 

@@ -8,16 +8,13 @@ creases, one with thin limbs. The same machine gives the same bytes.
 """
 
 import argparse
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from workshop import ROOT
 
 from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.fit.fit import fit_mesh
@@ -25,7 +22,7 @@ from neural_sculpt_addon.field.fit.fit import fit_mesh
 Mesh = tuple[NDArray[np.float64], NDArray[Any]]
 """Vertices (V, 3), in any unit, and triangles (F, 3), counter-clockwise seen from outside."""
 
-FOLDER = Path(__file__).parents[1] / "tests" / "field" / "packed"
+FOLDER = ROOT / "tests" / "field" / "packed"
 WIDTH = 64  # units of a layer: 20 kB a network
 
 

@@ -17,8 +17,7 @@ import functools
 import sys
 from pathlib import Path
 
-import environment
-from environment import ROOT
+from workshop import ROOT, environment
 
 from neural_sculpt_addon.worker.settings import settle
 

@@ -2,43 +2,28 @@
 """Figures 1, 2 and 4 of the paper with our own strokes: python3 scripts/paper_figures.py.
 
 Families of profiles, modulations, radii and intensities, each stroke on an unedited shape. The
-strokes are those of paper_figures.json, in model space. Pictures go to test-output/figures/, beside
-each the stroke files of its cells, for `python -m neural_sculpt_addon apply`. Shapes whose network
-is not there, as those of ../shared/data, are left out. `scripts/paper.py` has those of the sphere
-in its page.
+strokes are those of paper/figures/strokes.json, in model space. Pictures go to
+test-output/figures/, beside each the stroke files of its cells, for `python -m neural_sculpt_addon
+apply`. Shapes whose network is not there, as those of ../shared/data, are left out.
+`scripts/paper.py` has those of the sphere in its page.
 
     1 2 4              only these figures
     --shape suzanne    only this shape
 """
 
 import argparse
-import json
 from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-import environment
-from environment import ROOT
+from paper.figures.strokes import cells, read, shape_of
+from workshop import ROOT, environment
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from neural_sculpt_addon.stroke.stroke import Stroke
-
-SOURCE = Path(__file__).with_suffix(".json")
 TARGET = ROOT / "test-output" / "figures"
 SIZE = 280
-
-
-class Cell(NamedTuple):
-    """One stroke of a family, and the picture of what it made."""
-
-    family: str
-    name: str
-    stroke: "Stroke"
-    picture: "NDArray[np.uint8]"
-    report: dict[str, Any]
 
 
 def main() -> None:
@@ -55,18 +40,13 @@ def main() -> None:
                 print(line, flush=True)
 
 
-def read() -> dict[str, Any]:
-    """Shapes and families of strokes."""
-    return json.loads(SOURCE.read_text(encoding="utf-8"))
-
-
 def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
     """Make one figure of one shape; a line for each stroke, and one for the picture."""
-    from paper import sheet
+    from pictures import sheet
 
     from neural_sculpt_addon.stroke.file import dump_strokes
 
-    if _field(network := source["shapes"][shape]["network"]) is None:
+    if shape_of(network := source["shapes"][shape]["network"]) is None:
         yield f"figure {figure}, {shape}: left out, there is no {network}"
         return
     folder = TARGET / f"figure-{figure}-{shape}"
@@ -84,34 +64,6 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
     path = folder.with_suffix(".jpg")
     sheet.save(path, sheet.below([sheet.beside(row) for row in rows.values()]))
     yield str(path.relative_to(ROOT))
-
-
-def cells(source: dict[str, Any], figure: str, shape: str, size: int) -> Iterator[Cell]:
-    """Sculpt and draw all strokes of a figure, whose shape is there; `size` in pixels."""
-    import field_picture
-
-    from neural_sculpt_addon.field.edit.edit import edit
-    from neural_sculpt_addon.stroke.file import parse_strokes
-
-    about = source["shapes"][shape]
-    field, camera = _field(about["network"]), field_picture.Camera(**about["camera"])
-    for family in source["figures"][figure]:
-        for name, changes in family["cells"].items():
-            data = {"points": about["points"], **source["brush"], **changes, "name": name}
-            strokes = parse_strokes(json.dumps({"version": 1, "strokes": [data]}))
-            edited, (report,) = edit(field, strokes)
-            drawn = field_picture.picture(edited, camera, size, field_picture.EVEN_LIGHT)
-            yield Cell(family["title"], name, strokes[0], drawn, report)
-
-
-def _field(name: str) -> Any:
-    """A primitive, or the field in a file; None when there is no such file."""
-    from neural_sculpt_addon.field import checkpoint, primitives
-
-    if name in primitives.PRIMITIVES:
-        return primitives.primitive(name)
-    path = ROOT / name
-    return checkpoint.load(path) if path.exists() else None
 
 
 if __name__ == "__main__":

@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import benchmark_strokes
-import environment
+from benchmarking import random_strokes
+from workshop import ROOT, environment
 
 if TYPE_CHECKING:
     from neural_sculpt_addon.field.levels import Coefficients
@@ -188,12 +188,12 @@ def _cases(count: int, seed: int) -> "Iterator[Case]":
     from neural_sculpt_addon.field.checkpoint import load
     from neural_sculpt_addon.field.problem.prepare import prepare
 
-    folder = environment.ROOT / "tests" / "field" / "packed"
+    folder = ROOT / "tests" / "field" / "packed"
     ready = [prepare(load(folder / f"{shape}.pth")) for shape in SHAPES]
     for number in range(count):
         on = ready[number % len(ready)]
         random = np.random.default_rng([seed, number])
-        stroke = benchmark_strokes.mixed(on.field, on.surface, random)
+        stroke = random_strokes.mixed(on.field, on.surface, random)
         if number % FOLDED == FOLDED - 1:
             brush = replace(stroke.brush, intensity=-DEEP)
             stroke = replace(stroke, brush=brush)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Attack the product and count what breaks: python3 scripts/stress.py [--only NAME ...].
 
-Each attack is a module `stress_NAME` whose docstring says in its first line what it does, with
+Each attack is a module of `reliability.attacks`. Its docstring says in its first line what it does,
+and it has
 
     COUNT    tries of the whole attack
     ROLE     the Python it needs: "worker", with torch, or "blender", with bpy
@@ -16,6 +17,7 @@ import argparse
 import importlib
 import json
 import os
+import pkgutil
 import platform
 import subprocess
 import sys
@@ -26,32 +28,28 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import environment
-import stress_table
+from reliability import attacks, document
+from workshop import ROOT, environment
 
 from neural_sculpt_addon.worker.ending import exit_in_words
+from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE
 
-ATTACKS = tuple(
-    path.stem.removeprefix("stress_")
-    for path in sorted(Path(__file__).parent.glob("stress_*.py"))
-    if path.stem != "stress_table"
-)
-RECORD = environment.ROOT / "benchmarks" / "reliability.json"
+ATTACKS = tuple(module.name for module in pkgutil.iter_modules(attacks.__path__))
+RECORD = ROOT / "benchmarks" / "reliability.json"
 LONGEST = 4 * 3600  # seconds of one attack
 FAILURES_SHOWN = 10
 
 
 def attack(name: str) -> ModuleType:
     """The module of an attack."""
-    return importlib.import_module(f"stress_{name}")
+    return importlib.import_module(f"{attacks.__name__}.{name}")
 
 
 def run(name: str, count: int, seed: int) -> dict[str, Any]:
     """One attack in a process of its own: what it counted, its failures, seconds, versions."""
     workshop = environment.ensure_or_exit()
     python = getattr(workshop, attack(name).ROLE)
-    variable = environment.worker_environment.ENVIRONMENT_VARIABLE
-    variables = {**os.environ, variable: str(workshop.worker)}
+    variables = {**os.environ, ENVIRONMENT_VARIABLE: str(workshop.worker)}
     started = time.monotonic()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         answer = Path(folder) / "answer.json"
@@ -88,7 +86,7 @@ def _versions() -> dict[str, str]:
 
 def _about(seed: int) -> dict[str, Any]:
     """When, where and of what a record is."""
-    git = ["git", "-C", str(environment.ROOT), "rev-parse", "--short", "HEAD"]
+    git = ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
     machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"
     date = datetime.now(UTC).date().isoformat()
@@ -120,7 +118,7 @@ def main() -> None:
         os._exit(0)  # some Blenders hang in a regular exit of their Python module
     if options.table:
         about = {name: (attack(name).__doc__ or "").splitlines()[0] for name in ATTACKS}
-        stress_table.write(json.loads((options.json or RECORD).read_text(encoding="utf-8")), about)
+        document.write(json.loads((options.json or RECORD).read_text(encoding="utf-8")), about)
         return
     failed = False
     for name in options.only:

@@ -27,15 +27,11 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import blenders
 import build_extension
-import environment
-import lanes
-import parts
-import screen
-from environment import Workshop
-from lanes import Outcome, Part
-from virtualenv import say
+from workshop import blenders, commands, environment, lanes, parts, screen
+from workshop.environment import Workshop
+from workshop.lanes import Outcome, Part
+from workshop.virtualenv import say
 
 from neural_sculpt_addon.common.errors import SculptError
 
@@ -96,7 +92,7 @@ def _in_blenders(workshop: Workshop, options: argparse.Namespace) -> tuple[list[
     for program in programs:
         if not program.missing:
             say(f"Looking for {program.name}.")
-            screen.run([*program.command, "--version"], program.variables, SET_UP_SECONDS)
+            commands.run([*program.command, "--version"], program.variables, SET_UP_SECONDS)
     background = []
     if options.all:
         background = [_wheel(workshop, version, extension) for version in environment.BLENDERS]

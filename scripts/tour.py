@@ -10,13 +10,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-import blenders
 import build_extension
-import environment
-import screen
-from environment import ROOT
+from in_blender import START
+from workshop import ROOT, blenders, commands, environment, screen
 
-SCRIPT = ROOT / "scripts" / "tour_in_blender.py"
 ANIMATION, STILL = ROOT / "docs" / "tour.webp", ROOT / "docs" / "window.jpg"
 SECONDS = 1800
 SIZE = (1280, 1024)  # of the window: so high that the panels are in it
@@ -41,8 +38,8 @@ def main() -> None:
     ):
         variables = {**program.variables, **on_screen, "BLENDER_USER_RESOURCES": user}
         given = [str(build_extension.build(workshop)), frames, str(ROOT / "demo" / "tour.blend")]
-        command = screen.window_command(program, SCRIPT, given, size=SIZE)
-        code, _, _ = screen.run(command, variables, SECONDS)
+        command = screen.window_command(program, START, ["in_blender.tour", *given], size=SIZE)
+        code, _, _ = commands.run(command, variables, SECONDS)
         if code:
             sys.exit(code)
         _write(sorted(Path(frames).glob("*.png")))

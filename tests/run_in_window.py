@@ -24,9 +24,9 @@ ROOT = Path(__file__).resolve().parents[1]
 for place in ("tests/window", "tests/blender", "scripts"):
     sys.path.insert(0, str(ROOT / place))
 
-import simulated_input  # noqa: E402 - found by the paths above
-from durations import Durations  # noqa: E402
+from durations import Durations  # noqa: E402 - found by the paths above
 from harness import each, is_long  # noqa: E402
+from in_blender import simulated_input  # noqa: E402
 
 EXTENSION = "bl_ext.user_default.neural_sculpt"
 

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from environment import ROOT
+from workshop import ROOT
 
 from .settings import Settings
 

@@ -6,8 +6,8 @@ radii, and turn by up to a quarter on their way; one that leaves the surface is 
 space.
 """
 
-import benchmark_strokes
 import numpy as np
+from benchmarking import random_strokes
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.problem.lay import lay
@@ -26,7 +26,7 @@ def random_edit(preparation: Preparation, number: int, seed: int, points: int = 
     random = np.random.default_rng((seed, number))
     for _ in range(TRIES):
         turns = random.uniform(-TURNS, TURNS)
-        way = benchmark_strokes.walk(field, surface, LENGTH, turns, POINTS, random)
+        way = random_strokes.walk(field, surface, LENGTH, turns, POINTS, random)
         stroke = Stroke(way, Brush(RADIUS, INTENSITY), seed=number)
         try:
             path = lay(field, stroke)

@@ -8,11 +8,13 @@ from pathlib import Path
 
 from neural_sculpt_addon.common.whole_file import write_whole
 
-from . import beyond, figures, main_table, shapes, table1, table2, table3, table4
+from . import shapes
 from .about import about, told
-from .methods import Scene
+from .figures import figures
+from .methods.methods import Scene
 from .settings import FULL, QUICK
-from .table import Table
+from .tables import beyond, main_table, table1, table2, table3, table4
+from .tables.table import Table
 from .work import Row, Task, Work, plan
 
 MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond, "figures": figures}

@@ -13,8 +13,8 @@ Model space.
 from pathlib import Path
 
 import numpy as np
-from environment import ROOT
 from numpy.typing import NDArray
+from workshop import ROOT
 
 from neural_sculpt_addon.field.checkpoint import load, save
 from neural_sculpt_addon.field.field import Field
@@ -24,7 +24,7 @@ from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import prepare
 
-from .methods import Scene
+from .methods.methods import Scene
 
 DATA = ROOT.parent / "shared" / "data"
 OURS = ("sphere", "torus")  # the authors' networks of these have other radii

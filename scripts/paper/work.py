@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finished rows stay: one JSON file each in a folder, and a later run goes on from there."""
+"""Rows of work: one JSON file each in a folder, and a later run goes on from there."""
 
 import json
 import time

@@ -5,9 +5,8 @@ import os
 import zipfile
 
 import build_extension
-import environment
 import pytest
-import virtualenv
+from workshop import environment, virtualenv
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,9 @@
 import json
 from random import Random
 
-import mutations
 import pytest
 import stress
-import stress_table
+from reliability import document, mutations
 
 # Some defects of readers are known by larger counts; these are free of them.
 SHARES = {"enabling": 3, "frames_to_client": 100, "frames_to_worker": 20}
@@ -34,7 +33,7 @@ def test_an_attack_whose_process_ends_has_failed(monkeypatch):
 
 
 def test_the_table_has_a_row_for_each_attack(tmp_path, monkeypatch):
-    monkeypatch.setattr(stress_table, "DOCUMENT", tmp_path / "reliability.md")
+    monkeypatch.setattr(document, "DOCUMENT", tmp_path / "reliability.md")
     row = {"tries": 7, "lost": 0, "failures": [], "seconds": 3, "versions": {"torch": "2"}}
     record = {
         "one": {
@@ -46,7 +45,7 @@ def test_the_table_has_a_row_for_each_attack(tmp_path, monkeypatch):
             "share": 1.0,
         }
     }
-    stress_table.write(json.loads(json.dumps(record)), {"one": "Does so.", "two": "Else."})
+    document.write(json.loads(json.dumps(record)), {"one": "Does so.", "two": "Else."})
     text = (tmp_path / "reliability.md").read_text()
     assert "| one | Does so. | 7 | lost 0 | 0 |" in text
     assert "| two | Else. | not recorded | | |" in text

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import bpy
 import harness
 import numpy as np
-import simulated_input as hand
 from bpy.types import Object
 from geometry import to_path
 from harness import brush_settings, module, state, vertices
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from numpy.typing import NDArray
-from simulated_input import Steps
 
 Array = NDArray[np.float64]
 

@@ -3,10 +3,10 @@
 muted stays."""
 
 import bpy
-import simulated_input as hand
 from drawing import PICTURES, WindowCase, field, middle, operate, still_picture, undo
 from harness import long, state
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class ApplyToBase(WindowCase):

@@ -3,10 +3,10 @@
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import WindowCase, corner, field, middle
 from harness import state
-from simulated_input import Pixel, Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 
 
 class Beside(WindowCase):

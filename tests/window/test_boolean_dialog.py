@@ -7,7 +7,6 @@ import signal
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     PICTURES,
     SECONDS,
@@ -22,7 +21,8 @@ from drawing import (
     undo,
 )
 from harness import module, state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 SIDE = 0.6  # of the cube, in radii of the sphere
 

@@ -2,7 +2,6 @@
 """The brush by hand: its keys, and the curve widgets in the sidebar."""
 
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     RADIUS,
@@ -14,7 +13,8 @@ from drawing import (
     still_picture,
 )
 from harness import brush_settings, module
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class Brush(WindowCase):

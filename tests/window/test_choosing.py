@@ -3,7 +3,6 @@
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     RADIUS,
     WindowCase,
@@ -16,7 +15,8 @@ from drawing import (
     undo,
 )
 from harness import state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class Choosing(WindowCase):

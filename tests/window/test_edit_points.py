@@ -4,10 +4,10 @@ the surface shows where it will be, and the brush of the next stroke stays what 
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import INTENSITY, PICTURES, RADIUS, SECONDS, WindowCase, field, operate, undo
 from harness import brush_settings, module, state, strokes_of
-from simulated_input import Pixel, Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 
 changed_stroke = module("blender.viewport.changed_stroke")
 WIDER, HIGHER = 0.05, -0.1  # what is added to the radius and the intensity

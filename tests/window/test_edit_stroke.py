@@ -2,7 +2,6 @@
 """The dialog Edit Stroke: the surface shows what it would do, and nothing of that stays."""
 
 import bpy
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     PICTURES,
@@ -18,7 +17,8 @@ from drawing import (
     undo,
 )
 from harness import module, state
-from simulated_input import Pixel, Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 
 ROW = 26  # pixels from one setting of the dialog to the next
 

@@ -5,7 +5,6 @@ mesh that becomes a field and keeps its material and color."""
 import json
 
 import bpy
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     PICTURES,
@@ -24,7 +23,8 @@ from drawing import (
     whole_window,
 )
 from harness import state
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 FILE = (43, 13)  # of the menu, from the upper left
 EXPORT = 140  # pixels of its entry Export above its lower end

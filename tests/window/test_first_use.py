@@ -20,7 +20,6 @@ from unittest.mock import patch
 import bpy
 import harness
 import numpy as np
-import simulated_input as hand
 from drawing import (
     PICTURES,
     RESOLUTION,
@@ -38,8 +37,9 @@ from drawing import (
 )
 from geometry import to_path
 from harness import brush_settings, module, vertices
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 from mathutils.bvhtree import BVHTree
-from simulated_input import Pixel, Steps
 
 ADD = (284, 41)  # of the header's menu, from the upper left
 ROW = 20  # pixels of a menu's entry

@@ -2,9 +2,9 @@
 """The interface in German: its pictures are for a person to look at."""
 
 import bpy
-import simulated_input as hand
 from drawing import PICTURES, WindowCase, field, still_picture
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class German(WindowCase):

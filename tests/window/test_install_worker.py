@@ -6,10 +6,10 @@ import shutil
 from unittest.mock import patch
 
 import bpy
-import simulated_input as hand
 from drawing import SECONDS, WindowCase, operate
 from harness import module
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class InstallWorker(WindowCase):

@@ -6,7 +6,6 @@ import signal
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     SECONDS,
     WindowCase,
@@ -23,8 +22,9 @@ from drawing import (
     undo,
 )
 from harness import EXTENSION, long, module, state, vertices
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from mathutils.bvhtree import BVHTree
-from simulated_input import Steps
 from test_first_use import corners
 
 CLOSE = 3e-4  # of the brushed mesh, in the mean

@@ -4,7 +4,6 @@ it ends: pictures while the pen is down, after its release, and of the result.""
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     PICTURES,
@@ -20,7 +19,8 @@ from drawing import (
 )
 from geometry import to_path
 from harness import long, module, state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 STRONG = 24  # of 255; shading that differs by more is seen
 SKY = 3  # likewise, of what is not the background

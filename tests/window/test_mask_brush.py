@@ -3,7 +3,6 @@
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     NEAR,
@@ -20,7 +19,8 @@ from drawing import (
 )
 from geometry import to_path
 from harness import module, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 SIZE = 110  # pixels
 KEPT = 0.95  # masked all but in full

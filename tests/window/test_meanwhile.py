@@ -10,7 +10,6 @@ from typing import NamedTuple
 import bmesh
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     RADIUS,
     SECONDS,
@@ -30,7 +29,8 @@ from drawing import (
     undo,
 )
 from harness import brush_settings, long, module, state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 BUTTON = 20  # pixels of a button without words
 SCALE = 0.6  # of the interface, so that all panels are in sight

@@ -3,7 +3,6 @@
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     STILL,
     WindowCase,
@@ -14,8 +13,9 @@ from drawing import (
     operate,
 )
 from harness import state, vertices
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from mathutils.bvhtree import BVHTree
-from simulated_input import Steps
 from test_first_use import corners
 from test_notice import reports
 

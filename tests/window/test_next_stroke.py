@@ -4,7 +4,6 @@ and while F widens it, and the relief of an alpha that was chosen in the panel."
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     PICTURES,
@@ -20,7 +19,8 @@ from drawing import (
 )
 from geometry import to_path
 from harness import brush_settings, module, vertices
-from simulated_input import Pixel, Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 
 MATERIALS = {
     "white": (1.0, 1.0, 1.0),

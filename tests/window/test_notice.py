@@ -5,10 +5,10 @@ import os
 import signal
 
 import bpy
-import simulated_input as hand
 from drawing import WindowCase, operate
 from harness import collection
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class Notice(WindowCase):

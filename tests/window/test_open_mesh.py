@@ -3,10 +3,10 @@
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import PICTURES, SECONDS, WindowCase, field, middle, operate, still_picture
 from harness import long, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from test_notice import reports
 
 

@@ -7,7 +7,6 @@ The program that started Blender runs the lines that begin with `xdotool`.
 import random
 
 import bpy
-import simulated_input as hand
 from drawing import (
     SECONDS,
     Array,
@@ -20,7 +19,8 @@ from drawing import (
     operate,
 )
 from harness import long, state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from undo_orders import Order
 
 

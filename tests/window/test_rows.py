@@ -4,7 +4,6 @@ same in a sidebar that was made narrow by its edge."""
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     PICTURES,
@@ -18,7 +17,8 @@ from drawing import (
     uncovered,
 )
 from harness import long, module, state
-from simulated_input import Pixel, Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Pixel, Steps
 
 BUTTON = 20  # pixels of a button without words
 SCALE = 0.6  # of the interface, so that all panels are in sight

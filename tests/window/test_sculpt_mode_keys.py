@@ -4,7 +4,6 @@ while our tool is chosen."""
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     RADIUS,
@@ -18,7 +17,8 @@ from drawing import (
     undo,
 )
 from harness import brush_settings, state, vertices
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class SculptModeKeys(WindowCase):

@@ -6,10 +6,10 @@ import os
 import signal
 
 import numpy as np
-import simulated_input as hand
 from drawing import PICTURES, SECONDS, WindowCase, choose_tool, middle, still_picture
 from harness import module
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 HEIGHT = 22  # pixels of the status bar
 TONE = 60  # of 255; letters differ by more from what they stand on

@@ -5,10 +5,10 @@ from unittest.mock import patch
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import INTENSITY, SECONDS, WindowCase, changed, field, still_picture
 from harness import module, state
-from simulated_input import Steps
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 
 
 class Strength(WindowCase):

@@ -5,7 +5,6 @@ from functools import partial
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     INTENSITY,
     RADIUS,
@@ -20,8 +19,9 @@ from drawing import (
     undo,
 )
 from harness import brush_settings, state, vertices
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from mathutils import Matrix
-from simulated_input import Steps
 from test_lines import LAYER, grease_pencil
 
 

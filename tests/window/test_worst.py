@@ -4,7 +4,6 @@ of the untouched surface most."""
 
 import bpy
 import numpy as np
-import simulated_input as hand
 from drawing import (
     PICTURES,
     RADIUS,
@@ -19,8 +18,9 @@ from drawing import (
 )
 from geometry import to_path
 from harness import module, state
+from in_blender import simulated_input as hand
+from in_blender.simulated_input import Steps
 from mathutils import Quaternion, Vector
-from simulated_input import Steps
 
 BACK = Quaternion((0.0, 0.0, 0.7071068, 0.7071068))
 TOWARDS = Vector((0, 0, 1))  # the viewer, in the view's own axes

@@ -101,7 +101,7 @@ def test_a_stroke_in_blender_opens_none(tmp_path):
         import os, sys
         from pathlib import Path
         sys.path.insert(0, sys.argv[1])
-        import stressed_blender
+        from reliability.attacked import stressed_blender
         harness = stressed_blender.install(Path(sys.argv[2]))
         import bpy
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Blender for attacks: the extension installed as an artist does, and the tests' harness."""
+
+import importlib
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from workshop import ROOT
+
+
+def install(folder: Path) -> Any:
+    """Install the sources into a user folder under `folder`; the harness of tests/blender.
+
+    Once in a process, before anything imports bpy. Modules of tests/blender and tests/window can be
+    imported then.
+    """
+    os.environ["BLENDER_USER_RESOURCES"] = str(folder)
+    tests = ROOT / "tests"
+    sys.path[:0] = [str(tests), str(tests / "blender"), str(tests / "window")]
+    pack = importlib.import_module("run_in_blender")._pack
+    import bpy
+
+    operators: Any = bpy.ops
+    operators.extensions.package_install_files(
+        filepath=str(pack(folder)), repo="user_default", enable_on_install=True
+    )
+    return importlib.import_module("harness")
+
+
+def tell_version() -> None:
+    """Print a line that `batches` reads."""
+    import bpy
+
+    print(f"version {bpy.app.version_string}", flush=True)
