@@ -209,19 +209,23 @@ class Server:
                 time.sleep(pulse.INTERVAL)
 
     def _listen(self) -> None:
-        code = 1
         try:
             while self._bell.read(1):
                 self._take(self._next())
-            for name in (REQUESTS, ANSWERS):  # nobody takes what is left
-                shutil.rmtree(self._folder / name, ignore_errors=True)
-            with contextlib.suppress(OSError):
-                self._folder.rmdir()
-            code = 0
+            self._leave()
         except Exception:  # a request is lost, or this code is wrong: no way on
             logger.exception("the worker cannot read its requests")
         finally:
-            os._exit(code)
+            os._exit(1)
+
+    def _leave(self) -> None:
+        """End the process with its folder, when nobody takes any more what it has to say."""
+        with self._writing:  # to the end: nothing is put into a folder that is gone
+            for name in (REQUESTS, ANSWERS):
+                shutil.rmtree(self._folder / name, ignore_errors=True)
+            with contextlib.suppress(OSError):
+                self._folder.rmdir()
+            os._exit(0)
 
     def _next(self) -> Message:
         """The request that was announced. ProtocolError when it is lost."""
