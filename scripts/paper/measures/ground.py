@@ -37,6 +37,15 @@ def divided(problem: Problem, proxy: Proxy) -> tuple[Samples, np.ndarray]:
 
 
 def displaced_mesh(problem: Problem, proxy: Proxy) -> MeshSurface:
-    """The surface that the stroke asks for, of the dense proxy of the unedited field."""
+    """The surface that the stroke asks for, of the dense proxy of the unedited field.
+
+    Without what bounds nothing where the displaced surface runs through itself: triangles that lie
+    within the new shape, or that the stroke swallows.
+    """
     samples, triangles = divided(problem, proxy)
-    return MeshSurface(problem.displaced(samples)[0].points.astype(float), triangles)
+    moved, stretch = problem.displaced(samples)
+    bounds = stretch > 0
+    if not bounds.all():
+        still = (moved.points == samples.points).all(axis=1)
+        bounds[still] &= ~problem.folded.swept.swallows(samples.points[still])
+    return MeshSurface(moved.points.astype(float), triangles[bounds[triangles].any(axis=1)])
