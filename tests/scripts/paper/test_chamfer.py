@@ -12,10 +12,10 @@ from paper.methods.mesh_edit import decimated
 
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.problem.pose import pose
-from neural_sculpt_addon.field.problem.prepare import Preparation
+from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import ball
+from tests.field.analytic import ball, ellipsoid
 
 RADIUS, HEIGHT = 0.1, 0.04
 
@@ -125,6 +125,20 @@ def test_edges_under_the_stroke_are_halved_twice_and_others_not(preparation, pro
     under = (np.abs(turn) < 0.4) & (np.abs(middle[:, 2]) < 0.05)
     away = middle[:, 0] < 0
     assert np.median(edge[under]) == pytest.approx(np.median(edge[away]) / 4, rel=0.2)
+
+
+def test_the_ground_truth_of_a_carve_through_a_thin_part_ends_at_its_other_side():
+    """A dab deeper than a lens is thick: where its floor would lie beyond, there is a hole."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2)))
+    truth = displaced_mesh(problem, lens.proxy)
+    points = truth.sample(20_000, 0, lambda points: np.hypot(*points[:, :2].T) < 0.15)
+    away = np.linspace(0, 0.15, 1501)
+    face = 0.05 * np.sqrt(1 - (away / 0.5) ** 2)
+    hole = away[face - 0.2 * problem.stroke.brush.profile(away / 0.15) < -face].max()
+    cell = 2 / 128  # of the far side's triangles; those under the dab are a quarter as large
+    assert points[:, 2].min() > -0.05 - 3 * cell / 4  # the wall is as steep as three to one
+    assert hole - 1.5 * cell < np.hypot(*points[:, :2].T).min() < hole + cell
 
 
 def test_the_ground_truth_has_no_distance_from_itself(preparation, problem):
