@@ -233,6 +233,15 @@ def test_a_modulation_is_held_as_well_as_a_profile(preparation, peaks):
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
 
 
+def test_a_hump_along_a_stroke_is_two_rises(preparation):
+    """Each half of it is 2.5 cells of level 7.4 long, and narrower than the stroke's half."""
+    length = 2 * 2.5 * 2**-7.4
+    hump = Modulation(points=((0, 0), (0.5, 1), (1, 0)))
+    points = on_ball(np.linspace(0, length / 0.5, 5), 0)
+    problem = pose(preparation, Stroke(points, Brush(0.6 * length, 0.002, modulation=hump)))
+    assert resolution(problem).wanted == 7
+
+
 def test_stripes_of_an_alpha_are_held_as_well_as_peaks_of_a_profile(preparation):
     """64 pixels across the stroke, white and black by fours: each as wide as an eighth radius."""
     row = bytes(255 * (number // 4 % 2) for number in range(64))
