@@ -5,7 +5,5 @@ The object in the .blend owns the truth; the worker is a cache that may be kille
 Everything here runs on Blender's main thread.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 ADDON = __package__.rpartition(".")[0]
 """The add-on's own name, `bl_ext.user_default.neural_sculpt` when installed as an extension."""

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Entries in Blender's own menus."""
 
-# pyright: reportOptionalMemberAccess=false
-
 import bpy
 from bpy.types import Context, Menu
 

@@ -5,8 +5,6 @@ Blender shows reports of operators only, and of an operator that Python calls on
 an event. So this one waits for an event, reports, and passes the event on.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from typing import TYPE_CHECKING
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Preferences: the worker's Python and device, how fine a new proxy is, colours."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 import os
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ask Blender to draw again: it does not know when the worker has news."""
 
-# pyright: reportOptionalMemberAccess=false
-
 import bpy
 
 

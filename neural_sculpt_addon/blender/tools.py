@@ -5,8 +5,6 @@ Blender keeps a tool's keys in the add-on's key configuration, where the artist 
 Preferences, Keymap, 3D View, "3D View Tool: Object, Neural Stroke".
 """
 
-# pyright: reportOptionalMemberAccess=false, reportIncompatibleVariableOverride=false
-
 import bpy
 from bpy.types import Context, UILayout, WorkSpaceTool
 

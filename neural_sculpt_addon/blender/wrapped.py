@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts of any length in panels, whose labels are cut off at the end of a line."""
 
-# pyright: reportOptionalMemberAccess=false
-
 import textwrap
 
 from bpy.types import Context, UILayout

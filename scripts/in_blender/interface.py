@@ -8,8 +8,6 @@ The file gets what is printed: a row for each call, one for each wait, one for e
 memory.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import json
 import os
 from collections.abc import Generator

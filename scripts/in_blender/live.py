@@ -5,8 +5,6 @@ blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
     in_blender.live EXTENSION.zip COUNT ROWS.json
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import json
 import time
 from pathlib import Path

@@ -6,8 +6,6 @@ Mouse positions are window pixels from the lower left. Blender must have been st
 --enable-event-simulate, on a screen of `screen.virtual_screen`, which it fills.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import os
 import struct
 import sys

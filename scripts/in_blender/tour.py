@@ -5,8 +5,6 @@ blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
     in_blender.tour EXTENSION.zip FRAMES FILE.blend
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 from pathlib import Path
 from typing import Any
 

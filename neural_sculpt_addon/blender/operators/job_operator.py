@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Operators of jobs, what they share: when they may run, and how they start a job of the worker."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from collections.abc import Callable
 from functools import wraps
 from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast

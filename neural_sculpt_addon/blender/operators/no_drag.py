@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A drag of the tool beside all fields: it does nothing, where Blender's own would move objects."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Event, Operator
 
 from ..scene.properties import is_field

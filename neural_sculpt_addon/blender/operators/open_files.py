@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Open the extension's own files in the programs that the system has for them."""
 
-# pyright: reportOptionalMemberAccess=false
-
 import bpy
 from bpy.types import Context, Operator
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The brush of the next stroke: how wide, how strong and of which shape it is."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from bpy.types import Context, UILayout
 
 from ...stroke.stroke import Kind
@@ -25,11 +23,11 @@ class NEURAL_SCULPT_PT_brush(Sidebar):
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.prop(brush, "kind")
-        draw_lengths(layout, brush)
-        draw_shape(layout, brush, curve_store.PROFILE)
-        draw_shape(layout, brush, curve_store.MODULATION)
+        draw_lengths(layout, brush)  # pyright: ignore[reportArgumentType]
+        draw_shape(layout, brush, curve_store.PROFILE)  # pyright: ignore[reportArgumentType]
+        draw_shape(layout, brush, curve_store.MODULATION)  # pyright: ignore[reportArgumentType]
         if brush.kind == Kind.DRAW.name:
-            draw_alpha(layout, brush)
+            draw_alpha(layout, brush)  # pyright: ignore[reportArgumentType]
         layout.operator("neural_sculpt.draw", text="Draw Stroke", icon="GREASEPENCIL")
 
 
@@ -47,7 +45,7 @@ class NEURAL_SCULPT_PT_pressure(Sidebar):
         for word in (curve_store.PRESSURE_RADIUS, curve_store.PRESSURE_INTENSITY):
             self.layout.prop(brush, word)
             if getattr(brush, word):
-                draw_curve(self.layout, word)
+                draw_curve(self.layout, word)  # pyright: ignore[reportArgumentType]
 
 
 def draw_shape(layout: UILayout, brush: NEURAL_SCULPT_PG_brush, word: str) -> None:

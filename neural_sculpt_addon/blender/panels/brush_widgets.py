@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings of the brush as panels, dialogs and the tool's header show them."""
 
-# pyright: reportArgumentType=false
-
 from bpy.types import Context, Object, UILayout
 
 from ...stroke.stroke import Kind

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The strokes of the active field, in order, and what can be done with them."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 import json
 from typing import Any
 
@@ -51,7 +49,7 @@ class NEURAL_SCULPT_UL_strokes(UIList):
         edit, solo = ("edit_stroke", EDIT), ("solo_stroke", _star(data, item.uid))
         others = () if _is_narrow(context) else (edit, solo) if is_stroke else (solo,)
         for operator, sign in (*others, ("mute_stroke", "HIDE_ON" if item.muted else "HIDE_OFF")):
-            button = row.operator(f"neural_sculpt.{operator}", text="", icon=sign, emboss=False)
+            button = row.operator(f"neural_sculpt.{operator}", text="", icon=sign, emboss=False)  # pyright: ignore[reportArgumentType]
             button.uid = item.uid
 
 
@@ -99,7 +97,7 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
     def draw(self, context: Context) -> None:
         """Draw the list and its buttons."""
         layout = self.layout
-        group = field_of(context.active_object)
+        group = field_of(context.active_object)  # pyright: ignore[reportArgumentType]
         narrow = _is_narrow(context)
         both = layout.column() if narrow else layout.row()
         both.template_list(
@@ -108,20 +106,22 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
         buttons = both.row(align=True) if narrow else both.column(align=True)
         if narrow:
             buttons.operator("neural_sculpt.edit_stroke", text="", icon=EDIT)
-            star = _star(group, stroke_list.active_uid(context.active_object))
+            star = _star(group, stroke_list.active_uid(context.active_object))  # pyright: ignore[reportArgumentType]
             buttons.operator("neural_sculpt.solo_stroke", text="", icon=star)
         buttons.operator("neural_sculpt.duplicate_stroke", text="", icon="DUPLICATE")
         buttons.operator("neural_sculpt.delete_stroke", text="", icon="REMOVE")
         buttons.separator()
         for direction in ("UP", "DOWN"):
             button = buttons.operator(
-                "neural_sculpt.move_stroke", text="", icon=f"TRIA_{direction}"
+                "neural_sculpt.move_stroke",
+                text="",
+                icon=f"TRIA_{direction}",  # pyright: ignore[reportArgumentType]
             )
             button.direction = direction
-        if uid := stroke_list.active_uid(context.active_object):
+        if uid := stroke_list.active_uid(context.active_object):  # pyright: ignore[reportArgumentType]
             if group.solver == LOCAL:
                 slider = layout.row()
-                slider.enabled = not proxy_mesh.why_locked(context.active_object)
+                slider.enabled = not proxy_mesh.why_locked(context.active_object)  # pyright: ignore[reportArgumentType]
                 slider.prop(context.window_manager, strength.NAME, slider=True)
             if group.strokes[group.active_stroke].data:
                 points = layout.operator(
@@ -129,5 +129,5 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
                 )
                 points.uid = uid
         if (job := job_of(context)) is not None and job.kind in (JobKind.REPLAY, JobKind.FLATTEN):
-            draw_job(layout, job)
+            draw_job(layout, job)  # pyright: ignore[reportArgumentType]
         layout.operator("neural_sculpt.apply_to_base", icon="CHECKMARK")

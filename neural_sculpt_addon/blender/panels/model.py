@@ -53,7 +53,6 @@ COUNTS = {
 }
 MOST_NOTES = 8
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 PIECES = ("components", "components_after")
 LINES = 9
 """Of a report of a stroke, with one that warns."""
@@ -74,15 +73,15 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         layout = self.layout
         ob = context.active_object
         if is_field(ob):
-            _draw_field(layout, context, ob)
+            _draw_field(layout, context, ob)  # pyright: ignore[reportArgumentType]
         elif not preferences.has_worker():
-            preferences.draw_installation(layout, context)
+            preferences.draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
             layout.operator("neural_sculpt.from_mesh", icon="MESH_MONKEY")
         for job in session.jobs:
             if job.kind in (JobKind.FIT, JobKind.LOAD, JobKind.CONSOLIDATE):
-                draw_job(layout, job)
+                draw_job(layout, job)  # pyright: ignore[reportArgumentType]
                 if job.preview is not None:
                     layout.operator("neural_sculpt.good_enough", icon="CHECKMARK")
 

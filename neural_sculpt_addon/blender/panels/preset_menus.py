@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus beside the choice of a profile, modulation or alpha: save, rename, delete, import."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 import bpy
 from bpy.types import Context, Menu, UILayout
 
@@ -13,7 +11,7 @@ MOST_IMAGES = 32  # in a menu
 
 def _draw(layout: UILayout, kind: str) -> None:
     for word, icon in (("save", "ADD"), ("rename", "SORTALPHA"), ("delete", "REMOVE")):
-        layout.operator(f"neural_sculpt.{word}_preset", icon=icon).kind = kind
+        layout.operator(f"neural_sculpt.{word}_preset", icon=icon).kind = kind  # pyright: ignore[reportArgumentType]
     layout.separator()
     layout.operator("neural_sculpt.import_preset", icon="IMPORT")
     layout.operator("neural_sculpt.open_presets", icon="FILE_FOLDER")
@@ -27,7 +25,7 @@ class NEURAL_SCULPT_MT_profile_presets(Menu):
 
     def draw(self, context: Context) -> None:
         """Draw the entries."""
-        _draw(self.layout, curve_store.PROFILE)
+        _draw(self.layout, curve_store.PROFILE)  # pyright: ignore[reportArgumentType]
 
 
 class NEURAL_SCULPT_MT_modulation_presets(Menu):
@@ -38,7 +36,7 @@ class NEURAL_SCULPT_MT_modulation_presets(Menu):
 
     def draw(self, context: Context) -> None:
         """Draw the entries."""
-        _draw(self.layout, curve_store.MODULATION)
+        _draw(self.layout, curve_store.MODULATION)  # pyright: ignore[reportArgumentType]
 
 
 class NEURAL_SCULPT_MT_alpha_images(Menu):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The mesh that stands for the active field."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context
 
@@ -21,15 +19,15 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
     def draw(self, context: Context) -> None:
         """Draw its resolution, and what can be done with it."""
         layout = self.layout
-        resolution = field_of(context.active_object).resolution
+        resolution = field_of(context.active_object).resolution  # pyright: ignore[reportArgumentType]
         layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
-        if field_of(context.active_object).refine:
-            most = f"{field_of(context.active_object).most_triangles:,}"
+        if field_of(context.active_object).refine:  # pyright: ignore[reportArgumentType]
+            most = f"{field_of(context.active_object).most_triangles:,}"  # pyright: ignore[reportArgumentType]
             said = iface_("Refined to at most {} triangles").format(most)
             layout.label(text=said, translate=False)
-        shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")
+        shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")  # pyright: ignore[reportArgumentType]
         layout.label(text=f"{iface_('Shading', OURS)}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
-        layout.prop(field_of(context.active_object), "live")
+        layout.prop(field_of(context.active_object), "live")  # pyright: ignore[reportArgumentType]
         layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
         layout.operator("neural_sculpt.export", icon="EXPORT")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What all panels of the sidebar share."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from typing import Any
 
 from bpy.types import Context, Panel, UILayout

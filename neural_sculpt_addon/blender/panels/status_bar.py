@@ -4,8 +4,6 @@
 Blender draws it again only when it is told so.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
-
 from typing import Any
 
 import bpy

@@ -6,8 +6,6 @@ follows from it change together, when it is released or rests. So it belongs to 
 of which Blender makes no undo steps.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportAttributeAccessIssue=false
-
 import time
 from functools import partial
 
@@ -93,7 +91,7 @@ def release() -> None:
 def _watch() -> None:
     with in_window():
         if _State.waiting and not bpy.app.background:
-            bpy.ops.neural_sculpt.watch_release("INVOKE_DEFAULT")
+            bpy.ops.neural_sculpt.watch_release("INVOKE_DEFAULT")  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _tick() -> float | None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How the next stroke is drawn."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from bpy.types import Context
 
 from ..scene.brush.brush_properties import brush_of
@@ -32,8 +30,8 @@ class NEURAL_SCULPT_PT_stroke(Sidebar):
         layout.prop(brush, "direction", expand=True)
         ob = context.active_object
         if is_field(ob):
-            draw_mirror(layout, ob)
-            draw_radial(layout, context, ob)
+            draw_mirror(layout, ob)  # pyright: ignore[reportArgumentType]
+            draw_radial(layout, context, ob)  # pyright: ignore[reportArgumentType]
         column = layout.column(align=True)
         lines = "neural_sculpt.strokes_from_lines"
         selected = column.operator(lines, text="From Selected Objects", icon="OUTLINER_OB_CURVE")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the worker does, and what went wrong last."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context
@@ -37,7 +35,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         """Draw the worker's state, progress and last error."""
         layout = self.layout
         if not preferences.has_worker():
-            preferences.draw_installation(layout, context)
+            preferences.draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
             return
         row = layout.row(align=True)
         row.label(text=state(), icon="SYSTEM", translate=False)
@@ -50,7 +48,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
             draw_text(box, context, iface_(HANGING), "ERROR")
             layout.operator("neural_sculpt.restart_worker", text="Restart", icon="FILE_REFRESH")
         if session.jobs:
-            draw_job(layout, session.jobs[0])
+            draw_job(layout, session.jobs[0])  # pyright: ignore[reportArgumentType]
             if waiting := len(session.jobs) - 1:
                 layout.label(text=iface_("{} waiting").format(waiting), translate=False)
         if session.last_error:

@@ -5,8 +5,6 @@ Field, revision, strokes, report and proxy change together or not at all: what m
 ahead of the first change. The result's mesh is in model space, which is the object's local space.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import json
 import uuid
 from collections.abc import Mapping, Sequence

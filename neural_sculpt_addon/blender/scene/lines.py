@@ -5,9 +5,6 @@ All are read as polylines in the world. What they have of thickness is read as t
 1 where the thickest of the lines is thickest.
 """
 
-# pyright: reportAttributeAccessIssue=false, reportArgumentType=false
-# pyright: reportOptionalMemberAccess=false
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -80,7 +77,7 @@ def _relative(lines: Iterable[Line]) -> list[Line]:
 def _grease_pencil(ob: Object) -> Iterator[Line]:
     """From Blender 4.3 on."""
     drawings = []
-    for layer in ob.data.layers:
+    for layer in ob.data.layers:  # pyright: ignore[reportAttributeAccessIssue]
         frame = layer.current_frame()
         if layer.hide or frame is None:
             continue
@@ -117,14 +114,14 @@ def _drawn(name: str, matrix: Any, data: Any) -> Iterator[tuple[Line, bool]]:
 def _legacy_grease_pencil(ob: Object) -> Iterator[Line]:
     """Blender 4.2."""
     lines = []
-    for layer in ob.data.layers:
-        if layer.hide or layer.active_frame is None:
+    for layer in ob.data.layers:  # pyright: ignore[reportAttributeAccessIssue]
+        if layer.hide or layer.active_frame is None:  # pyright: ignore[reportAttributeAccessIssue]
             continue
         matrix = ob.matrix_world
         if layer.parent is not None:
-            matrix = layer.parent.matrix_world @ layer.matrix_inverse
-        for stroke in layer.active_frame.strokes:
-            points = _in_world(matrix @ layer.matrix_layer, _get(stroke.points, "co", 3))
+            matrix = layer.parent.matrix_world @ layer.matrix_inverse  # pyright: ignore[reportAttributeAccessIssue]
+        for stroke in layer.active_frame.strokes:  # pyright: ignore[reportAttributeAccessIssue]
+            points = _in_world(matrix @ layer.matrix_layer, _get(stroke.points, "co", 3))  # pyright: ignore[reportAttributeAccessIssue]
             thickness = stroke.line_width * _get(stroke.points, "pressure", 1)
             line = Line(ob.name, points, thickness, stroke.use_cyclic)
             lines.append((line, bool(stroke.select)))
@@ -134,9 +131,9 @@ def _legacy_grease_pencil(ob: Object) -> Iterator[Line]:
 def _curve(ob: Object) -> Iterator[Line]:
     """The splines of a curve, without bevel and modifiers; a mesh keeps their order."""
     data = ob.data.copy()
-    data.dimensions = "3D"  # flat ones would be filled
-    data.bevel_depth = data.extrude = 0.0
-    data.bevel_object = None
+    data.dimensions = "3D"  # flat ones would be filled  # pyright: ignore[reportAttributeAccessIssue]
+    data.bevel_depth = data.extrude = 0.0  # pyright: ignore[reportAttributeAccessIssue]
+    data.bevel_object = None  # pyright: ignore[reportAttributeAccessIssue]
     bare = bpy.data.objects.new("", data)
     try:
         mesh = bare.to_mesh()
@@ -145,13 +142,13 @@ def _curve(ob: Object) -> Iterator[Line]:
         bare.to_mesh_clear()
     finally:
         bpy.data.objects.remove(bare)
-        bpy.data.curves.remove(data)
+        bpy.data.curves.remove(data)  # pyright: ignore[reportArgumentType]
     follows = np.zeros(len(points) + 1, bool)  # whether a point goes on from the one before it
     low, high = edges.min(1), edges.max(1)
     follows[high[high == low + 1]] = True
     starts = np.flatnonzero(~follows)  # of each line, and the number of points
     closing = set(zip(low.tolist(), high.tolist(), strict=True))
-    for spline, start, end in zip(ob.data.splines, starts[:-1], starts[1:], strict=False):
+    for spline, start, end in zip(ob.data.splines, starts[:-1], starts[1:], strict=False):  # pyright: ignore[reportAttributeAccessIssue]
         knots = spline.bezier_points if spline.type == "BEZIER" else spline.points
         radii = _get(knots, "radius", 1)
         at = np.linspace(0, len(radii) - 1, end - start)

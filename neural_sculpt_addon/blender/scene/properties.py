@@ -5,8 +5,6 @@ The field lives in model space, which is the object's local space: world = objec
 model. The brush is in `brush_properties`.
 """
 
-# pyright: reportInvalidTypeForm=false
-
 from typing import Any, TypeGuard
 
 from bpy.props import (

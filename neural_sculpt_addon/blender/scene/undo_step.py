@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Undo steps of ours: what goes ahead of a change, what is pushed after it, in which context."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from typing import Any
 
 import bpy

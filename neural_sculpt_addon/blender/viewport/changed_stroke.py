@@ -5,9 +5,6 @@ Nothing of it is in the scene, so neither undo nor files know of it. It is drawn
 field and the mode are those for which it was made, whatever becomes of the dialog.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportGeneralTypeIssues=false
-
 from dataclasses import dataclass
 from functools import partial
 
@@ -81,9 +78,9 @@ def _draw() -> None:
     """In the scene, in world space; what lies below the surface shines through."""
     if (drawn := shown()) is None:
         return
-    with over_surface(find(drawn.target)):
+    with over_surface(find(drawn.target)):  # pyright: ignore[reportArgumentType]
         for depth, opacity in (("NONE", BELOW), ("LESS_EQUAL", 1.0)):
-            gpu.state.depth_test_set(depth)
+            gpu.state.depth_test_set(depth)  # pyright: ignore[reportArgumentType]
             draw_ribbons(drawn.ribbons, opacity)
 
 

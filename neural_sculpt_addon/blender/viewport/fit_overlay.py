@@ -6,8 +6,6 @@ Nothing of it is in the scene: it goes when what it shows is over, and neither u
 of it.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -81,7 +79,7 @@ def _draw() -> None:
         gpu.state.depth_mask_set(True)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     data = {"pos": shown.points, "color": shown.colors}
-    batch_for_shader(shader, "TRIS", data, indices=triangles).draw(shader)
+    batch_for_shader(shader, "TRIS", data, indices=triangles).draw(shader)  # pyright: ignore[reportArgumentType]
     gpu.state.face_culling_set("NONE")
     gpu.state.depth_mask_set(False)
     gpu.state.depth_test_set("NONE")

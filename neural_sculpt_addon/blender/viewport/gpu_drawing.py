@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lines, points and ribbons drawn by the graphics card, in the scene or over a view."""
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportGeneralTypeIssues=false
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -37,7 +34,7 @@ def over_surface(ob: Object) -> Iterator[None]:
     writes = gpu.state.depth_mask_get()
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_mask_set(False)
-    with gpu.matrix.push_pop():
+    with gpu.matrix.push_pop():  # pyright: ignore[reportGeneralTypeIssues]
         gpu.matrix.multiply_matrix(ob.matrix_world)
         yield
     gpu.state.depth_test_set("NONE")
@@ -63,7 +60,7 @@ def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
         "color": np.tile(color.reshape(-1, 4), (len(shown), 1)).astype(np.float32),
     }
     corners = (firsts + ribbon_triangles(size.shape[1])).reshape(-1, 3)
-    batch_for_shader(shader, "TRIS", data, indices=corners).draw(shader)
+    batch_for_shader(shader, "TRIS", data, indices=corners).draw(shader)  # pyright: ignore[reportArgumentType]
     for column in (0, points.shape[2] // 2, -1):
         edge = 0.8 * opacity * colors.cursor[3]
         draw_lines(points[:, :, column], 1.5, (*colors.cursor[:3], edge))
@@ -74,7 +71,7 @@ def draw_knots(knots: NDArray[np.float64], chosen: int | None, color: Color) -> 
     shader = gpu.shader.from_builtin(POINTS)
     for index, knot in enumerate(knots):
         gpu.state.point_size_set(KNOT * (1.6 if index == chosen else 1.0))
-        batch = batch_for_shader(shader, "POINTS", {"pos": _deep(knot[None])})
+        batch = batch_for_shader(shader, "POINTS", {"pos": _deep(knot[None])})  # pyright: ignore[reportArgumentType]
         shader.uniform_float("color", color)
         batch.draw(shader)
     gpu.state.point_size_set(1.0)
@@ -90,7 +87,7 @@ def draw_lines(
     points = np.concatenate(pairs).reshape(-1, pairs[0].shape[-1])
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    batch = batch_for_shader(shader, "LINES", {"pos": _deep(points)})
+    batch = batch_for_shader(shader, "LINES", {"pos": _deep(points)})  # pyright: ignore[reportArgumentType]
     *rgb, alpha = color
     edge = (*([0.0] if sum(rgb) > 1.5 else [1.0]) * 3, EDGE * alpha)
     for wide, shade in ((width + 2, edge), (width, color)):
@@ -104,7 +101,7 @@ def draw_strip(one: NDArray[np.float64], other: NDArray[np.float64], color: Colo
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     shader.uniform_float("color", color)
     points = np.stack([one, other], axis=1).reshape(-1, 2)
-    batch_for_shader(shader, "TRI_STRIP", {"pos": _deep(points)}).draw(shader)
+    batch_for_shader(shader, "TRI_STRIP", {"pos": _deep(points)}).draw(shader)  # pyright: ignore[reportArgumentType]
 
 
 def _deep(points: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -6,9 +6,6 @@ moving the mouse never redraws the scene. The stroke is drawn in the scene, in m
 handlers stay from registration to its end and draw only when there is something to see.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportGeneralTypeIssues=false
-
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -124,8 +121,8 @@ def _draw_chosen() -> None:
     *color, alpha = preferences.overlay_colors().cursor
     with over_surface(ob):
         for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
-            gpu.state.depth_test_set(depth)
-            draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))
+            gpu.state.depth_test_set(depth)  # pyright: ignore[reportArgumentType]
+            draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))  # pyright: ignore[reportArgumentType]
 
 
 def _draw_stroke() -> None:
@@ -171,8 +168,8 @@ def _draw_brush(mouse: Mouse) -> None:
     *rgb, alpha = colors.cursor
     turned = images(mirror_of(ob), radial_of(context, ob))[:MOST_COPIES]  # (M, 3, 3)
     rims = [_pixels(view, shape.rim @ image.T) for image in turned]
-    draw_lines(rims[:1], 2.0, (*rgb, alpha))
-    draw_lines(rims[1:], 2.0, (*rgb, 0.4 * alpha))
+    draw_lines(rims[:1], 2.0, (*rgb, alpha))  # pyright: ignore[reportArgumentType]
+    draw_lines(rims[1:], 2.0, (*rgb, 0.4 * alpha))  # pyright: ignore[reportArgumentType]
     color = colors.carving if brush.intensity < 0 else colors.raising
     base, section = _pixels(view, shape.base), _pixels(view, shape.section)
     draw_strip(base, section, (*color[:3], 0.35 * color[3]))

@@ -4,8 +4,6 @@
 Points are in model space, the object's local space; the mouse is in pixels of the window.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 from dataclasses import dataclass
 
 import numpy as np

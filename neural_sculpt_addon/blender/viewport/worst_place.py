@@ -4,9 +4,6 @@
 They are shown from when the artist asks for them until the field changes. Model space.
 """
 
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportGeneralTypeIssues=false
-
 from collections.abc import Sequence
 
 import bpy
@@ -87,7 +84,7 @@ def _draw_ring(at: Vector, scale: float) -> None:
     points = (np.array([*at, 0.0]) + RADIUS * scale * circle).astype(np.float32)
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
-    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})
+    batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})  # pyright: ignore[reportArgumentType]
     for width, color in (
         (4.5, (0.0, 0.0, 0.0, 0.6)),
         (2.0, preferences.overlay_colors().raising),

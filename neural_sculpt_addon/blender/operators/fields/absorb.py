@@ -5,8 +5,6 @@ In a file that is older than layers the strokes so far become part of the base, 
 change what was sculpted over. Muted ones are no part of the field and stay in the history.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add a neural field at the 3D cursor: a ready-made one, or one from a file."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from pathlib import Path
 
 import bpy

@@ -5,8 +5,6 @@ That cannot be done in parts: the strokes are no entries any more. So the artist
 a script is not.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator

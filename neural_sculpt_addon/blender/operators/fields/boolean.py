@@ -5,8 +5,6 @@ The other object, a field or a mesh, stays and is hidden. The result is one entr
 beside the strokes. While the dialog is open the viewport shows what it would be.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choose what the strokes of the active field change: its detail, or the weights of its network."""
 
-# pyright: reportInvalidTypeForm=false
-
 from bpy.types import Context, Operator
 
 from ...scene.commit import set_solver

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make a plain network of the active field: small, and what the authors' tool reads."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from bpy.props import IntProperty
 from bpy.types import Context, Event, Operator
 

@@ -4,8 +4,6 @@
 Worker and field make the arrays; Blender's own exporters write meshes, its OpenVDB level sets.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -114,9 +112,9 @@ class NEURAL_SCULPT_OT_export(Operator):
             return
         layout.prop(self, "resolution")
         if KINDS[suffix] is JobKind.MESH:
-            estimate.draw_refinement(layout, self)
+            estimate.draw_refinement(layout, self)  # pyright: ignore[reportArgumentType]
             most = self.most_triangles if self.refine else 0
-            estimate.draw(layout, active_field(context), self.resolution, most)
+            estimate.draw(layout, active_field(context), self.resolution, most)  # pyright: ignore[reportArgumentType]
             layout.prop(self, "modifiers")
         if suffix in WITH_TEXT:
             layout.prop(self, "text")

@@ -6,8 +6,6 @@ the new object is never sheared or unevenly scaled and a round brush is round in
 that is the same along all axes stays the object's own.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 import numpy as np
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 from bpy.types import Context, Event, Object, Operator

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh the proxy of the active field again, finer or coarser. The field itself stays."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false, reportArgumentType=false
-
 from bpy.types import Context, Event, Operator
 
 from ....worker.client import JobKind, Message
@@ -49,11 +47,11 @@ class NEURAL_SCULPT_OT_remesh(Operator):
     def draw(self, context: Context) -> None:
         """Draw the resolution and its cost."""
         self.layout.prop(self, "resolution")
-        estimate.draw_refinement(self.layout, self)
+        estimate.draw_refinement(self.layout, self)  # pyright: ignore[reportArgumentType]
         self.layout.prop(self, "smooth")
         ob = active_field(context)
         most = self.most_triangles if self.refine else 0
-        estimate.draw(self.layout, ob, self.resolution, most)
+        estimate.draw(self.layout, ob, self.resolution, most)  # pyright: ignore[reportArgumentType]
         if native_edits.edited(ob):
             self.layout.label(text="What other brushes sculpted will be gone", icon="ERROR")
 

@@ -2,8 +2,6 @@
 """Show in the viewport where the last stroke turned the untouched surface most, or where a fit is
 farthest from its mesh."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Operator
 
 from ... import redraw

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cancel what the worker does and what waits for it."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Operator
 
 from ...session.worker_session import session

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """End a running fit with the field that it has learned so far."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Operator
 
 from ....worker.client import JobKind

@@ -4,8 +4,6 @@
 The first field asks for it, too: it is added when the worker is there.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 from collections.abc import Sequence
 
 import bpy

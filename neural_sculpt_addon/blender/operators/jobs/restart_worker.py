@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stop the worker process and start a new one."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Operator
 
 from ...session.worker_session import session

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stop the worker process, which frees what it holds; the next job starts it again."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.types import Context, Operator
 
 from ...session.worker_session import session

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Take any image as the alpha of the brush: a file, or an image of this scene."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, StringProperty

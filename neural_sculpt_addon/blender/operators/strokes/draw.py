@@ -5,8 +5,6 @@ What the mouse and the keys mean is decided in `drawing`; what is drawn is sculp
 operator would.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from dataclasses import replace
 
 from bpy.app.translations import pgettext_iface as iface_

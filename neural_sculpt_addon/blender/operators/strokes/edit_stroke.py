@@ -5,8 +5,6 @@ While the dialog is open the surface shows what the stroke would be.
 Radius and intensity are given in model space; the dialog shows them in scene units.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 import math
 from dataclasses import replace
 from typing import Any

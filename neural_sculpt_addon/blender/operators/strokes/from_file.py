@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sculpt the strokes of a stroke file on the active field."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sculpt along lines that were drawn with Blender's own tools."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from collections.abc import Iterator
 from dataclasses import replace
 

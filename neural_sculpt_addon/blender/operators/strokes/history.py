@@ -4,8 +4,6 @@
 Each operator takes the uid of a stroke, or works on the one that is chosen in the list.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, ClassVar

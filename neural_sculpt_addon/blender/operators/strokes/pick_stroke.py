@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choose a stroke of the history by pointing at the surface."""
 
-# pyright: reportOptionalMemberAccess=false
-
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Context, Event, Operator
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The artist's own presets of the curve widgets: save, rename, delete, import."""
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

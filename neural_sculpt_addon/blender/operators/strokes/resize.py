@@ -6,8 +6,6 @@ While the mouse changes it, the brush stays where it is on the surface and its r
 mouse. Lengths are in model space.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from typing import TYPE_CHECKING
 
 import numpy as np

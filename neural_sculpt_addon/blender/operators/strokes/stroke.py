@@ -6,8 +6,6 @@ the text of a stroke file with one or more strokes, or `points` with the scene's
 `radius` and `intensity` override where they are given.
 """
 
-# pyright: reportInvalidTypeForm=false
-
 from dataclasses import replace
 
 import numpy as np

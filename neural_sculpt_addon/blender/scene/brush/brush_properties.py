@@ -4,8 +4,6 @@
 Lengths are in model space; `scene_radius` and `scene_intensity` show them in scene units.
 """
 
-# pyright: reportInvalidTypeForm=false, reportOptionalMemberAccess=false
-
 from typing import Any
 
 import bpy

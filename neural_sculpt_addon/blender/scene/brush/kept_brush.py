@@ -9,8 +9,6 @@ Older files have the settings in a scene, and the curves in a node tree of that 
 scene in the window are taken over.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

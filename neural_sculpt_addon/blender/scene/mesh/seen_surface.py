@@ -6,8 +6,6 @@ shape. While a stroke is drawn the surface is held as it was: the pen does not c
 stroke has raised. Local space of the object, which is model space for a field.
 """
 
-# pyright: reportOptionalMemberAccess=false
-
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
