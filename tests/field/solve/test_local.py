@@ -233,6 +233,13 @@ def test_a_modulation_is_held_as_well_as_a_profile(preparation, peaks):
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
 
 
+def test_two_peaks_across_a_stroke_are_four_rises(preparation):
+    """Each of them is 2.5 cells of level 7.4 wide."""
+    radius = 2 * 2.5 * 2**-7.4
+    peaks = Profile(points=((-1, 0), (-0.5, 1), (0, 0), (0.5, 1), (1, 0)))
+    assert resolution(pose(preparation, Stroke(POLE, Brush(radius, 0.002, peaks)))).wanted == 7
+
+
 def test_a_hump_along_a_stroke_is_two_rises(preparation):
     """Each half of it is 2.5 cells of level 7.4 long, and narrower than the stroke's half."""
     length = 2 * 2.5 * 2**-7.4
