@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from ..common.progress import look
+from .geometry import unit
 from .network import Siren
 from .threads import parallel, shares
 
@@ -67,7 +68,7 @@ def values_and_gradients(
 def normals(field: Evaluated, points: ArrayLike) -> NDArray[np.float32]:
     """The directions (N, 3) of grad f, of unit length, at `points` (N, 3)."""
     gradient = values_and_gradients(field, points)[1]
-    return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
+    return unit(gradient)
 
 
 def chunk(field: Evaluated, most: int, passes: int) -> int:

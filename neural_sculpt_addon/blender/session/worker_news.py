@@ -25,7 +25,7 @@ from .worker_process import Worker
 log = logging.getLogger(__name__)
 
 
-class NewsOfWorker(JobQueue):
+class WorkerNews(JobQueue):
     """Hears the worker's messages, and does to the jobs what they say."""
 
     def __init__(self) -> None:

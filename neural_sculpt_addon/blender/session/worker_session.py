@@ -24,7 +24,7 @@ from ..scene import sculpt_steps
 from ..scene.objects import find
 from ..scene.properties import field_of
 from .job import Job, JobStatus
-from .worker_news import NewsOfWorker
+from .worker_news import WorkerNews
 
 log = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ LONG = 0.003
 100,000 triangles takes 2 ms, and to show it 8."""
 
 
-class Session(NewsOfWorker):
+class Session(WorkerNews):
     """Starts the worker when it is first needed, and feeds it jobs."""
 
     def __init__(self) -> None:

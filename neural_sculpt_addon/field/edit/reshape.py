@@ -17,6 +17,7 @@ from ...common.errors import SculptError
 from ...common.progress import Progress
 from ...stroke.displacement import displace
 from ..evaluate import normals
+from ..geometry import unit
 from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
 from ..problem.lay import Laid
@@ -142,6 +143,4 @@ def _normals(points: NDArray[np.float32], triangles: NDArray[np.int64]) -> NDArr
     total = np.zeros(points.shape)
     for corner in triangles.T:
         np.add.at(total, corner, across)
-    return (total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)).astype(
-        np.float32
-    )
+    return unit(total).astype(np.float32)

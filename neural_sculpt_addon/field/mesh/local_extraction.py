@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Local extraction: a part of the surface as a mesh finer than the proxy. A crest thinner than its
-cells comes out as a row of teeth in the proxy. The rim is open. All lengths in model space.
+"""Local extraction: a mesh of a part of the surface, finer than the proxy, with an open rim.
+
+In the proxy a crest that is thinner than its cells comes out as a row of teeth. Model space.
 """
 
 from collections.abc import Callable
@@ -26,24 +27,26 @@ def extract_near(
     times: int,
     check: Check,
 ) -> SurfaceMesh:
-    """The surface that is connected with `points` (N, 3) of it in cells of a lattice that are near,
-    but for a rim as wide as a cell of the mesh.
+    """The surface around `points` (N, 3) of it, as far as it goes on in cells that are near.
 
-    is_near: which cells are, by their middles (C, 3)
-    cells:   per axis, of that lattice
-    times:   how many cells of the mesh are as long as one of its cells, a power of two
+    is_near: which cells of a coarse lattice are, by their middles (C, 3)
+    cells:   of that lattice, per axis
+    times:   a power of two: the mesh has so many cells along the edge of each of those
+
+    It ends a cell of the mesh before those that are not near.
     """
-    known = np.zeros((cells + 2,) * 3, np.int8)  # 1 of those that are near, -1 of others
+    fine = cells * times
+    known = np.zeros((cells + 2,) * 3, np.int8)  # 1 near, -1 not, 0 not asked yet
 
     def within(index: NDArray[np.int32]) -> NDArray[np.bool_]:
-        place = (places(index, cells * times) - 1) // times + 1  # (3, I)
+        place = (places(index, fine) - 1) // times + 1  # (3, I)
         new = np.unique(place[:, known[tuple(place)] == 0], axis=1)
         middles = ((new.T - 0.5) * (2 / cells) - 1).astype(np.float32)
         known[tuple(new)] = np.where(is_near(middles), 1, -1)
         return known[tuple(place)] > 0
 
-    active = find_near(field, cells * times, points, within, lambda *_: check())
-    beside = active.index + corner_steps(cells * times)[:, None]  # (8, A), own the cells' edges
+    active = find_near(field, fine, points, within, lambda *_: check())
+    beside = active.index + corner_steps(fine)[:, None]  # (8, A), own the cells' edges
     whole = within(beside.ravel()).reshape(beside.shape).all(axis=0)
     mesh = march(active, whole)
     used, triangles = np.unique(mesh.triangles, return_inverse=True)

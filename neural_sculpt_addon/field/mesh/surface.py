@@ -26,7 +26,7 @@ class Samples(NamedTuple):
 
 
 class SurfaceMesh(NamedTuple):
-    """Triangles (T, 3) of a surface, some of whose samples are their vertices."""
+    """Triangles (T, 3) between samples of a surface, of which some may be in none."""
 
     vertices: Samples
     triangles: NDArray[np.int32]

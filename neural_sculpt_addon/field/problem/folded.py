@@ -106,7 +106,7 @@ class Folded:
 
     @cached_property
     def _divided(self) -> tuple[NDArray[np.int32], _Moved]:
-        """SurfaceMesh and vertices of the surface under the stroke, of which little is known yet.
+        """Triangles and vertices of the surface under the stroke, of which little is known yet.
 
         A tube is a grid on tangent planes: it has holes where the surface is steep to them, and few
         samples where an edge fans out. So a mesh's triangles are divided until they are fine
@@ -176,8 +176,8 @@ class Folded:
         """The surface that is asked for: vertices, triangles (T, 3), and which of these (T,) are
         displaced.
 
-        Those under the stroke and those elsewhere, without what bounds nothing, and without other
-        sheets that the stroke swallows.
+        The triangles under the stroke that bound something, and those elsewhere that the stroke
+        does not swallow.
         """
         beside, (before, moved, bounds, triangles) = self._held.vertices, self.under
         bounding = triangles[bounds[triangles].any(axis=1)]

@@ -7,6 +7,7 @@ where the displaced surface would run through itself, what bounds the shape coun
 Model space. See docs/method.md, section 2.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -36,7 +37,8 @@ from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
 STRETCHED = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
-MOST_TRIANGLES, MOST_CELLS = 40_000, 512  # of a fine mesh under a stroke; its cells per axis
+FINER = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
+MOST_TRIANGLES = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -247,22 +249,14 @@ class Problem:
         )
 
     def _finer(self, under: SurfaceMesh) -> int:
-        """How many cells of the mesh under a stroke that folds are as long as one of the proxy: its
-        cells are those of the finest detail there, or larger ones if those would be too many."""
+        """How many times as fine as the proxy the mesh under a stroke that folds is to be: its
+        cells are those of the finest detail there, or larger where those would be too many."""
         finest = self.field.detail.finest_at(under.points()).max(initial=0)
-        cells, times = self.preparation.proxy.active.cells, 1
-
-        def is_better(times: int) -> bool:
-            count = times**2 * len(under.triangles)
-            return (
-                2 / (times * cells) >= spacing(finest)
-                and count <= MOST_TRIANGLES
-                and times * cells <= MOST_CELLS
-            )
-
-        while is_better(2 * times):
-            times *= 2
-        return times
+        most = min(
+            self.preparation.spacing / spacing(finest),
+            math.sqrt(MOST_TRIANGLES / max(len(under.triangles), 1)),
+        )
+        return max((times for times in FINER if times <= most), default=1)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
