@@ -210,6 +210,40 @@ class Live(BrushCase):
             self.assertFalse(self.edited())
         self.assertEqual(state(self.ob()), before)
 
+    def test_undo_while_brush_and_neural_strokes_are_on_their_way(self) -> None:
+        """One press takes back one of them, one more brings it back, and nothing is muted."""
+        orders = {
+            "clay neural undo": [],
+            "clay neural undo redo": ["Clay", "Neural"],
+            "neural clay undo": ["Neural"],
+            "neural clay undo redo": ["Clay", "Neural"],
+            "clay neural grab undo": ["Clay", "Neural"],
+            "clay neural undo undo redo redo": ["Clay", "Neural"],
+            "clay grab undo absorb": ["Clay"],
+            "clay undo redo absorb": ["Clay"],
+        }
+        before = state(self.ob())
+        steps = {
+            "clay": lambda: brush("Clay", -40),
+            "grab": lambda: brush("Grab", 40),
+            "neural": lambda: stroke(arc(self.ob(), tilt=0.4), radius=0.1, name="Neural"),
+            "undo": undo,
+            "redo": redo,
+            "absorb": bpy.ops.neural_sculpt.absorb,
+        }
+        for order, expected in orders.items():
+            with self.subTest(order), self.as_in_a_window():
+                for word in order.split():
+                    steps[word]()
+                    self.look()
+                self.finish()
+                self.assertEqual(self.names(), expected)
+                self.assertFalse(any(item.muted for item in self.ob().neural_sculpt.strokes))
+                self.assertEqual(self.session.last_error, "")
+                for _ in expected or ["clay"] * (order == "clay neural undo"):
+                    undo()
+                self.assertEqual(state(self.ob()), before)
+
     def test_a_stroke_meanwhile_waits_for_the_first(self) -> None:
         """A brush at work keeps results back; its stroke is absorbed on top."""
         with self.as_in_a_window():

@@ -16,7 +16,7 @@ from bpy.types import Mesh
 
 from . import sculpt_steps
 from .mesh import brush_attributes
-from .sculpt_steps import Step
+from .sculpt_steps import BORDER, Step
 
 _OURS = "ours"
 _state: set[str] = set()
@@ -37,21 +37,26 @@ def names() -> list[str]:
 
 
 def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
-    """Undo the last step of Blender's history if that is one of Sculpt Mode after step `first`;
-    whether it was. Vertices are then where that step found them, in its part of the mesh.
+    """Undo the last step of Blender's history, and borders behind it, if that is one of Sculpt Mode
+    after step `first`; whether it was. Vertices are then where that step found them, in its part of
+    the mesh.
 
     mesh: the mesh that is sculpted, which undo makes another reference
     """
     before, _ = sculpt_steps.steps()
+    borders = sum(1 for _ in takewhile(lambda step: step.name == BORDER, reversed(before)))
+    before = before[: len(before) - borders]
     if first not in before[:-1] or not sculpt_steps.is_native(before[-1]):
         return False
     kept, count = brush_attributes.read(mesh()), len(mesh().vertices)
     with ours():
-        bpy.ops.ed.undo()
+        for _ in range(borders + 1):
+            bpy.ops.ed.undo()
         if sculpt_steps.active() == before[-1]:  # Blender has forgotten what was before it
             return False
         if len(mesh().vertices) != count:  # of another topology, which is not the brushes' doing
-            bpy.ops.ed.redo()
+            for _ in range(borders + 1):
+                bpy.ops.ed.redo()
             return False
     brush_attributes.write(mesh(), kept)
     return True

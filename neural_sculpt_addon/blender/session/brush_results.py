@@ -11,7 +11,7 @@ redo the rest comes in at once (`finish`), and jobs on the object wait. What is 
 one more stroke. A file that is saved half-way has the rest on its mesh alone, as sculpted.
 
 What undo takes from the mesh stays here as long as redo can bring it back, and nothing comes in
-before the next stroke, since a new step would cut off what can be redone.
+before the next stroke or change, since a new step would cut off what can be redone.
 """
 
 import logging
@@ -88,7 +88,7 @@ class BrushedProxy:
     known:     the strokes, in order, and those that undo took from the mesh
     count:     how many of them the mesh has
     half_way:  how many of them the mesh has alone, and not Blender's history as well
-    rests:     whether something may be redone, which the next step would cut off
+    rests:     whether undo or redo has led here: a step would cut off what can be redone
     """
 
     filled: str
@@ -193,11 +193,18 @@ def finish(unless_undone: bool = False) -> None:
 def is_ready(target: int, proxy: BrushedProxy) -> bool:
     """Whether a piece of work can be done. What was brushed since must be known first."""
     strokes, ob = proxy.strokes, find(target)
-    if not strokes or proxy.rests or any(stroke.result is None for stroke in strokes):
+    if not strokes or any(stroke.result is None for stroke in strokes):
+        return False
+    if proxy.rests and not _change_comes(target):
         return False
     if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
         return False
     return shows(ob, proxy)
+
+
+def _change_comes(target: int) -> bool:
+    """Whether a job is about to make a step anyway, on what the strokes lead to."""
+    return any(job.kind is not JobKind.BRUSHED for job in session.pending(target))
 
 
 def shows(ob: Object, proxy: BrushedProxy) -> bool:
@@ -238,7 +245,7 @@ class BrushResults(Arrivals):
         ob, proxy = find(job.target or 0), proxies.get(job.target or 0)
         if ob is None or proxy is None or job.kind is JobKind.BRUSHED:
             return False
-        if not proxy.count or proxy.rests or any(stroke.has_failed for stroke in proxy.strokes):
+        if not proxy.count or any(stroke.has_failed for stroke in proxy.strokes):
             return False
         return is_at_work() or shows(ob, proxy)
 

@@ -88,12 +88,19 @@ def is_on_its_way(ob: Object) -> bool:
 
 
 def refuse_edits(ob: Object) -> None:
-    """SculptError when brushes did what the field does not know of, nor soon will. It no longer
-    waits for the next stroke: what is asked for cuts off as well what could be redone."""
-    if is_on_its_way(ob):
-        proxies[ob.session_uid].rests = False
-    else:
+    """SculptError when brushes did what the field does not know of, nor soon will."""
+    if not is_on_its_way(ob):
         native_edits.refuse(ob)
+
+
+def let_come(ob: Object) -> bool:
+    """Let what brushes did come into the field though something may be redone that this cuts off;
+    whether all of it was on its way."""
+    if not is_on_its_way(ob):
+        return False
+    proxies[ob.session_uid].rests = False
+    session.watcher.work_came()
+    return True
 
 
 def look() -> None:

@@ -12,9 +12,10 @@ from bpy.types import Context, Event, Operator
 
 from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import NETWORK, field_of
-from ...session import states
+from ...session import live, states
 from ...session.absorb_job import LABEL, absorb_job
 from ..job_operator import (
+    FINISHED,
     REGISTER,
     Outcome,
     active_field,
@@ -65,8 +66,10 @@ class NEURAL_SCULPT_OT_absorb(Operator):
         )
 
     def execute(self, context: Context) -> Outcome:
-        """Fit in the worker."""
+        """Fit in the worker, unless the strokes of brushes are on their way by themselves."""
         ob = active_field(context)
+        if live.let_come(ob):
+            return FINISHED
         if proxy_mesh.in_dyntopo(ob):
             bpy.ops.sculpt.dynamic_topology_toggle()  # only then the mesh has what was sculpted
         return launch(self, absorb_job(ob))

@@ -15,7 +15,7 @@ from ...scene.proxy_properties import (
     resolution_property,
     smooth_property,
 )
-from ...session import states
+from ...session import live, states
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch
 
@@ -52,7 +52,7 @@ class NEURAL_SCULPT_OT_remesh(Operator):
         ob = active_field(context)
         most = self.most_triangles if self.refine else 0
         estimate.draw(self.layout, ob, self.resolution, most)  # pyright: ignore[reportArgumentType]
-        if native_edits.edited(ob):
+        if native_edits.edited(ob) and not live.is_on_its_way(ob):
             self.layout.label(text="What other brushes sculpted will be gone", icon="ERROR")
 
     def execute(self, context: Context) -> Outcome:

@@ -15,8 +15,8 @@ from ...locale.translations import OURS
 from ...scene.brush.brush_properties import brush_of
 from ...scene.brush.current_brush import brush_stroke, pressure_factors
 from ...scene.lines import Line, annotation_lines, selected_lines
-from ...scene.mesh import native_edits
 from ...scene.properties import world_scale
+from ...session import live
 from ..job_operator import (
     REGISTER,
     Outcome,
@@ -78,7 +78,7 @@ Their thickness acts as the pen's pressure"""
                 "No grease pencil, curve or hair is selected. Select some beside the field."
             )
         spacing = brush_of(context).spacing * brush_of(context).radius * world_scale(ob)
-        native_edits.refuse(ob)
+        live.refuse_edits(ob)
         strokes = tuple(
             _stroke(context, ob, part)
             for line in lines
