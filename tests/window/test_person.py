@@ -13,12 +13,13 @@ from drawing import (
     WindowCase,
     choose_native_brush,
     choose_tool,
+    edited,
     field,
     middle,
     moved_since,
     operate,
 )
-from harness import long, state, vertices
+from harness import long, push_undo, state, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from undo_orders import Order
@@ -47,6 +48,17 @@ class Person(WindowCase):
         yield from hand.until(lambda: annotated() == 1, 30, "an annotation")
         self.assertEqual(state(field()), before)
 
+
+class PersonOrders(WindowCase):
+    """Strokes of Blender's brushes are absorbed by Absorb alone, for the field says so."""
+
+    absorbs_live = True
+
+    def add(self, kind: str = "SPHERE") -> Steps:
+        yield from super().add(kind)
+        field().neural_sculpt.live = False
+        push_undo("Absorb by hand")
+
     @long
     def test_orders(self) -> Steps:
         """Each press of Ctrl Z takes back one thing, each of Shift Ctrl Z brings it back."""
@@ -57,6 +69,16 @@ class Person(WindowCase):
     def test_random_order(self) -> Steps:
         yield from self.add()
         yield from Order("person", PersonHands(self, 0), field().name).play()
+
+    @long
+    def test_a_stroke_after_a_brush_stroke_that_was_undone(self) -> Steps:
+        """Blender up to 4.5 rounds what it takes back, which is no sculpting."""
+        yield from self.add()
+        hands = PersonHands(self, 0)
+        for thing in (hands.toggle_mode, hands.native, hands.undo):
+            yield from thing()
+        self.assertFalse(edited())
+        yield from hands.neural()
 
 
 class PersonHands:

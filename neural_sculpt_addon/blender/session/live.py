@@ -106,10 +106,13 @@ def let_come(ob: Object) -> bool:
 def look() -> None:
     """Absorb what brushes have done to the active field since the last look."""
     ob = bpy.context.active_object
-    if ob is None or not _can_absorb(ob):
+    if ob is None or not _is_sculpted(ob):
         return
     target, mesh = ob.session_uid, ob.data
     assert isinstance(mesh, Mesh)
+    if not _can_absorb(ob):  # but undo may have to put back what it rounds
+        _known(ob, preview_attributes.true_positions(mesh))
+        return
     if target in _left and _left.pop(target) == (mark := native_edits.mark(ob)):
         _left[target] = mark
         return
@@ -153,7 +156,7 @@ def leave() -> None:
             brush_results.find_place(ob, proxies[target])
     _left.clear()
     ob = bpy.context.active_object
-    if ob is None or not _can_absorb(ob):
+    if ob is None or not _is_sculpted(ob):
         return
     if native_edits.edited(ob):
         _left[ob.session_uid] = native_edits.mark(ob)
@@ -168,8 +171,12 @@ def forget() -> None:
     _left.clear()
 
 
+def _is_sculpted(ob: Object) -> bool:
+    return is_field(ob) and ob.mode == "SCULPT" and not proxy_mesh.why_locked(ob)
+
+
 def _can_absorb(ob: Object) -> bool:
-    if not is_field(ob) or ob.mode != "SCULPT" or proxy_mesh.why_locked(ob):
+    if not _is_sculpted(ob):
         return False
     group = field_of(ob)
     return group.live and group.solver == LOCAL and not states.is_whole(group)

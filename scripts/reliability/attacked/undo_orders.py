@@ -36,7 +36,7 @@ def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.S
     drawing: Any = importlib.import_module("drawing")
     undo_orders: Any = importlib.import_module("undo_orders")
     person: Any = importlib.import_module("test_person")
-    case = person.Person()
+    case = person.PersonOrders()
     for number in range(first, first + count):
         case.setUp()
         yield simulated_input.DRAWN
