@@ -12,8 +12,8 @@ from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server.jobs import Jobs
-from tests.worker.histories import RESOLUTION, Object, run, stroke
-from tests.worker.test_jobs import distance_from, field_of
+from tests.worker.server.histories import RESOLUTION, Object, run, stroke
+from tests.worker.server.test_jobs import distance_from, field_of
 
 CPU = torch.device("cpu")
 MANY = 1_000_000

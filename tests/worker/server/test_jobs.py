@@ -20,7 +20,7 @@ from neural_sculpt_addon.worker import answers
 from neural_sculpt_addon.worker.protocol import JobKind, Message, MessageKind
 from neural_sculpt_addon.worker.server.jobs import Jobs
 from neural_sculpt_addon.worker.server.payload import MissingError
-from tests.worker.histories import RESOLUTION, Object, run, stroke
+from tests.worker.server.histories import RESOLUTION, Object, run, stroke
 
 CPU = torch.device("cpu")
 

@@ -12,7 +12,7 @@ from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server.jobs import Jobs
 from neural_sculpt_addon.worker.server.payload import MissingError, Payload
-from tests.worker.histories import Object, run, stroke
+from tests.worker.server.histories import Object, run, stroke
 
 CPU = torch.device("cpu")
 
