@@ -18,8 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..common.errors import SculptError
-from .ending import exit_in_words
-from .install.interpreter import start_logged
+from .child import exit_in_words, start_logged
 from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError

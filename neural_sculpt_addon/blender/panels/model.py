@@ -11,6 +11,7 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
+from ..layouts import draw_installation, draw_text
 from ..locale.translations import OURS, translated
 from ..scene.field_header import header_of
 from ..scene.mesh import native_edits
@@ -18,7 +19,6 @@ from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session
 from ..viewport import worst_place
-from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
@@ -75,7 +75,7 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         if is_field(ob):
             _draw_field(layout, context, ob)  # pyright: ignore[reportArgumentType]
         elif not preferences.has_worker():
-            preferences.draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
+            draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
             layout.operator("neural_sculpt.from_mesh", icon="MESH_MONKEY")
