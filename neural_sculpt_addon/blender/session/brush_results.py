@@ -251,7 +251,7 @@ def take(target: int, proxy: BrushedProxy) -> None:
         with preview.hidden(), session.history_grows():
             back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
             if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
-                _enter_next(target, proxy)
+                enter_next(target, proxy)
             if proxy.count:
                 proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
     except Exception as error:  # the jobs to come must not suffer for it
@@ -265,7 +265,7 @@ def take(target: int, proxy: BrushedProxy) -> None:
         notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
 
 
-def _enter_next(target: int, proxy: BrushedProxy) -> None:
+def enter_next(target: int, proxy: BrushedProxy) -> None:
     """The first stroke becomes an undo step. Only the last one may bring another proxy."""
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
     assert result is not None

@@ -54,7 +54,7 @@ class Session(WorkerNews):
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
-        self._ensure_worker()
+        self.ensure_worker()
         self.last_error = ""
         self.drop_behind()
         job.step = sculpt_steps.active()
@@ -76,7 +76,7 @@ class Session(WorkerNews):
                job is forgotten then
         """
         if start:
-            self._ensure_worker()
+            self.ensure_worker()
         self.drop_behind()
         self.behind = job
         self.watcher.work_came()
@@ -159,7 +159,7 @@ class Session(WorkerNews):
         read = read and time.perf_counter() - begun > LONG  # the window has waited long enough
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
-            self._hear(message)
+            self.hear(message)
             heard |= message.kind is not MessageKind.PROGRESS or self.slow_job() is not None
             if message.arrays:
                 break  # likewise
@@ -193,7 +193,7 @@ class Session(WorkerNews):
             self.worker.give_up()
         else:
             self.stop()
-        self._ensure_worker()
+        self.ensure_worker()
         self.watcher.work_came()
 
     def stop(self) -> None:
@@ -205,7 +205,7 @@ class Session(WorkerNews):
         self._news.clear()
         self.watcher.stopped()
 
-    def _ensure_worker(self) -> None:
+    def ensure_worker(self) -> None:
         command = environment.worker_command(preferences.worker_python(), preferences.device())
         if self.client is not None:
             busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
@@ -213,7 +213,7 @@ class Session(WorkerNews):
                 return
             self.worker.end()  # gives every open job its end
             for message in [*self._news, *self.worker.poll()]:
-                self._hear(message)
+                self.hear(message)
             self._news.clear()
         self.worker.start(command)
 
@@ -244,7 +244,7 @@ class Session(WorkerNews):
         return stroke is not None
 
     def _start(self, job: Job) -> None:
-        self._ensure_worker()
+        self.ensure_worker()
         try:
             self._begin(job)
         except WorkerGoneError as error:  # just now

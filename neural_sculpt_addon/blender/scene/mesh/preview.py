@@ -123,11 +123,11 @@ def goes_on() -> bool:
 
 
 def _go_on_later() -> None:
-    if goes_on() and not bpy.app.timers.is_registered(_catch_up_later):
-        bpy.app.timers.register(_catch_up_later, first_interval=SOON)
+    if goes_on() and not bpy.app.timers.is_registered(catch_up_later):
+        bpy.app.timers.register(catch_up_later, first_interval=SOON)
 
 
-def _catch_up_later() -> float | None:
+def catch_up_later() -> float | None:
     return None if catch_up() else SOON
 
 
