@@ -65,8 +65,8 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         fields = _edited([stroke, *dns, *ours()], here, edit)
         problem, camera = pose(here.preparation, edit), _camera(edit)
         drift = {n: drift_map(problem, f, camera, size) for n, f in fields.items()}
-        sheet.save(folder / "methods.jpg", _page(_shaded(fields, camera, size)))
-        sheet.save(folder / "drift.jpg", sheet.below([_page(drift), _scale(size)]))
+        sheet.save(folder / "methods.png", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "drift.png", sheet.below([_page(drift), _scale(size)]))
         return {"pictures": ["methods", "drift"]}
 
     def peaks() -> Row:
@@ -75,7 +75,7 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         edit = Stroke(points, Brush(WIDE, LOW, peaked(PEAKS)))
         fields = _edited([stroke, *ours()], here, edit)
         camera = _camera(edit)
-        sheet.save(folder / "peaks.jpg", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "peaks.png", _page(_shaded(fields, camera, size)))
         return {"pictures": ["peaks"]}
 
     epoch = 0.08 + 0.17 + 0.17
