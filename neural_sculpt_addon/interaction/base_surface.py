@@ -98,8 +98,8 @@ class BaseSurface:
         self._ball = np.argwhere(near) - CELLS - 1  # (B, 3)
 
     def near(self, points: Array) -> Indices:
-        """The vertices (M,) that may lie within reach of points (N, 3): none that does is missed,
-        most of those that do not are left out."""
+        """Candidates (M,) for the vertices within reach of points (N, 3): all that are within it,
+        and few others."""
         passed = np.floor((points - self._low) / self._cell).astype(np.intp)
         cells = (passed[:, None] + self._ball).reshape(-1, 3)
         cells = cells[((cells >= 0) & (cells < self._shape)).all(axis=1)]

@@ -87,8 +87,8 @@ class Growth:
             yield len(part) // 2
 
     def _lay(self, stroke: Stroke) -> Generator[int, None, Mask]:
-        """Lay the path; gives as `follow` does, and in the end which vertices (V,) are near to
-        what is new of it."""
+        """Lay the path. Yields as `follow` does, and returns which vertices (V,) are near to the
+        part of it that is new."""
         drawn = _spline(stroke)
         surface, near = self._surface, np.zeros(len(self._along), bool)
         if self._path is None:
@@ -160,8 +160,8 @@ def _spline(stroke: Stroke) -> Array:
 
 
 def reach_of(stroke: Stroke) -> float:
-    """How far from the points of its path a stroke moves vertices, at most; the pressure's largest
-    factor is rounded up, that it rises seldom."""
+    """How far from the points of its path a stroke moves vertices, at most. The pressure's largest
+    factor is rounded up, so that the reach of a stroke that grows changes rarely."""
     factor = max(np.ceil(WIDER * stroke.largest_factor) / WIDER, 1.0)
     return stroke.brush.radius * (factor + 1 / STEPS)
 

@@ -16,7 +16,7 @@ Vectors = NDArray[np.float32]
 Indices = NDArray[np.intp]
 Found = TypeVar("Found")
 Steps = Generator[None, None, Indices]
-"""Rests between two steps, and gives what was found in the end."""
+"""Yields between two steps, and returns what was found."""
 
 PART = 65536  # points that are compared in a step
 PIECE = 2048  # points whose neighbours are looked for in a step,
@@ -47,9 +47,10 @@ def finish(steps: Generator[None, None, Found]) -> Found:
 def search(points: Vectors, among: Vectors) -> Steps:
     """The numbers (P,) of the nearest of `among` (N, 3), at least one, to finite `points` (P, 3).
 
-    Of a point farther from all than usual neighbours are from each other it is one to which no
-    neighbour is nearer: with each doubling of the distance every fourth is looked at, so that none
-    costs more, and from there it goes on from neighbour to neighbour.
+    A point that is farther from all of them than these usually are from each other gets one that is
+    nearer than its own neighbours, which may not be the nearest of all. For such a point the search
+    doubles its reach and skips three of four, until it finds one, and so costs the same at any
+    distance; then it goes on from neighbour to neighbour while that is nearer.
     """
     found = yield from _equal(points, among)
     left = np.flatnonzero(found < 0)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where strokes of the history run over the surface: lines to be drawn, and which one is meant.
 
-A stroke and each of its images has a line along its middle; a dab has its rim. `Lay` is as
-for ribbons. NumPy alone; model space.
+A stroke and each of its images has a line along its middle; a dab has its rim. `Lay` is as for
+ribbons. NumPy alone; model space.
 """
 
 from collections.abc import Sequence

@@ -143,8 +143,8 @@ class TriangleGrid:
         return self._vertices[self._triangles[triangles].T].astype(float)
 
     def _columns(self, points: Array, width: int) -> Indices:
-        """The first cells (N, width x width) of the columns in the cube of cells, of that width,
-        that has a point (N, 3) in its middle."""
+        """The first cells (N, width x width) of the columns of a cube: that of width^3 cells with a
+        point (N, 3) in its middle."""
         first = ((points - self._low) / self._cell - (width - 1) / 2).astype(np.intp)
         i, j, k = np.clip(first, 0, self._count - width).T[:, :, None]
         aside, above = np.divmod(np.arange(width * width), width)

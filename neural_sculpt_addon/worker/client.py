@@ -4,8 +4,8 @@
 NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
 ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
 whatever happens to the worker: when it dies the client answers in its place. Ahead of that come any
-progress and previews. An error of a worker that died says `died`: the job was not
-at fault, or not known to be.
+progress and previews. The error that ends a job because its worker died has the field `died`: the
+job was not at fault, or not known to be.
 """
 
 import math

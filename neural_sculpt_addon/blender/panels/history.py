@@ -56,8 +56,9 @@ class NEURAL_SCULPT_UL_strokes(UIList):
 EDIT = "GREASEPENCIL"
 
 NARROW = 240
-"""Pixels of a sidebar, for a user interface at its normal size, below which the names of a list
-with all its buttons could not be read: fewer are beside them, the others below."""
+"""Width of a sidebar in pixels, at the normal size of the interface. A narrower one has only some
+of the buttons beside the names, which could not be read otherwise, and the others below the
+list."""
 
 SIGNS = {Kind.SMOOTH: "MOD_SMOOTH", Kind.FLATTEN: "MESH_PLANE", Kind.PINCH: "MOD_CAST"}
 """As in the list of kinds."""

@@ -209,8 +209,8 @@ def shows(ob: Object, proxy: BrushedProxy) -> bool:
 
 
 BUDGET = 0.008
-"""Seconds after which no more work is begun before the window is drawn: a step that is taken back
-costs 4 ms and more, one that is made some 35 ms, of which Blender itself takes 30."""
+"""Seconds of work after which the window is drawn before more is begun. To take back a step costs
+4 ms and more; to make one some 35 ms, of which Blender itself takes 30."""
 
 
 class BrushResults(Arrivals):

@@ -29,8 +29,8 @@ from .worker_news import WorkerNews
 log = logging.getLogger(__name__)
 
 LONG = 0.003
-"""Seconds after which what was read is not shown before the window is drawn: to read a mesh of
-100,000 triangles takes 2 ms, and to show it 8."""
+"""Seconds of reading after which the window is drawn before what was read is shown. To read a mesh
+of 100,000 triangles takes 2 ms, to show it 8."""
 
 
 class Session(WorkerNews):

@@ -68,7 +68,8 @@ class _State:
 def show_stroke(
     ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
 ) -> None:
-    """Show a stroke as it is now; of one that the surface itself shows only a line to edit it by.
+    """Show a stroke as it is now. Where the surface itself shows it (`sculpted`), only a line is
+    drawn, by which its points can be edited.
 
     Most moves of the mouse add no point to it, and nothing new is made for these.
     """

@@ -33,9 +33,9 @@ LARGEST = 3
 """Level of the largest cells, for what has moved far."""
 
 DEPTH = 2.0
-"""Cells of the coarsest level that the surface may pass on its way. Finer levels could not hold
-what f was deep inside beside what it shall be on the new surface: it would swing, and leave
-crumbs."""
+"""Cells of the coarsest level that the surface may pass on its way. On finer levels what f was deep
+inside would stand a few cells from the zeros of the new surface: f would swing between the two, and
+leave crumbs."""
 
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
 """Level on which islands are taken away, how far in its cells, and the weight of that."""

@@ -30,13 +30,16 @@ BESIDE = 3
 KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
 
 Signed = Callable[[Array, Array, NDArray[np.bool_]], ArrayLike]
-"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,): where a third
-array (N,) is false, any number is one that has the right sign."""
+"""The signed distance (N,) to a surface, of points (N, 3), the values (N,) of the field there, and
+for which of them (N,) it is to be exact: of the others only the sign counts."""
 
 
 class TargetDistance:
-    """What the field shall be off the surface: the signed distance where the moved surface is the
-    nearest, or the side has changed, and elsewhere what it was."""
+    """What the field shall be off the surface.
+
+    The signed distance where the moved surface is nearest or the side has changed; elsewhere what
+    the field was.
+    """
 
     def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
         self.field, self.patch = field, patch

@@ -41,8 +41,8 @@ Array = NDArray[np.float32]
 
 CLOSE, OF_WAY = Tolerance(1.5e-4, 0.1), 0.1
 """Half of what an artist could see, and 6 degrees: where more is missed, a finer level comes. With
-1e-4 and 0.05 results are a quarter closer and take a tenth more time. Of the longest way of a
-vertex the distance is at most so much, so that a faint stroke is not lost."""
+1e-4 and 0.05 results are a quarter closer and take a tenth more time. The distance is at most
+OF_WAY times the longest way of a vertex, so that a faint stroke is not lost."""
 
 REPAIRS = 4
 """How often at most pieces that nobody asked for are taken away."""

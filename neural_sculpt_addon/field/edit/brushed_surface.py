@@ -28,8 +28,8 @@ Array = NDArray[np.float32]
 
 MOST_VERTICES = 25_000  # vertices, about
 BETWEEN = 1
-"""Levels below the finest one from which on middles of edges are samples, too: on the level before,
-vertices alone are some six for each h^2."""
+"""Middles of edges are samples, too, on the finest level and so many before it. On coarser ones
+vertices alone are enough: some six for each h^2."""
 
 
 class Brushed(NamedTuple):

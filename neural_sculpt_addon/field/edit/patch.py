@@ -33,7 +33,8 @@ class Patch(NamedTuple):
 def bent(
     vertices: NDArray[np.floating], triangles: NDArray[np.int32], moved: NDArray[np.bool_]
 ) -> Patch:
-    """The vertices (V first) of a mesh and the middles of its edges, bent as the normals say.
+    """The vertices (which come first) of a mesh and the middles of its edges, bent as the normals
+    say.
 
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.

@@ -43,8 +43,8 @@ NO_PIECE = (
 )
 ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
 AROUND, RINGS, LOW = 6, 3, 0.4
-"""What is hidden is looked for at a place in each cell of this level, in so many rings of cells
-around the surface; |f| below this share of a cell is nearly zero."""
+"""Where hidden pieces are looked for: at a place in each cell of level AROUND, in RINGS rings of
+cells around the surface. |f| below LOW times a cell is nearly zero."""
 LARGE = 0.1  # share of the edge of such a cell: a smaller coefficient of that size hides nothing
 LEAST = 0.3  # share of the distance that f must have on its side, or is looked at closely:
 PLACES, WRONG = 64, 0.05  # at so many places around, where the share that is a stray is smaller
@@ -116,8 +116,9 @@ def repaired(
 
 
 def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = None) -> Strays:
-    """Some vertices of all surface of the proxy, or of that in `reached` cells as of `support`,
-    that the mesh is not near to, and those of pieces that it does not have."""
+    """Strays: vertices of the proxy that the mesh is not near to, and those of pieces that the mesh
+    does not have. Some of all vertices are asked, or of those in `reached` cells (see
+    `support`)."""
     count, labels = proxy.components
     sizes = np.bincount(labels, minlength=count)
     starts = np.cumsum(sizes) - sizes
@@ -173,8 +174,8 @@ def _find_hidden(
 def _around_surface(
     field: Field, proxy: Proxy, reached: Cells | None, rng: np.random.Generator
 ) -> Points:
-    """A place in each cell around the surface where detail of its size can hide something, and in
-    one of eight elsewhere."""
+    """A place in each cell around the surface that has detail large enough to hide something, and
+    in one of eight of the other cells."""
     h = spacing(AROUND)
     rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
     for _ in range(RINGS):

@@ -2,8 +2,8 @@
 """Sheets made solid: the open pieces of a mesh get a thickness, closed pieces stay as they are.
 
 Each open piece becomes a closed shell, half the thickness to either side of its faces, with a band
-along its border. The shells may cut each other and themselves; the winding number tells
-what is inside of their union. Model space.
+along its border. The shells may cut each other and themselves; the winding number tells what is
+inside of their union. Model space.
 """
 
 from dataclasses import replace

@@ -87,8 +87,8 @@ def cut(
 
 
 def _in_order(corners: Array) -> Array:
-    """The same triangles (F, 3, 3) in an order of their own: that of CGAL's is another one each
-    time, and with it would be what is sampled."""
+    """The triangles (F, 3, 3) in an order that follows from them alone: CGAL's is another one each
+    time, and so would be the samples that are drawn from them."""
     _, names = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     names = names.reshape(-1, 3)
     turned = (names.argmin(axis=1)[:, None] + np.arange(3)) % 3
