@@ -9,7 +9,7 @@ import json
 import os
 import time
 import unittest
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -62,6 +62,15 @@ class SculptCase(unittest.TestCase):
         self.assertIn(sentence, message)
         self.assertNotIn("Traceback", message)
         self.assertTrue(message.endswith("."), message)
+
+    def undo_and_redo(self, states: Sequence[object], look: Callable[[], object]) -> None:
+        """Undo leads back through all states, and redo through them again; `look` tells them."""
+        for expected in states[-2::-1]:
+            undo()
+            self.assertEqual(look(), expected)
+        for expected in states[1:]:
+            redo()
+            self.assertEqual(look(), expected)
 
     @contextmanager
     def as_in_a_window(self) -> Iterator[None]:

@@ -124,12 +124,7 @@ class Live(BrushCase):
                 np.testing.assert_array_equal(vertices(self.ob())[~moved], before[~moved])
                 states.append(state(self.ob()))
         self.assertEqual(self.names(), ["Clay", "Grab", "Smooth"])
-        for expected in states[-2::-1]:
-            undo()
-            self.assertEqual(state(self.ob()), expected)
-        for expected in states[1:]:
-            redo()
-            self.assertEqual(state(self.ob()), expected)
+        self.undo_and_redo(states, lambda: state(self.ob()))
 
     def test_strokes_in_quick_succession_are_absorbed_in_order(self) -> None:
         states = [state(self.ob())]

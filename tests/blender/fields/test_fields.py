@@ -137,12 +137,7 @@ class Stroke(Drawn):
         self.stroke(arc(self.ob, tilt=1.2), intensity=-INTENSITY)
         states.append(state(field("Sphere")))
         self.assertEqual(len(set(states)), 4)
-        for wanted in states[-2::-1]:
-            undo()
-            self.assertEqual(state(field("Sphere")), wanted)
-        for wanted in states[1:]:
-            redo()
-            self.assertEqual(state(field("Sphere")), wanted)
+        self.undo_and_redo(states, lambda: state(field("Sphere")))
 
     def test_survives_save_and_load_and_goes_on(self) -> None:
         self.stroke(self.path)

@@ -11,7 +11,6 @@ from harness import (
     arc,
     module,
     push_undo,
-    redo,
     state,
     stroke,
     undo,
@@ -159,12 +158,7 @@ class Carried(SphereCase):
             self.check()
             states.append(self.everything())
         self.assertNotEqual(len(vertices(self.ob())), count)
-        for expected in states[-2::-1]:
-            undo()
-            self.assertEqual(self.everything(), expected)
-        for expected in states[1:]:
-            redo()
-            self.assertEqual(self.everything(), expected)
+        self.undo_and_redo(states, self.everything)
 
     def test_what_is_left_alone_keeps_its_values_bit_for_bit(self) -> None:
         """Values that no neighbour shares, at each corner, after two strokes."""

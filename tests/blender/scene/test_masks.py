@@ -14,7 +14,6 @@ from harness import (
     arc,
     brush_settings,
     module,
-    redo,
     state,
     stroke,
     strokes_of,
@@ -131,12 +130,7 @@ class Masks(SphereCase):
         self.assertGreater(len(kept), len(now) / 2)
         for ours, theirs in kept:
             self.assertAlmostEqual(ours, theirs, places=6)
-        for expected in states[-2::-1]:
-            undo()
-            self.assertEqual(self.everything(), expected)
-        for expected in states[1:]:
-            redo()
-            self.assertEqual(self.everything(), expected)
+        self.undo_and_redo(states, self.everything)
 
     def test_a_sharp_border_stays_sharp_under_many_strokes(self) -> None:
         paint(self.ob(), half(self.ob()))

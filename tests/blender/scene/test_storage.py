@@ -5,7 +5,7 @@ import random
 import shutil
 
 import bpy
-from harness import SculptCase, push_undo, redo, undo
+from harness import SculptCase, push_undo
 
 RANDOM = random.Random(7)
 VALUES = [
@@ -41,12 +41,7 @@ class Storage(SculptCase):
         for value in VALUES:
             self.put(value)
             push_undo("Put")
-        for value in VALUES[-2::-1]:
-            undo()
-            self.assertEqual(self.get(), value)
-        for value in VALUES[1:]:
-            redo()
-            self.assertEqual(self.get(), value)
+        self.undo_and_redo(VALUES, self.get)
 
     def test_save_load_and_append(self) -> None:
         path, copy = str(self.folder / "a.blend"), str(self.folder / "b.blend")

@@ -31,12 +31,7 @@ class Undo(SteeredCase):
 
     def back_and_forth(self) -> None:
         """All the way back and all the way forth; every state is as it was."""
-        for expected in self.states[-2::-1]:
-            undo()
-            self.assertEqual(state(field("Sphere")), expected)
-        for expected in self.states[1:]:
-            redo()
-            self.assertEqual(state(field("Sphere")), expected)
+        self.undo_and_redo(self.states, lambda: state(field("Sphere")))
 
     def test_three_strokes_and_a_transform(self) -> None:
         self.stroke()

@@ -36,6 +36,15 @@ BUTTON = 20  # pixels of a button without words
 SCALE = 0.6  # of the interface, so that all panels are in sight
 
 
+def move_aside() -> Steps:
+    """Move what Blender holds by the mouse to the right, and confirm."""
+    x, y = middle()
+    for step in range(10, 101, 10):
+        hand.move((x + step, y))
+        yield hand.DRAWN
+    hand.tap("RET", (x + 100, y))
+
+
 class Seen(NamedTuple):
     """What an artist in Sculpt Mode has before the eyes."""
 
@@ -155,11 +164,7 @@ class Meanwhile(WindowCase):
         yield hand.DRAWN
         hand.tap("G", middle())
         yield 3 * hand.DRAWN
-        x, y = middle()
-        for step in range(10, 101, 10):
-            hand.move((x + step, y))
-            yield hand.DRAWN
-        hand.tap("RET", (x + 100, y))
+        yield from move_aside()
         yield 3 * hand.DRAWN
         there = bmesh.from_edit_mesh(field().data).verts  # without the preview, as it is there
         moved = np.array([vertex.co[:] for vertex in there], np.float32)
@@ -223,11 +228,7 @@ class Meanwhile(WindowCase):
         """Type Alt D, move the duplicate aside, and confirm."""
         hand.tap("D", middle(), ("alt",))
         yield 3 * hand.DRAWN
-        x, y = middle()
-        for step in range(10, 101, 10):
-            hand.move((x + step, y))
-            yield hand.DRAWN
-        hand.tap("RET", (x + 100, y))
+        yield from move_aside()
         yield from hand.until(lambda: len(bpy.data.objects) == 2, SECONDS, "a duplicate")
         yield 3 * hand.DRAWN
 
