@@ -24,19 +24,17 @@ ROUNDS = 4
 """How often an edge is halved at most."""
 
 REACH = 0.5
-"""Longest Newton step of a new vertex, in lengths of its edge."""
+"""Edges: the longest way of a new vertex from the middle of its own."""
 
 FARTHEST = 0.49
-"""An edge whose new vertex would be farther from its middle, in its own lengths, stays whole: that
-part of the surface does not belong to it."""
+"""Edges: from how far off an edge stays, for what is there has little to do with it."""
 
 AWAY = -0.5
-"""Cosine of normals, 120 degrees, below which two points are on different sides of something thin.
-The ends of an edge across a right-angled crease are above it."""
+"""Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
+those of an edge across a right-angled crease are not."""
 
 LEAN = 0.3
-"""Length of a unit normal's part across the edge, below which a point moves along the whole normal
-instead of along that part."""
+"""Share of the normal that is across an edge, below which a point moves along all of it."""
 
 MENDED = 4
 """How often thin and turned triangles are mended at most."""
@@ -55,8 +53,9 @@ class Splits(NamedTuple):
 class Growth:
     """A mesh while its edges are split.
 
-    count: how many of its vertices are those of the coarse triangles, which come first
-    known: splits of edges on the border of what is split, which stay; None where there is no border
+    count: of its vertices, those of the coarse triangles, which come first
+    known: splits of edges on the border of what is split, which are to be as they are; None where
+           there is no border
     """
 
     def __init__(
@@ -209,11 +208,10 @@ def _onto(
     edges: NDArray[np.float32],
     reach: NDArray[np.float32],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Points (N, 3) after a Newton step onto f = 0, no longer than `reach` (N, 1); the length of
-    the step (N,), and the normals (N, 3) where the points were.
+    """Points (N, 3) after a Newton step onto f = 0 across their `edges` (N, 3) and no longer than
+    `reach` (N, 1); its length (N,), and the normals (N, 3) where they were.
 
-    The step is across their `edges` (N, 3): a point that slid along its edge would make one of the
-    halves longer than the other.
+    Along its edge a point does not slide: the two halves would be of different length.
     """
     value, gradient = values_and_gradients(field, points)
     slope = np.maximum(lengths(gradient), FLAT)
@@ -229,7 +227,6 @@ def _onto(
 
 
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
-    """Splits of edges (S,) in any order."""
     order = np.argsort(edges)
     return Splits(edges.take(order), middles.take(order))
 
