@@ -18,7 +18,6 @@ Picture = NDArray[np.uint8]
 
 LABEL = 17  # of the letters
 LARGER = 4
-COLOURS = 256  # of a PNG: a third of its bytes, and shaded clay has hardly more
 INK, PALE = (34, 34, 34), (190, 196, 204)
 BLUE = (39, 96, 157)
 
@@ -101,10 +100,9 @@ def to_width(picture: Picture, width: int) -> Picture:
 
 
 def save(path: Path, picture: Picture) -> None:
-    """As PNG, of `COLOURS` colours: they are off by a few of 255 at most."""
+    """As PNG, of all its colours: with 256 of them a shaded ball has steps that one sees."""
     buffer = io.BytesIO()
-    few = Image.fromarray(picture).quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1)
-    few.save(buffer, "PNG", optimize=True)
+    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
     write_whole(path, buffer.getvalue())
 
 

@@ -48,8 +48,8 @@ CAPTIONS = {
     " left of it in a network of 70 kB, and in local detail (table 5a)",
     "methods": "One stroke by all methods: radius 0.08, intensity 0.06, quintic, the first random"
     " edit of the sphere (table 2)",
-    "drift": "The same: how far the surface moved where the stroke does not reach, in model space;"
-    " the stroke is grey",
+    "drift": "The same: how far the surface moved where the stroke does not reach, in model space."
+    " The stroke is grey; where nothing moved the ball is white, in its own shade",
 }
 
 
