@@ -21,12 +21,12 @@ Steps = Generator[None, None, Indices]
 PART = 65536  # points that are compared in a step
 PIECE = 2048  # points whose neighbours are looked for in a step,
 CANDIDATES = 1 << 16  # and neighbours at most, about
-SIZE = 2.0  # usual spacings: the first cells in which neighbours are looked for
+FIRST_CELLS = 2.0  # usual spacings: the first cells in which neighbours are looked for
 MOST_CELLS = 1024  # along an axis
 WALK = 8  # from neighbour to neighbour
 MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)  # odd
 SLOTS = 21  # bits: of the table of equal points, which lacks one in a hundred or two
-ROUNDS = 64 - SLOTS, 64 - 2 * SLOTS  # lowest bits of a key that are its slot, in turn
+LOWEST_BITS = 64 - SLOTS, 64 - 2 * SLOTS  # lowest bits of a key that are its slot, in turn
 
 
 def nearest(points: Vectors, among: Vectors) -> Indices:
@@ -67,7 +67,7 @@ def search(points: Vectors, among: Vectors) -> Steps:
 
 def _search(points: Vectors, among: Vectors) -> Steps:
     """The same for points that are not among them, in pieces."""
-    finest = SIZE * _spacing(among)
+    finest = FIRST_CELLS * _spacing(among)
     found = yield from _within(points, points, among, finest, finest / 2)
     far = left = np.flatnonzero(found < 0)
     size, every = finest, 1
@@ -101,7 +101,7 @@ def _equal(points: Vectors, among: Vectors) -> Steps:
     found[head:] += len(among) - len(points)
     found[head : len(points) - tail] = -1
     yield
-    for lowest in ROUNDS:
+    for lowest in LOWEST_BITS:
         table = np.zeros(1 << SLOTS, np.int32)
         for start in range(head, len(among) - tail, PART):
             end = min(start + PART, len(among) - tail)

@@ -8,8 +8,8 @@ import sys
 
 THREADS = "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of <malloc.h>
-KEPT = 256 << 20  # bytes of freed memory that the process keeps
-LARGEST = 32 << 20  # bytes of a piece of it; the most that glibc allows
+KEPT_BYTES = 256 << 20  # bytes of freed memory that the process keeps
+LARGEST_BLOCK = 32 << 20  # bytes of a piece of it; the most that glibc allows
 
 
 def settle() -> None:
@@ -22,5 +22,5 @@ def settle() -> None:
     if sys.platform == "linux":
         with contextlib.suppress(AttributeError, OSError):  # another C library
             libc = ctypes.CDLL(None)
-            libc.mallopt(M_MMAP_THRESHOLD, LARGEST)
-            libc.mallopt(M_TRIM_THRESHOLD, KEPT)
+            libc.mallopt(M_MMAP_THRESHOLD, LARGEST_BLOCK)
+            libc.mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)

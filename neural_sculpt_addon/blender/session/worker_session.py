@@ -72,9 +72,13 @@ class Session(WorkerNews):
     def submit_behind(self, job: Job, start: bool = False) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be.
 
+        Where operators wait for their jobs it is forgotten, for nobody would hear of it.
+
         start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
                job is forgotten then
         """
+        if self.waits:
+            return
         if start:
             self.ensure_worker()
         self.drop_behind()
@@ -251,8 +255,10 @@ class Session(WorkerNews):
             self._lose(job, str(error))
 
     def _begin(self, job: Job) -> None:
-        """Make the job's request and let the worker have it."""
+        """Make the job's request and let the worker have it; previews only where they are seen."""
         request = job.request()
+        if job.preview is not None:
+            request.fields["preview"] = not self.waits
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()

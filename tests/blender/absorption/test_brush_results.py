@@ -23,8 +23,8 @@ class BrushResults(BrushCase):
         super().setUp()
         self.session.waits = False
         self.addCleanup(setattr, self.session, "waits", True)
-        self.addCleanup(setattr, self.results, "BUDGET", self.results.BUDGET)
-        self.results.BUDGET = 0.0  # one piece in each poll
+        self.addCleanup(setattr, self.results, "TAKE_SECONDS", self.results.TAKE_SECONDS)
+        self.results.TAKE_SECONDS = 0.0  # one piece in each poll
 
     def brush_all(self) -> None:
         """Strokes without a rest, until all have their results and none is in the scene."""

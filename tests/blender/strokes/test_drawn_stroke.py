@@ -81,7 +81,8 @@ class DrawnStroke(SculptCase):
         self.brush.pressure_radius = True
         self.set_curve("pressure_radius", (0.0, 0.0), (1.0, 1.0))
         stroke = self.drawn()
-        np.testing.assert_allclose(stroke.radius_factors, [BRUSH.NARROWEST, 0.5, 1.0], atol=1e-3)
+        expected = [BRUSH.NARROWEST_FACTOR, 0.5, 1.0]
+        np.testing.assert_allclose(stroke.radius_factors, expected, atol=1e-3)
 
     def test_the_right_of_the_widget_is_the_right_of_the_stroke(self) -> None:
         """Seen from the front, a stroke upwards over the sphere has positive x at its right."""

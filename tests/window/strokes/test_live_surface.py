@@ -152,8 +152,9 @@ class LiveSurface(WindowCase):
         yield from hand.until(preview.catch_up, SECONDS, "the surface")
         self.assertTrue(self.session.jobs)
         self.assertGreater(len(budgets), 8)
-        self.assertLessEqual({most for most, _ in budgets}, {0, preview.MOST})
-        self.assertLess(max(looked for _, looked in budgets), preview.MOST + displaced.PIECE + 1)
+        most_looked_at = preview.MOST_LOOKED_AT
+        self.assertLessEqual({most for most, _ in budgets}, {0, most_looked_at})
+        self.assertLessEqual(max(looked for _, looked in budgets), most_looked_at + displaced.PIECE)
         hand.save_png(PICTURES / "live_many_copies.png", (yield from still_picture()))
         heights, points = self.heights(), vertices(field())
         for turn in np.arange(8) * np.pi / 4:

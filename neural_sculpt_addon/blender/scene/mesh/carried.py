@@ -28,7 +28,7 @@ from .sources import VERTEX, Sources, Surface
 Vectors = NDArray[np.float32]
 Painted = Mapping[str, NDArray[Any]]
 
-BUDGET = 0.005  # seconds that `foresee` works in
+FORESEE_SECONDS = 0.005  # seconds that `foresee` works in
 
 
 @dataclass(eq=False)
@@ -90,7 +90,7 @@ def foresee(
             return False
         _foreseen[:] = [_Foreseen(vertices, sources, step)]
         return True
-    ready.work(ob.session_uid, BUDGET)
+    ready.work(ob.session_uid, FORESEE_SECONDS)
     return True
 
 

@@ -25,7 +25,7 @@ from ..tool import holds_tool
 from . import brush_attributes, preview_attributes, proxy_mesh, seen_surface
 from .preview_display import Display
 
-MOST = 8000
+MOST_LOOKED_AT = 8000
 """Vertices that are looked at for one move of the pen, and when it is lifted; that takes some 3 ms.
 What takes more is shown later, one stroke after another."""
 SOON = 0.001  # seconds after which the rest is worked on: Blender hears the artist in between
@@ -73,7 +73,7 @@ def foresee(
         if len(shape.strokes) == len(strokes):
             return False
         shape.begin(strokes[len(shape.strokes)])
-    shape.advance(MOST)
+    shape.advance(MOST_LOOKED_AT)
     return True
 
 
@@ -109,7 +109,7 @@ def catch_up() -> bool:
             continue
         ob = find(target)
         if ob is not None and display.is_untouched(ob):
-            display.advance(MOST)
+            display.advance(MOST_LOOKED_AT)
             display.show(ob)
             if not display.is_whole:
                 _go_on_later()
@@ -245,7 +245,7 @@ def _displace(
             seen_surface.hold(ob)
         shape.begin(drawn, _protection(ob))
     if most is None and goes_on():
-        most = MOST
+        most = MOST_LOOKED_AT
         _go_on_later()
     display.advance(most)
     display.seen = ()
