@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sculpt and render the stroke files of examples/: python3 scripts/gallery.py [NAME ...].
 
-Writes docs/paper/gallery.jpg. Meshes are kept in test-output/gallery/ and made again when their
+Writes docs/paper/gallery.png. Meshes are kept in test-output/gallery/ and made again when their
 stroke file is newer.
 """
 
@@ -15,7 +15,7 @@ from in_blender import START
 from workshop import ROOT, environment
 
 FOLDER = ROOT / "test-output" / "gallery"
-TARGET = ROOT / "docs" / "paper" / "gallery.jpg"
+TARGET = ROOT / "docs" / "paper" / "gallery.png"
 SHOWN = "ring", "pumpkin", "scales", "inscription", "robot", "hair"
 CELLS = 256  # of the meshes that are rendered
 COLUMNS = 3
@@ -60,6 +60,8 @@ def _mesh(name: str) -> Path:
 
 def _join(paths: list[Path]) -> None:
     """All renderings as one picture."""
+    import numpy as np
+    from pictures import sheet
     from PIL import Image
 
     cells = [Image.open(path) for path in paths]
@@ -69,7 +71,7 @@ def _join(paths: list[Path]) -> None:
     for place, cell in enumerate(cells):
         page.paste(cell, (width * (place % COLUMNS), height * (place // COLUMNS)), cell)
     TARGET.parent.mkdir(parents=True, exist_ok=True)
-    page.save(TARGET, quality=85)
+    sheet.save(TARGET, np.asarray(page))
     print(TARGET.relative_to(ROOT))
 
 

@@ -20,7 +20,7 @@ from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit.fit import fit_mesh
-from neural_sculpt_addon.field.fit.fit_distance import BOX, Learner, Samples
+from neural_sculpt_addon.field.fit.fit_distance import SAMPLED_BOX, Learner, Samples
 from neural_sculpt_addon.field.fit.schedule import Schedule, follow
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
@@ -66,7 +66,7 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Field:
     """A field that learned `distance`, a function of points (N, 3) -> (N,)."""
     rng = np.random.default_rng(0)
     count = int(SHARE_NEAR * SCHEDULE.samples)
-    candidates = rng.uniform(-BOX, BOX, (40 * SCHEDULE.samples, 3))
+    candidates = rng.uniform(-SAMPLED_BOX, SAMPLED_BOX, (40 * SCHEDULE.samples, 3))
     near = candidates[np.abs(distance(candidates)) < NEAR][:count]
     points = np.concatenate([near, candidates[: SCHEDULE.samples - len(near)]])
     steps = STEP * np.eye(3)

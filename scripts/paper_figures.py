@@ -61,7 +61,7 @@ def draw(source: dict[str, Any], figure: str, shape: str) -> Iterator[str]:
             f"figure {figure}, {shape}, {cell.family} {cell.name}: "
             f"tube p95 {cell.report['tube_p95']:.4f}, drift {cell.report['drift_mean']:.5f}"
         )
-    path = folder.with_suffix(".jpg")
+    path = folder.with_suffix(".png")
     sheet.save(path, sheet.below([sheet.beside(row) for row in rows.values()]))
     yield str(path.relative_to(ROOT))
 

@@ -48,7 +48,7 @@ MODULES = {
     ),
     "solve.edit_rows": (
         *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
-        *("MORE", "BEYOND", "CREASED", "CLOSE"),
+        *("MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES"),
     ),
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
     "projection": ("ARRIVED", "ON_SURFACE"),

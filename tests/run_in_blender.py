@@ -17,11 +17,12 @@ import sys
 import tempfile
 import traceback
 import unittest
-import zipfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-EXTENSION = "bl_ext.user_default.neural_sculpt"
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from suite import EXTENSION, make_importable, pack, tests_of
+
 USER_FOLDER = "BLENDER_USER_RESOURCES"
 
 
@@ -32,7 +33,7 @@ def main() -> int:
         return _again_with_own_folder()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         os.environ.setdefault(USER_FOLDER, folder)  # before bpy is imported
-        return _test(extension or _pack(Path(folder)), patterns, short)
+        return _test(extension or pack(Path(folder)), patterns, short)
 
 
 def _arguments() -> tuple[Path | None, list[str], bool]:
@@ -41,7 +42,6 @@ def _arguments() -> tuple[Path | None, list[str], bool]:
         given = []  # they are Blender's
     patterns = [given[i + 1] for i, word in enumerate(given[:-1]) if word == "-k"]
     zips = [Path(word).resolve() for word in given if word.endswith(".zip")]
-    patterns = [pattern if "*" in pattern else f"*{pattern}*" for pattern in patterns]
     return (zips[0] if zips else None), patterns, "--short" in given
 
 
@@ -56,19 +56,6 @@ def _again_with_own_folder() -> int:
         return subprocess.run([*command, *given], env=environment, check=False).returncode
 
 
-def _pack(folder: Path) -> Path:
-    """The sources as a zip that Blender can install; scripts/build_extension.py makes them one
-    to publish, but needs an environment of its own."""
-    target, package = folder / "neural_sculpt.zip", ROOT / "neural_sculpt_addon"
-    with zipfile.ZipFile(target, "w") as archive:
-        for path in package.rglob("*"):
-            if path.is_file() and "__pycache__" not in path.parts:
-                archive.write(path, path.relative_to(package))
-        for name in ("blender_manifest.toml", "LICENSE"):
-            archive.write(ROOT / name, name)
-    return target
-
-
 def _test(extension: Path, patterns: list[str], short: bool) -> int:
     import bpy
 
@@ -78,13 +65,11 @@ def _test(extension: Path, patterns: list[str], short: bool) -> int:
     if EXTENSION not in sys.modules:
         print(f"{extension.name} was not enabled.")
         return 1
-    loader = unittest.TestLoader()
-    loader.testNamePatterns = patterns or None
-    suite = loader.discover(str(ROOT / "tests" / "blender"))  # whose folder is on the path then
+    make_importable("blender")
     from durations import TimedResult
-    from harness import SteeredCase, each, is_long
+    from harness import SteeredCase
 
-    tests = [test for test in each(suite) if not (short and is_long(test))]
+    tests = tests_of("blender", patterns, short)
     tests.sort(key=lambda test: isinstance(test, SteeredCase))  # or the worker would start often
     runner = unittest.TextTestRunner(sys.stdout, verbosity=2, resultclass=TimedResult)
     result = runner.run(unittest.TestSuite(tests))

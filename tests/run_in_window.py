@@ -20,35 +20,28 @@ from pathlib import Path
 
 import bpy
 
-ROOT = Path(__file__).resolve().parents[1]
-for place in ("tests/window", "tests/blender", "scripts"):
-    sys.path.insert(0, str(ROOT / place))
+TESTS = Path(__file__).resolve().parent
+sys.path[:0] = [str(TESTS), str(TESTS.parent / "scripts")]
 
-from durations import Durations  # noqa: E402 - found by the paths above
-from harness import each, is_long  # noqa: E402
-from in_blender import simulated_input  # noqa: E402
+from in_blender import simulated_input  # noqa: E402 - found by the paths above
+from suite import EXTENSION, make_importable, tests_of  # noqa: E402
 
-EXTENSION = "bl_ext.user_default.neural_sculpt"
+make_importable("blender", "window")
 
+from durations import Durations  # noqa: E402
 
-def cases(patterns: list[str], short: bool) -> Iterator[unittest.TestCase]:
-    """The tests of tests/window, one by one."""
-    loader = unittest.TestLoader()
-    loader.testNamePatterns = patterns or None
-    files = "test_[!p]*.py" if bpy.app.use_event_simulate else "test_person.py"
-    found = each(loader.discover(str(ROOT / "tests" / "window"), files))
-    return (case for case in found if not (short and is_long(case)))
+FILES = "test_[!p]*.py" if bpy.app.use_event_simulate else "test_person.py"
 
 
 def steps() -> simulated_input.Steps:
     """Install the extension, run every test, tell how many passed."""
     given = sys.argv[sys.argv.index("--") + 1 :]
-    patterns = [f"*{given[i + 1]}*" for i, word in enumerate(given[:-1]) if word == "-k"]
+    patterns = [given[i + 1] for i, word in enumerate(given[:-1]) if word == "-k"]
     bpy.ops.extensions.package_install_files(
         filepath=given[0], repo="user_default", enable_on_install=True
     )
     count, durations = {"passed": 0, "failed": 0, "skipped": 0}, Durations()
-    for case in cases(patterns, "--short" in given):
+    for case in tests_of("window", patterns, "--short" in given, FILES):
         durations.begin()
         outcome, reason = yield from run(case, Path(given[1]))
         count[outcome] += 1

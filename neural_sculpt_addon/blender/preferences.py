@@ -7,17 +7,15 @@ from typing import Any, NamedTuple
 
 import bpy
 from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
-from bpy.types import AddonPreferences, Context, UILayout
+from bpy.types import AddonPreferences, Context
 
 from ..common.errors import SculptError
 from ..worker.install import environment
 from ..worker.install.environment import Device
-from ..worker.install.installer import installer
 from . import ADDON
 from .folders import environment_folder
-from .locale.translations import translated
+from .layouts import draw_installation
 from .scene.proxy_properties import DEFAULT_RESOLUTION, resolution_property
-from .wrapped import draw_text
 
 Color = tuple[float, float, float, float]
 
@@ -87,18 +85,6 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         layout.prop(self, "color_raising")
         layout.prop(self, "color_carving")
         draw_installation(layout, context)
-
-
-def draw_installation(layout: UILayout, context: Context) -> None:
-    """The button that installs the worker, and how far that is."""
-    if installer.running:
-        said = translated(installer.message)
-        layout.progress(factor=installer.fraction, text=said, translate=False)
-        layout.operator("neural_sculpt.cancel_installation", icon="CANCEL")
-    else:
-        layout.operator("neural_sculpt.install_worker", icon="IMPORT")
-    if installer.error:
-        draw_text(layout, context, translated(installer.error), "ERROR")
 
 
 def device() -> Device:

@@ -40,7 +40,7 @@ LARGEST_HEADER = 256 << 10  # bytes of a header or a pickle, which grow by the n
 MOST_ENTRIES = 1000  # of an archive
 WIDEST, DEEPEST = 4096, 16
 LARGEST_NUMBER = 1e4  # of omegas, weights and biases
-STEEPEST = 1e30  # bound of |grad f|, as the weights allow it; float32 ends at 3e38
+STEEPEST_FIELD = 1e30  # bound of |grad f|, as the weights allow it; float32 ends at 3e38
 
 # What readers raise on damaged files, besides their own errors.
 DAMAGE = (
@@ -270,7 +270,7 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
     network = Siren(tuple(weights), tuple(biases), omegas)
     if max(*omegas, *(float(tensor.abs().max()) for tensor in network.parameters)) > LARGEST_NUMBER:
         raise SculptError("This network's omegas or weights are beyond 10000; no field has such.")
-    if _steepness(network) > STEEPEST:
+    if _steepness(network) > STEEPEST_FIELD:
         raise SculptError("This network is steeper than any field; its values could be NaN.")
     return network
 

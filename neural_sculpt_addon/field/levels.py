@@ -76,8 +76,8 @@ def distinct(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 
 
 def merged(runs: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Each of the numbers (N,) once, rising. They are some rising runs, one after another: Timsort,
-    the stable one, puts these together several times as fast as it would be to sort them."""
+    """Each of the numbers (N,) once, rising. They come as a few rising runs, one after another,
+    which NumPy's stable sort merges several times as fast as another one would sort them."""
     index = np.sort(runs, kind="stable")
     last = np.ones(len(index), bool)
     last[:-1] = index[:-1] < index[1:]

@@ -21,10 +21,10 @@ import torch
 from ..common.progress import Check, go_on
 
 MOST_THREADS = 8
-NAME = "neural-sculpt-field"  # of the pool's threads
+THREAD_NAME = "neural-sculpt-field"  # of the pool's threads
 PIECE = 1024  # points at most; some 15 ms of work, after which a cancel is heard
 SEARCHED = 128  # points whose nearest are searched: where much is as near, each takes up to 0.2 ms
-SMALL = 64  # points that are not worth a second thread
+SMALL_WORK = 64  # points that are not worth a second thread
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -50,12 +50,14 @@ def threads() -> int:
 @cache
 def pool() -> ThreadPoolExecutor:
     """The one pool. Its tasks must not wait for tasks of their own."""
-    return ThreadPoolExecutor(threads(), NAME, initializer=torch.set_num_threads, initargs=(1,))
+    return ThreadPoolExecutor(
+        threads(), THREAD_NAME, initializer=torch.set_num_threads, initargs=(1,)
+    )
 
 
 def in_pool() -> bool:
     """Whether a task of the pool asks, which must do its parts by itself."""
-    return threading.current_thread().name.startswith(NAME)
+    return threading.current_thread().name.startswith(THREAD_NAME)
 
 
 def submit(task: Callable[[S], T], part: S) -> Future[T]:
@@ -93,7 +95,7 @@ def in_pieces(
     light: small steps of NumPy, or work that holds Python's lock: one thread does it as fast as two
     """
     check()
-    if count <= min(size, SMALL):
+    if count <= min(size, SMALL_WORK):
         return task(slice(0, count))
     parts = shares(count, size)
     done = []

@@ -19,7 +19,7 @@ Triangles = NDArray[np.int32]
 Indices = NDArray[np.intp]
 
 PIECE = 4096  # vertices that are looked at between two rests
-CELLS = 3  # of the grid, in the reach of a stroke
+CELLS_IN_REACH = 3  # of the grid, in the reach of a stroke
 MOST_CELLS = 64  # along an axis; more take longer to count than they save
 
 
@@ -86,20 +86,20 @@ class BaseSurface:
         self.normals = np.zeros(positions.shape)  # (V, 3), of those that are known
         self._known = np.zeros(len(positions), bool)
         low, high = positions.min(axis=0).astype(float), positions.max(axis=0).astype(float)
-        self._cell = max(reach / CELLS, float((high - low).max()) / MOST_CELLS)
+        self._cell = max(reach / CELLS_IN_REACH, float((high - low).max()) / MOST_CELLS)
         self._low = low
         self._shape = ((high - low) / self._cell).astype(np.intp) + 1
         cells = ((positions - low.astype(np.float32)) / np.float32(self._cell)).astype(np.int32)
         cells = np.minimum(cells, (self._shape - 1).astype(np.int32))  # (V, 3)
         self._lists = Lists(self._flat(cells.T), int(self._shape.prod()))
-        around = np.arange(-CELLS - 1, CELLS + 2)
+        around = np.arange(-CELLS_IN_REACH - 1, CELLS_IN_REACH + 2)
         gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
         near = gaps[:, None, None] + gaps[:, None] + gaps <= (reach / self._cell) ** 2
-        self._ball = np.argwhere(near) - CELLS - 1  # (B, 3)
+        self._ball = np.argwhere(near) - CELLS_IN_REACH - 1  # (B, 3)
 
     def near(self, points: Array) -> Indices:
-        """The vertices (M,) that may lie within reach of points (N, 3): none that does is missed,
-        most of those that do not are left out."""
+        """Candidates (M,) for the vertices within reach of points (N, 3): all that are within it,
+        and few others."""
         passed = np.floor((points - self._low) / self._cell).astype(np.intp)
         cells = (passed[:, None] + self._ball).reshape(-1, 3)
         cells = cells[((cells >= 0) & (cells < self._shape)).all(axis=1)]

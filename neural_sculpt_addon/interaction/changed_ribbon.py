@@ -18,7 +18,7 @@ from ..stroke.path import Path, make_path
 from ..stroke.stroke import Direction, Kind, Stroke
 from .ribbon import COLUMNS, LIFT, ROWS, Lay, Ribbon
 
-BESIDE = 1.2  # radii of the wider of both strokes: neither has moved the surface there
+PAST_BOTH = 1.2  # radii of the wider of both strokes: neither has moved the surface there
 STEPS = 3  # towards the surface without the stroke, each of which leaves a part of the way
 
 
@@ -39,7 +39,7 @@ def changed_ribbons(
     shown:    share of the old stroke that the surface shows
     strength: share of the new one that it will show
     """
-    wide = BESIDE * max(s.brush.radius * s.largest_factor for s in (old, new))
+    wide = PAST_BOTH * max(s.brush.radius * s.largest_factor for s in (old, new))
     path, points, normals = _strip(new, wide, lay)
     alike = old.closed == new.closed and np.array_equal(old.points, new.points)
     other = None if alike else _strip(old, wide, lay).path

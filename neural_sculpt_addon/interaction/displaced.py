@@ -88,8 +88,8 @@ class Displaced:
         return looked
 
     def _displace(self, strokes: tuple[Stroke, ...]) -> Iterator[int]:
-        """Displace by the last of the strokes as it is now; gives how many vertices were looked at
-        since, and is seen when it is at its end."""
+        """Displace by the last of the strokes as it is now, piece by piece. Yields how many
+        vertices each piece has looked at; the mesh shows nothing of it before the last one."""
         if self._fans is None:
             self._fans = Fans(self._triangles, len(self._positions))
             yield len(self._positions) // 2

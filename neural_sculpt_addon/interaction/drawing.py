@@ -20,7 +20,7 @@ from typing import Protocol
 from .recorder import Mouse, Point, Stabilizer, StrokeRecorder
 
 GRAB = 14.0  # pixels; a control point this near to the mouse is meant
-CORNER = 0.4  # of the spacing: how far simplifying may move the line
+SIMPLIFIED = 0.4  # of the spacing: how far simplifying may move the line
 
 
 class Surface(Protocol):
@@ -91,7 +91,7 @@ class Drawing:
         """A stroke through points, which can be edited: those that are not needed are left out."""
         drawing = cls(replace(habits, clicks=True), points[0], (0.0, 0.0))
         drawing.line.points, drawing.line.pressures = [*points], [*pressures]
-        drawing.line.simplify(CORNER * habits.spacing)
+        drawing.line.simplify(SIMPLIFIED * habits.spacing)
         drawing.chosen, drawing.dragging = None, False
         return drawing
 
@@ -133,7 +133,7 @@ class Drawing:
             return
         self.line.finish(surface.cast(self._pen.pull(mouse)))
         if self.habits.adjust and len(self.line.points) > 1:
-            self.line.simplify(CORNER * self.habits.spacing)
+            self.line.simplify(SIMPLIFIED * self.habits.spacing)
             self.phase = Phase.EDITING
         else:
             self.phase = Phase.DONE

@@ -24,14 +24,14 @@ from .base_surface import PIECE, BaseSurface, Indices, Vectors
 
 Mask = NDArray[np.bool_]
 
-STEPS = 4  # of a path, in a radius
-MOST = 512  # steps of a path; a longer one gets twice as long ones
+STEPS_PER_RADIUS = 4  # of a path, in a radius
+MOST_STEPS = 512  # steps of a path; a longer one gets twice as long ones
 STILL = 1e-7  # a point of the path that has moved less is where it was
 WIDER = 4  # the pressure's largest factor is rounded up to parts of one
 
 RUN = 64  # points of a path that are laid together
 AT_LEAST = 512  # vertices whose work that is, however few there are
-FEW = 8  # points that are compared with all vertices between two rests
+FEW_POINTS = 8  # points that are compared with all vertices between two rests
 COMPARED = 2**20  # between two rests, vertices times points of the path
 
 
@@ -87,8 +87,8 @@ class Growth:
             yield len(part) // 2
 
     def _lay(self, stroke: Stroke) -> Generator[int, None, Mask]:
-        """Lay the path; gives as `follow` does, and in the end which vertices (V,) are near to
-        what is new of it."""
+        """Lay the path. Yields as `follow` does, and returns which vertices (V,) are near to the
+        part of it that is new."""
         drawn = _spline(stroke)
         surface, near = self._surface, np.zeros(len(self._along), bool)
         if self._path is None:
@@ -105,7 +105,7 @@ class Growth:
             below, away = _nearest(run, surface.positions, surface.near(run))
             far = np.flatnonzero(away > surface.reach)  # between control points that are far apart
             every = np.arange(len(near) if len(far) else 0)
-            for few in np.array_split(far, -(-len(far) // FEW)) if len(far) else ():
+            for few in np.array_split(far, -(-len(far) // FEW_POINTS)) if len(far) else ():
                 below[few] = _nearest(run[few], surface.positions, every)[0]
                 yield PIECE
             yield from surface.learn(np.unique(below))
@@ -155,15 +155,15 @@ def _spline(stroke: Stroke) -> Array:
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.points) == 1:
         return curve.points
-    step, length = stroke.brush.radius / STEPS, arc_length(curve.points)[-1]
-    return curve.every(step * 2 ** max(np.ceil(np.log2(length / step / MOST)), 0))
+    step, length = stroke.brush.radius / STEPS_PER_RADIUS, arc_length(curve.points)[-1]
+    return curve.every(step * 2 ** max(np.ceil(np.log2(length / step / MOST_STEPS)), 0))
 
 
 def reach_of(stroke: Stroke) -> float:
-    """How far from the points of its path a stroke moves vertices, at most; the pressure's largest
-    factor is rounded up, that it rises seldom."""
+    """How far from the points of its path a stroke moves vertices, at most. The pressure's largest
+    factor is rounded up, so that the reach of a stroke that grows changes rarely."""
     factor = max(np.ceil(WIDER * stroke.largest_factor) / WIDER, 1.0)
-    return stroke.brush.radius * (factor + 1 / STEPS)
+    return stroke.brush.radius * (factor + 1 / STEPS_PER_RADIUS)
 
 
 def _first_other(before: Array, now: Array) -> int:

@@ -16,17 +16,17 @@ Vectors = NDArray[np.float32]
 Indices = NDArray[np.intp]
 Found = TypeVar("Found")
 Steps = Generator[None, None, Indices]
-"""Rests between two steps, and gives what was found in the end."""
+"""Yields between two steps, and returns what was found."""
 
 PART = 65536  # points that are compared in a step
 PIECE = 2048  # points whose neighbours are looked for in a step,
 CANDIDATES = 1 << 16  # and neighbours at most, about
-SIZE = 2.0  # usual spacings: the first cells in which neighbours are looked for
+FIRST_CELLS = 2.0  # usual spacings: the first cells in which neighbours are looked for
 MOST_CELLS = 1024  # along an axis
 WALK = 8  # from neighbour to neighbour
 MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)  # odd
 SLOTS = 21  # bits: of the table of equal points, which lacks one in a hundred or two
-ROUNDS = 64 - SLOTS, 64 - 2 * SLOTS  # lowest bits of a key that are its slot, in turn
+LOWEST_BITS = 64 - SLOTS, 64 - 2 * SLOTS  # lowest bits of a key that are its slot, in turn
 
 
 def nearest(points: Vectors, among: Vectors) -> Indices:
@@ -47,9 +47,10 @@ def finish(steps: Generator[None, None, Found]) -> Found:
 def search(points: Vectors, among: Vectors) -> Steps:
     """The numbers (P,) of the nearest of `among` (N, 3), at least one, to finite `points` (P, 3).
 
-    Of a point farther from all than usual neighbours are from each other it is one to which no
-    neighbour is nearer: with each doubling of the distance every fourth is looked at, so that none
-    costs more, and from there it goes on from neighbour to neighbour.
+    A point that is farther from all of them than these usually are from each other gets one that is
+    nearer than its own neighbours, which may not be the nearest of all. For such a point the search
+    doubles its reach and skips three of four, until it finds one, and so costs the same at any
+    distance; then it goes on from neighbour to neighbour while that is nearer.
     """
     found = yield from _equal(points, among)
     left = np.flatnonzero(found < 0)
@@ -66,7 +67,7 @@ def search(points: Vectors, among: Vectors) -> Steps:
 
 def _search(points: Vectors, among: Vectors) -> Steps:
     """The same for points that are not among them, in pieces."""
-    finest = SIZE * _spacing(among)
+    finest = FIRST_CELLS * _spacing(among)
     found = yield from _within(points, points, among, finest, finest / 2)
     far = left = np.flatnonzero(found < 0)
     size, every = finest, 1
@@ -100,7 +101,7 @@ def _equal(points: Vectors, among: Vectors) -> Steps:
     found[head:] += len(among) - len(points)
     found[head : len(points) - tail] = -1
     yield
-    for lowest in ROUNDS:
+    for lowest in LOWEST_BITS:
         table = np.zeros(1 << SLOTS, np.int32)
         for start in range(head, len(among) - tail, PART):
             end = min(start + PART, len(among) - tail)

@@ -11,7 +11,7 @@ import numpy as np
 
 MOST_POINTS = 512
 """Control points of one stroke; a longer one gets a coarser spacing."""
-LIGHT = 0.1
+PRESSURE_OFF = 0.1
 """How far the pressure may be off where simplifying leaves a point out."""
 
 Point = tuple[float, float, float]
@@ -78,9 +78,9 @@ class StrokeRecorder:
         del self.points[index], self.pressures[index]
 
     def simplify(self, tolerance: float) -> None:
-        """Keep only the points that hold the line within `tolerance`, and the pressure within LIGHT
-        (Douglas and Peucker)."""
-        pressures = tolerance / LIGHT * np.array(self.pressures)  # (K,)
+        """Keep only the points that hold the line within `tolerance`, and the pressure within
+        PRESSURE_OFF (Douglas and Peucker)."""
+        pressures = tolerance / PRESSURE_OFF * np.array(self.pressures)  # (K,)
         points = np.column_stack([self.points, pressures])  # (K, 4)
         kept, spans = {0, len(points) - 1}, [(0, len(points) - 1)]
         while spans:

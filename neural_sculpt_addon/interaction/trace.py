@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where strokes of the history run over the surface: lines to be drawn, and which one is meant.
 
-A stroke and each of its images has a line along its middle; a dab has its rim. `Lay` is as
-for ribbons. NumPy alone; model space.
+A stroke and each of its images has a line along its middle; a dab has its rim. `Lay` is as for
+ribbons. NumPy alone; model space.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from ..stroke.curve import Array, fit_curve
 from ..stroke.stroke import Kind, Stroke
 from .ribbon import LIFT, RIM, Lay
 
-ROWS, AROUND = 80, 8
+ROWS, MEAN_OF = 80, 8
 """Points of a line, and of how many to each side the mean normal is."""
 
 
@@ -58,9 +58,9 @@ def _middle(stroke: Stroke) -> Array:
 
 
 def _mean(normals: Array) -> Array:
-    """Of normals (N, 3) and those within AROUND places of them."""
-    sums = np.cumsum(np.pad(normals, ((AROUND + 1, AROUND), (0, 0)), mode="edge"), axis=0)
-    mean = sums[2 * AROUND + 1 :] - sums[: -2 * AROUND - 1]
+    """Of normals (N, 3) and those within MEAN_OF places of them."""
+    sums = np.cumsum(np.pad(normals, ((MEAN_OF + 1, MEAN_OF), (0, 0)), mode="edge"), axis=0)
+    mean = sums[2 * MEAN_OF + 1 :] - sums[: -2 * MEAN_OF - 1]
     return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
 
 

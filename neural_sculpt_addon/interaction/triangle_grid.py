@@ -21,7 +21,7 @@ ROOM = 2.5  # of such a triangle's size: the length of a cell
 SAMPLE = 4096  # triangles by which that is judged
 MOST_CELLS = 96  # along an axis
 MIDDLES = 2048  # triangles that stand for all, where none is near
-TOLERANCE = 1e-6
+RAY_SLACK = 1e-6
 """By how much of its size a ray may miss a triangle: none slips through between two."""
 
 
@@ -76,8 +76,8 @@ class TriangleGrid:
             turned = np.cross(offset, u)
             right, up = scale * (offset * slant).sum(axis=1), scale * (turned @ ahead)
             distance = scale * (turned * v).sum(axis=1)
-            inside = np.minimum(right, up) >= -TOLERANCE
-            met = np.flatnonzero(inside & (right + up <= 1 + TOLERANCE) & (distance > 0))
+            inside = np.minimum(right, up) >= -RAY_SLACK
+            met = np.flatnonzero(inside & (right + up <= 1 + RAY_SLACK) & (distance > 0))
         if not len(met):
             return None
         first = met[distance[met].argmin()]
@@ -143,8 +143,8 @@ class TriangleGrid:
         return self._vertices[self._triangles[triangles].T].astype(float)
 
     def _columns(self, points: Array, width: int) -> Indices:
-        """The first cells (N, width x width) of the columns in the cube of cells, of that width,
-        that has a point (N, 3) in its middle."""
+        """The first cells (N, width x width) of the columns of a cube: that of width^3 cells with a
+        point (N, 3) in its middle."""
         first = ((points - self._low) / self._cell - (width - 1) / 2).astype(np.intp)
         i, j, k = np.clip(first, 0, self._count - width).T[:, :, None]
         aside, above = np.divmod(np.arange(width * width), width)

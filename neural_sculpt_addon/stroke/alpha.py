@@ -35,7 +35,7 @@ LARGEST_ANGLE = 360.0  # degrees
 NATURAL_SPACING = 2.0  # an image begins where the one before it ends
 LEAST_SCALE = 0.25  # of a pattern on a closed stroke, which then is no longer than a dab
 BLACK = 0.03  # of the edges of images that stand alone: photographs are not black altogether
-BORDER = 4  # pixels around an image: those at the opposite edge, then black
+PADDING = 4  # pixels around an image: those at the opposite edge, then black
 
 
 @dataclass(frozen=True)
@@ -83,9 +83,9 @@ class Alpha:
         cosine, sine = self._turn
         x, y = cosine * right + sine * ahead, cosine * ahead - sine * right
         image = _image(self.name, self.pixels)
-        half = (len(image) - 2 * BORDER) / 2
-        column = (1 + (-x if self.flipped else x)) * half - 0.5 + BORDER
-        return _spline(image, (1 - y) * half - 0.5 + BORDER, column)
+        half = (len(image) - 2 * PADDING) / 2
+        column = (1 + (-x if self.flipped else x)) * half - 0.5 + PADDING
+        return _spline(image, (1 - y) * half - 0.5 + PADDING, column)
 
     def along(
         self, along: Array, left: Array, length: float, closed: bool = False, inset: float = 0.0
@@ -108,7 +108,7 @@ class Alpha:
         else:
             count = math.floor((length - 2 * inset) / step + 1e-6) + 1
         endless = closed or pattern
-        size = len(_image(self.name, self.pixels)) - 2 * BORDER
+        size = len(_image(self.name, self.pixels)) - 2 * PADDING
         reach = (1 + 4 / size) * sum(map(abs, self._turn))  # from the middle of an image
         value = np.zeros(len(along))
         lowest = np.ceil((along - first - reach) / step)
@@ -139,7 +139,7 @@ class Alpha:
         image = replace(self, angle=90.0 * quarters)
         x = (math.cos(turn) * ahead + math.sin(turn) * left) / scale
         y = (math.cos(turn) * left - math.sin(turn) * ahead) / scale
-        reach = 1 + 4 / (len(_image(self.name, self.pixels)) - 2 * BORDER)
+        reach = 1 + 4 / (len(_image(self.name, self.pixels)) - 2 * PADDING)
         value = np.zeros(len(x))
         for dx in _from_images(x, step, reach):
             for dy in _from_images(y, row, reach):
@@ -151,7 +151,7 @@ class Alpha:
     def feature(self) -> float:
         """Half the length in radii of a wave that is as steep as the image on average; infinite
         where that is of one grey."""
-        inner = slice(BORDER, -BORDER)
+        inner = slice(PADDING, -PADDING)
         image = _image(self.name, self.pixels)[inner, inner]
         slopes = np.mean(np.diff(image, axis=0) ** 2) + np.mean(np.diff(image, axis=1) ** 2)
         if slopes == 0:
@@ -242,14 +242,14 @@ def _from_images(x: Array, step: float, reach: float) -> list[Array]:
 
 @lru_cache(maxsize=64)
 def _image(name: str, pixels: bytes) -> Array:
-    """Grey values (N + 2 BORDER, N + 2 BORDER), rows from the top."""
+    """Grey values (N + 2 PADDING, N + 2 PADDING), rows from the top."""
     if name:
         middles = (np.arange(NAMED_SIZE) + 0.5) * 2 / NAMED_SIZE - 1
         grey = np.clip(IMAGES[name](*np.meshgrid(middles, -middles)), 0, 1)
     else:
         size = math.isqrt(len(pixels))
         grey = np.frombuffer(pixels, np.uint8).reshape(size, size) / 255
-    image = np.pad(np.pad(grey, 1, mode="wrap"), BORDER - 1)
+    image = np.pad(np.pad(grey, 1, mode="wrap"), PADDING - 1)
     image.setflags(write=False)
     return image
 
@@ -257,7 +257,7 @@ def _image(name: str, pixels: bytes) -> Array:
 @lru_cache(maxsize=64)
 def _is_pattern(name: str, pixels: bytes) -> bool:
     """Whether an image goes on beyond its edges; one that is black there stands alone."""
-    sides = [BORDER - 1, -BORDER]
+    sides = [PADDING - 1, -PADDING]
     image = _image(name, pixels)
     return bool((image[sides] > BLACK).any() or (image[:, sides] > BLACK).any())
 

@@ -27,7 +27,7 @@ Places = NDArray[np.intp]
 MOST_NODES = 16384
 LEAST_SPACING = 2 / 254  # so that the nodes 0 to 255 of each axis span the box
 LARGEST_SPACING = 0.5
-STEPS = 255  # from 0 to 1
+MASK_STEPS = 255  # from 0 to 1
 BRICK = 4  # nodes along an edge: with fewer the table of bricks is larger, with more the bricks
 FULL = 1 - 1e-6  # sums of weights that are 1 but for rounding
 CORNERS = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), axis=-1).reshape(8, 3)
@@ -70,7 +70,7 @@ class Mask:
             spacing *= 2
         nodes, means, full = found
         values = np.where(full, 1.0, means)
-        return Mask(spacing, nodes.astype(np.uint8), np.rint(STEPS * values).astype(np.uint8))
+        return Mask(spacing, nodes.astype(np.uint8), np.rint(MASK_STEPS * values).astype(np.uint8))
 
     def __call__(self, points: ArrayLike) -> Array:
         """The mask (N,) at points (N, 3), from 0 to 1."""
@@ -83,13 +83,13 @@ class Mask:
             value, known = lattice(points[left])
             mask[left] += free[left] * value
             free[left] *= np.where(known > FULL, 0, 1 - known)
-        mask += free * self.values.mean() / STEPS
+        mask += free * self.values.mean() / MASK_STEPS
         return np.where(mask > FULL, 1.0, mask)
 
     @cached_property
     def _lattices(self) -> "list[_Lattice]":
         """From fine to coarse; each holds the means of the one before."""
-        spacing, nodes, values = self.spacing, self.nodes.astype(np.intp), self.values / STEPS
+        spacing, nodes, values = self.spacing, self.nodes.astype(np.intp), self.values / MASK_STEPS
         lattices = [_Lattice(spacing, nodes, values)]
         while spacing < LARGEST_SPACING:
             points = nodes * spacing - 1

@@ -132,8 +132,8 @@ def _foot(path: Path, x: Array, vertex: NDArray[np.intp]) -> tuple[NDArray[np.in
 
     The plane across the path at the foot passes through x: (x - p(t)) . u(t) = 0, with the point p
     and the tangent u linear along the segment. The tangent has no jumps, so the foot has none. (The
-    nearest point of a polyline has: it leaps over vertices inside of a bend, and rests on them
-    outside.) The segment is one of the two at the nearest vertex.
+    nearest point of a polyline does jump: inside of a bend it leaps over the vertices, and outside
+    it rests on them.) The segment is one of the two at the nearest vertex.
     """
     count = len(path.points) - 1
     ahead = np.einsum("ij,ij->i", x - path.points[vertex], path.tangents[vertex]) >= 0

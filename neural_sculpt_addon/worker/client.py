@@ -4,8 +4,8 @@
 NumPy and the standard library only; all methods belong to one thread and none but `wait` and `stop`
 ever blocks. A job that was submitted ends with exactly one result, error or cancelled message,
 whatever happens to the worker: when it dies the client answers in its place. Ahead of that come any
-progress and previews. An error of a worker that died says `died`: the job was not
-at fault, or not known to be.
+progress and previews. The error that ends a job because its worker died has the field `died`: the
+job was not at fault, or not known to be.
 """
 
 import math
@@ -56,7 +56,8 @@ class Client:
         """What the worker said of itself: protocol, torch, device, python; None before it did."""
         self.problem = ""
         """Why the worker died, for the artist; empty while it did not."""
-        self._process: WorkerProcess | None = None
+        self.process: WorkerProcess | None = None
+        """The worker; None when there is none."""
         self._inbox: deque[Message] = deque()
         self._open: set[int] = set()
         self._last_job = 0
@@ -64,17 +65,17 @@ class Client:
     @property
     def alive(self) -> bool:
         """Whether there is a worker to submit jobs to."""
-        return self._process is not None and self._process.running
+        return self.process is not None and self.process.running
 
     @property
     def pid(self) -> int | None:
         """The system's number of the worker process."""
-        return None if self._process is None else self._process.pid
+        return None if self.process is None else self.process.pid
 
     @property
     def folder(self) -> Path | None:
         """The folder of requests and answers of the worker process, see `process`."""
-        return None if self._process is None else self._process.folder
+        return None if self.process is None else self.process.folder
 
     def start(self) -> None:
         """Start the worker, again if it died; one that runs is left alone. Returns at once.
@@ -85,16 +86,16 @@ class Client:
         if self.alive:
             return
         self._take_all()  # what one that died since the last poll said before
-        self._process = WorkerProcess(self.command, self.log)
+        self.process = WorkerProcess(self.command, self.log)
         self.state = WorkerState.STARTING
         self.problem = ""
 
     def stop(self) -> None:
         """End the worker, in mid-job if need be; open jobs end as cancelled. About 2 s at most."""
         self._take_all()
-        if self._process is not None:
-            self._process.stop()
-            self._process = None
+        if self.process is not None:
+            self.process.stop()
+            self.process = None
         for job in sorted(self._open):
             self._inbox.append(Message(MessageKind.CANCELLED, job))
         self._open.clear()
@@ -103,9 +104,9 @@ class Client:
 
     def give_up(self) -> None:
         """End a worker that hangs: its open jobs end as those of one that died."""
-        if self._process is not None:
+        if self.process is not None:
             self._take_all()
-            self._process.kill()
+            self.process.kill()
             self._bury("it gave no sign of life", "")
 
     def submit(
@@ -119,23 +120,23 @@ class Client:
         WorkerGoneError without a worker, SculptError without room for the job; ProtocolError when
         fields or arrays cannot be sent.
         """
-        if self._process is None or not self.alive:
+        if self.process is None or not self.alive:
             raise WorkerGoneError("The worker is not running; start it again.")
         job = self._last_job + 1
-        self._process.send(Message(kind, job, dict(fields), dict(arrays or {})))
+        self.process.send(Message(kind, job, dict(fields), dict(arrays or {})))
         self._last_job = job
         self._open.add(job)
         return job
 
     def cancel(self, job: int) -> None:
         """Ask for the end of a job; cancelled follows, or its result if that was faster."""
-        if job in self._open and self._process is not None:
-            self._process.send(Message(ControlKind.CANCEL, job))
+        if job in self._open and self.process is not None:
+            self.process.send(Message(ControlKind.CANCEL, job))
 
     def settle(self, job: int) -> None:
         """Ask a running job for the result that it has by now; jobs that have none go on."""
-        if job in self._open and self._process is not None:
-            self._process.send(Message(ControlKind.ENOUGH, job))
+        if job in self._open and self.process is not None:
+            self.process.send(Message(ControlKind.ENOUGH, job))
 
     def poll_once(self) -> list[Message]:
         """All news of jobs since the last call, oldest first; never blocks.
@@ -179,10 +180,10 @@ class Client:
 
     def _feel(self) -> None:
         """Find out whether the worker hangs."""
-        if self._process is None:
+        if self.process is None:
             return
         limit = pulse.SILENT if self.hello else pulse.SILENT_STARTING
-        if self._process.silent() > limit:
+        if self.process.silent() > limit:
             self.state = WorkerState.HANGING
         else:
             self.state = WorkerState.READY if self.hello else WorkerState.STARTING
@@ -193,14 +194,14 @@ class Client:
 
     def _take(self, seconds: float = math.inf) -> bool:
         """Move one item of news to the inbox; whether there was one, read in so many seconds."""
-        item = None if self._process is None else self._process.take(seconds)
+        item = None if self.process is None else self.process.take(seconds)
         if item is None:
             return False
         if isinstance(item, Exit):
             self._bury(item.reason, item.log_tail)
         elif problem := answers.why_malformed(item):
-            assert self._process is not None
-            self._process.stop()
+            assert self.process is not None
+            self.process.stop()
             self._bury(problem, "")
         elif item.kind is MessageKind.HELLO:
             self._greet(item)
@@ -214,13 +215,13 @@ class Client:
         if hello.fields.get("protocol") == PROTOCOL:
             self.hello = hello.fields
             self.state = WorkerState.READY
-        elif self._process is not None:
-            self._process.stop()
+        elif self.process is not None:
+            self.process.stop()
             self._bury("it belongs to another version of Neural Sculpt", "")
 
     def _bury(self, reason: str, log_tail: str) -> None:
         """The worker ended by itself: say so, and end its jobs in its place."""
-        self._process = None
+        self.process = None
         self.state = WorkerState.DEAD
         self.hello = None
         self.problem = (

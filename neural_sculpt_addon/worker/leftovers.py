@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Leftover folders of workers whose Blender was killed, removed at the next start. Standard
-library."""
+"""Leftover folders of workers whose Blender was killed, removed at the next start.
+
+Standard library only.
+"""
 
 import os
 import re

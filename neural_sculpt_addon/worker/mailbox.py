@@ -24,16 +24,17 @@ class Outbox:
 
     def __init__(self, folder: Path) -> None:
         """Into an empty folder."""
-        self._folder = folder
-        self._count = 0
+        self.folder = folder
+        self.count = 0
+        """Messages put so far: the name of the next one."""
 
     def put(self, message: Message) -> None:
         """Write one message; it appears at once and as a whole. ProtocolError, OSError."""
-        part = self._folder / "part"
+        part = self.folder / "part"
         with part.open("wb") as file:
             protocol.write(file, message)
-        os.replace(part, self._folder / str(self._count))
-        self._count += 1
+        os.replace(part, self.folder / str(self.count))
+        self.count += 1
 
 
 class Inbox:
@@ -41,8 +42,9 @@ class Inbox:
 
     def __init__(self, folder: Path) -> None:
         """From the folder of an Outbox."""
-        self._folder = folder
-        self._count = 0
+        self.folder = folder
+        self.count = 0
+        """Messages taken so far: the name of the next one."""
         self._file: BinaryIO | None = None
         self._reading: Iterator[Message | None] = iter(())
 
@@ -56,7 +58,7 @@ class Inbox:
 
         None, too, when it is not read within so many seconds: the next call goes on with it.
         """
-        path, start = self._folder / str(self._count), time.monotonic()
+        path, start = self.folder / str(self.count), time.monotonic()
         if self._file is None:
             try:
                 self._file = path.open("rb")
@@ -81,7 +83,7 @@ class Inbox:
             raise ProtocolError("A frame is empty.")
         with contextlib.suppress(OSError):
             path.unlink()
-        self._count += 1
+        self.count += 1
         return message
 
     def _close(self) -> None:

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..common.errors import SculptError
-from .ending import exit_in_words
-from .install.interpreter import start_logged
+from .child import exit_in_words, start_logged
 from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError
@@ -46,7 +45,7 @@ class WorkerProcess:
 
     def __init__(self, command: Sequence[str], log: Path) -> None:
         """Start `command` with what it prints into a fresh `log`. SculptError when that fails."""
-        self._log = log
+        self.log = log
         folder = None
         try:
             sweep()
@@ -55,7 +54,7 @@ class WorkerProcess:
                 (folder / name).mkdir()
             log.parent.mkdir(parents=True, exist_ok=True)
             with log.open("wb") as output:
-                self._process = start_logged(command, output)
+                self.child = start_logged(command, output)
         except OSError as error:
             if folder is not None:
                 shutil.rmtree(folder, ignore_errors=True)
@@ -64,20 +63,20 @@ class WorkerProcess:
             ) from error
         self.folder = folder
         """Its own, through which it is spoken to; gone when it has ended."""
-        self._requests = Outbox(folder / REQUESTS)
-        self._answers = Inbox(folder / ANSWERS)
+        self.requests = Outbox(folder / REQUESTS)
+        self.answers = Inbox(folder / ANSWERS)
         self._pulse = Pulse(folder / ANSWERS)
-        self._ring(json.dumps(os.fspath(folder)).encode() + b"\n")
+        self.ring(json.dumps(os.fspath(folder)).encode() + b"\n")
 
     @property
     def pid(self) -> int:
         """The system's number of the process."""
-        return self._process.pid
+        return self.child.pid
 
     @property
     def running(self) -> bool:
         """Whether the process has not ended yet."""
-        return self._process.poll() is None
+        return self.child.poll() is None
 
     def send(self, message: Message) -> None:
         """Send one message; a dead worker is no error here.
@@ -85,7 +84,7 @@ class WorkerProcess:
         ProtocolError when it cannot be one, SculptError when the disk has no room for it.
         """
         try:
-            self._requests.put(message)
+            self.requests.put(message)
         except OSError as error:
             if not self.running:
                 return
@@ -93,7 +92,7 @@ class WorkerProcess:
                 f"The worker cannot be reached ({error}); is there room on the disk of"
                 f" {tempfile.gettempdir()}?"
             ) from error
-        self._ring(b".")
+        self.ring(b".")
 
     def take(self, seconds: float = math.inf) -> Message | Exit | None:
         """What the worker says next, None when it is silent; its Exit after all it said.
@@ -102,13 +101,13 @@ class WorkerProcess:
         """
         running = self.running  # asked first: what it said last is there then
         try:
-            message = self._answers.take(seconds)
+            message = self.answers.take(seconds)
         except ProtocolError as error:
-            self._process.kill()
+            self.child.kill()
             return self._end(str(error))
         if message is not None:
             self._pulse.silent = 0.0  # what it says is a sign of life, too
-        silent = message is None and not self._answers.amid
+        silent = message is None and not self.answers.amid
         return self._end() if silent and not running else message
 
     def silent(self) -> float:
@@ -122,33 +121,33 @@ class WorkerProcess:
 
     def kill(self) -> None:
         """End the process at once, for it hears nothing."""
-        self._process.kill()
+        self.child.kill()
         self._end()
 
     def _end(self, reason: str = "") -> Exit:
-        assert self._process.stdin is not None
-        self._process.stdin.close()
+        assert self.child.stdin is not None
+        self.child.stdin.close()
         try:
-            code = self._process.wait(_GRACE)
+            code = self.child.wait(_GRACE)
         except subprocess.TimeoutExpired:
-            self._process.kill()
+            self.child.kill()
             with contextlib.suppress(subprocess.TimeoutExpired):  # a driver holds it
-                self._process.wait(_GRACE)
-            code = self._process.returncode or 0
+                self.child.wait(_GRACE)
+            code = self.child.returncode or 0
         shutil.rmtree(self.folder, ignore_errors=True)
         tail = self._log_tail()
         return Exit(reason or exit_in_words(code, tail), tail)
 
-    def _ring(self, what: bytes) -> None:
+    def ring(self, what: bytes) -> None:
         """So few bytes that they fit a pipe that nobody reads for a while."""
-        assert self._process.stdin is not None
+        assert self.child.stdin is not None
         with contextlib.suppress(OSError):  # it is dead, which `take` finds out
-            self._process.stdin.write(what)
+            self.child.stdin.write(what)
 
     def _log_tail(self) -> str:
         try:
-            with self._log.open("rb") as file:
-                file.seek(max(0, self._log.stat().st_size - _LOG_BYTES))
+            with self.log.open("rb") as file:
+                file.seek(max(0, self.log.stat().st_size - _LOG_BYTES))
                 lines = file.read().decode(errors="replace").splitlines()
         except OSError:
             return ""

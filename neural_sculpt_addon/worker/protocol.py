@@ -106,10 +106,10 @@ def write(stream: BufferedIOBase, message: Message) -> None:
 
     Raises ProtocolError for what cannot be sent: other dtypes, NaN in a field, too many bytes.
     """
-    stream.writelines(_pieces(message))
+    stream.writelines(pieces(message))
 
 
-def _pieces(message: Message) -> list[bytes | memoryview]:
+def pieces(message: Message) -> list[bytes | memoryview]:
     """The frame as pieces to be written in order, the arrays where they are."""
     size = sum(array.nbytes for array in message.arrays.values())
     _check_sizes(0, size)  # before anything is copied

@@ -40,9 +40,8 @@ def instrument() -> None:
     """Time the calls that Blender makes. The overlay's are registered again."""
     overlay, draw = module("blender.viewport.overlay"), module("blender.operators.strokes.draw")
     overlay.unregister()
-    timed(overlay, "_draw_stroke", lambda _: "overlay: stroke")
-    overlay._handler = module("blender.viewport.draw_handler").DrawHandler(overlay._draw_stroke)
-    timed(overlay, "_draw_brush", lambda _: "overlay: brush")
+    timed(overlay.handler, "draw", lambda _: "overlay: stroke")
+    timed(overlay, "draw_brush", lambda _: "overlay: brush")
     overlay.register()
     timed(draw.NEURAL_SCULPT_OT_draw, "modal", lambda given: f"event: {given[2].type.lower()}")
     modal = draw.NEURAL_SCULPT_OT_draw.modal
@@ -51,11 +50,11 @@ def instrument() -> None:
         return modal(self, context, event)
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
-    timed(worker_session().watcher, "_timer", lambda _: "timer tick")
+    timed(worker_session().watcher, "timer", lambda _: "timer tick")
     preview = module("blender.scene.mesh.preview")
     timed(preview, "show", lambda _: "preview")
     timed(preview, "draw", lambda _: "surface under the pen, a move")
-    timed(preview, "_catch_up_later", lambda _: "surface under the pen, at rest")
+    timed(preview, "catch_up_later", lambda _: "surface under the pen, at rest")
     displaced = module("interaction.displaced").Displaced
     advance = displaced.advance
 

@@ -37,7 +37,7 @@ STAGES = ("noticed", "asked", "answered", "in the scene")
 """Of a stroke, after Blender's brush has ended: the extension looks at the mesh, the worker has the
 job, its answer is there, the undo step is made."""
 TIMED = {
-    "blender.session.live": ("_look_later", "look"),
+    "blender.session.live": ("look_later", "look"),
     "blender.session.brush_results": ("take",),
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
@@ -53,7 +53,7 @@ brushed: list[dict[str, Any]] = []
 def instrument() -> None:
     """Time the calls, and keep what strokes were."""
     live, results = module("blender.session.live"), module("blender.session.brush_results")
-    enter_next = results._enter_next
+    enter_next = results.enter_next
 
     def kept(target: Any, proxy: Any) -> None:
         stroke, base = proxy.strokes[0], proxy.positions
@@ -62,14 +62,14 @@ def instrument() -> None:
         enter_next(target, proxy)
         brushed.append({**given, "name": stroke.name, "remade": remade, "base": base})
 
-    results._enter_next = kept
+    results.enter_next = kept
     for name, functions in TIMED.items():
         for function in functions:
-            label = function.strip("_").replace("_", " ")
+            label = function.replace("_", " ")
             timed(module(name), function, lambda _, label=label: label)
     session = worker_session()
     timed(session, "poll_once", lambda _: "poll once")
-    look, hear, is_at_work = live.look, session._hear, live.is_at_work
+    look, hear, is_at_work = live.look, session.hear, live.is_at_work
 
     def looked() -> None:
         now, jobs = time.perf_counter(), len(session.jobs)
@@ -87,7 +87,7 @@ def instrument() -> None:
         if "ended" not in reached and not is_at_work():
             reached["ended"] = time.perf_counter()
 
-    live.look, session._hear = looked, heard
+    live.look, session.hear = looked, heard
     bpy.app.handlers.depsgraph_update_post.insert(0, ends)
 
 

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
+from pictures import sheet
+
 from neural_sculpt_addon.common.whole_file import write_whole
 
 from . import shapes
@@ -18,7 +20,7 @@ from .tables.table import Table
 from .work import Row, Task, Work, plan
 
 MODULES = {"1": table1, "2": table2, "3": table3, "4": table4, "beyond": beyond, "figures": figures}
-PAGE, GALLERY = "README.md", "gallery.jpg"
+PAGE, GALLERY = "README.md", "gallery.png"
 SHOWN = (
     "Stroke files of examples/, sculpted on the ready fields by `local` and rendered in Blender:"
     " ring, pumpkin, lizard's scales, an inscription cut by an asymmetric brush, robot, hair;"
@@ -96,11 +98,11 @@ def _drawn(rows: Mapping[str, Row], folder: Path, out: Path) -> list[str]:
     """Figures as files, and for the page with their captions."""
     shown = []
     for name, (picture, caption) in table4.figures(rows).items():
-        write_whole(out / name, picture.encode())
+        sheet.save(out / name, picture)
         shown.append((name, caption))
     for name, caption in figures.pictures(rows).items():
-        write_whole(out / f"{name}.jpg", (folder / f"{name}.jpg").read_bytes())
-        shown.append((f"{name}.jpg", caption))
+        write_whole(out / f"{name}.png", (folder / f"{name}.png").read_bytes())
+        shown.append((f"{name}.png", caption))
     if (out / GALLERY).is_file():
         shown.append((GALLERY, SHOWN))
     parts = [f"![{Path(name).stem}]({name})\n\n{caption}.\n" for name, caption in shown]

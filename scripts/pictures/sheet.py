@@ -18,7 +18,6 @@ Picture = NDArray[np.uint8]
 
 LABEL = 17  # of the letters
 LARGER = 4
-QUALITY = 90  # of the JPEG files
 INK, PALE = (34, 34, 34), (190, 196, 204)
 BLUE = (39, 96, 157)
 
@@ -101,9 +100,9 @@ def to_width(picture: Picture, width: int) -> Picture:
 
 
 def save(path: Path, picture: Picture) -> None:
-    """As JPEG."""
+    """As PNG, of all its colours: with 256 of them a shaded ball has steps that one sees."""
     buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "JPEG", quality=QUALITY, subsampling=0)
+    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
     write_whole(path, buffer.getvalue())
 
 

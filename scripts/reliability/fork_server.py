@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A fork server: workers come from a process that has loaded everything, each in milliseconds.
 
-`ForkServer.start` takes the place of `worker.interpreter.start_logged`. What it starts is the
+`ForkServer.start` takes the place of `worker.child.start_logged`. What it starts is the
 worker's own `server.main`, as the process that subprocess would have started: with its number, its
 pipe, its log, and an exit code of its own. One lives at a time. A worker that finds a file DIE
 beside its folders kills itself in the midst of its next result with arrays: the file says after
@@ -136,7 +136,7 @@ def _work(bell: int, log: int, bare: bool) -> NoReturn:
 
         mailbox.Outbox.put = put_after_fault
         if bare:
-            server.take_over().serve(server._refusing("There is no torch."), {"device": ""})
+            server.take_over().serve(server.refusing("There is no torch."), {"device": ""})
         server.main("cpu")
     finally:
         os._exit(70)
@@ -146,19 +146,19 @@ def _die(outbox: Any, message: Any) -> None:
     """Write a part of a result, and be killed, if that is asked for."""
     from neural_sculpt_addon.worker import protocol
 
-    marker = outbox._folder.parent / DIE
+    marker = outbox.folder.parent / DIE
     if message.kind is protocol.MessageKind.RESULT and message.arrays and marker.exists():
-        frame = b"".join(protocol._pieces(message))
-        (outbox._folder / "part").write_bytes(frame[: int(float(marker.read_text()) * len(frame))])
+        frame = b"".join(protocol.pieces(message))
+        (outbox.folder / "part").write_bytes(frame[: int(float(marker.read_text()) * len(frame))])
         os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _fill(outbox: Any) -> None:
     """Fill a disk, if that is asked for and it is time."""
-    marker = outbox._folder.parent / FULL
+    marker = outbox.folder.parent / FULL
     if marker.exists():
         number, folder = marker.read_text().split(" ", 1)
-        if int(number) == outbox._count:
+        if int(number) == outbox.count:
             disk.fill(Path(folder))
 
 

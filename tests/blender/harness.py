@@ -9,7 +9,7 @@ import json
 import os
 import time
 import unittest
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -39,20 +39,6 @@ def long(test: Callable) -> Callable:
     return test
 
 
-def is_long(case: unittest.TestCase) -> bool:
-    """Whether a test is marked so."""
-    return getattr(getattr(case, case.id().rpartition(".")[2], None), "long", False)
-
-
-def each(tests: unittest.TestSuite | unittest.TestCase) -> Iterator[unittest.TestCase]:
-    """The tests in a suite, one by one."""
-    if isinstance(tests, unittest.TestSuite):
-        for test in tests:
-            yield from each(test)
-    else:
-        yield tests
-
-
 class SculptCase(unittest.TestCase):
     """Starts each test in an empty scene with one undo step, and a folder for files."""
 
@@ -76,6 +62,15 @@ class SculptCase(unittest.TestCase):
         self.assertIn(sentence, message)
         self.assertNotIn("Traceback", message)
         self.assertTrue(message.endswith("."), message)
+
+    def undo_and_redo(self, states: Sequence[object], look: Callable[[], object]) -> None:
+        """Undo leads back through all states, and redo through them again; `look` tells them."""
+        for expected in states[-2::-1]:
+            undo()
+            self.assertEqual(look(), expected)
+        for expected in states[1:]:
+            redo()
+            self.assertEqual(look(), expected)
 
     @contextmanager
     def as_in_a_window(self) -> Iterator[None]:
@@ -128,8 +123,8 @@ class SteeredCase(SculptCase):
         super().setUpClass()
         cls.heard = Path(cls.enterClassContext(TemporaryDirectory()))
         python = os.environ["NEURAL_SCULPT_PYTHON"]
-        toy = Path(__file__).with_name("toy_worker.py")
-        command = [python, "-I", "-u", str(toy), str(toy.parents[2]), str(cls.heard)]
+        toy = Path(__file__).with_name("session") / "toy_worker.py"
+        command = [python, "-I", "-u", str(toy), str(toy.parents[3]), str(cls.heard)]
         session = module("blender.session.worker_session").session
         session.stop()
         cls.addClassCleanup(session.stop)

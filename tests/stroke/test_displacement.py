@@ -182,19 +182,25 @@ def test_the_equator_of_a_sphere(radius, intensity, latitude, longitude):
     )
 
 
-@pytest.mark.parametrize("alpha", [None, Alpha("star", angle=25, spacing=1.3)])
-@pytest.mark.parametrize("axes", ["X", "Y", "Z", "XY", "XYZ"])
-@pytest.mark.parametrize("count", [1, 40])
-def test_mirror_images_displace_mirrored_points_alike(alpha, axes, count):
+def arc_and_around(count):
+    """Unit vectors (count, 3) along an arc that no plane of symmetry holds, and 300 around it."""
     angle = np.linspace(0.2, 1.2, count)
     tilt = 0.3 + 0.5 * angle
     normals = np.stack(
         [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.sin(tilt)], axis=1
     )
-    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW, alpha=alpha), mirror=frozenset(axes))
     random = np.random.default_rng(1)
     n = normals[random.integers(0, count, 300)] + 0.2 * random.normal(size=(300, 3))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
+    return normals, n
+
+
+@pytest.mark.parametrize("alpha", [None, Alpha("star", angle=25, spacing=1.3)])
+@pytest.mark.parametrize("axes", ["X", "Y", "Z", "XY", "XYZ"])
+@pytest.mark.parametrize("count", [1, 40])
+def test_mirror_images_displace_mirrored_points_alike(alpha, axes, count):
+    normals, n = arc_and_around(count)
+    stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW, alpha=alpha), mirror=frozenset(axes))
     original, *images = stroke.copies()
     expected = displace(original, make_path(0.5 * normals, normals), 0.5 * n, n)
     assert np.ptp(expected.amount) > 0.03
@@ -212,16 +218,9 @@ def test_mirror_images_displace_mirrored_points_alike(alpha, axes, count):
 @pytest.mark.parametrize("count", [1, 40])
 def test_turned_images_displace_turned_points_alike(axis, count):
     """A dab, too, whose profile is one-sided."""
-    angle = np.linspace(0.2, 1.2, count)
-    tilt = 0.3 + 0.5 * angle
-    normals = np.stack(
-        [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.sin(tilt)], axis=1
-    )
+    normals, n = arc_and_around(count)
     counts = tuple(5 if k == axis else 1 for k in range(3))
     stroke = Stroke(0.5 * normals, Brush(0.2, 0.1, SKEW), radial=counts)
-    random = np.random.default_rng(1)
-    n = normals[random.integers(0, count, 300)] + 0.2 * random.normal(size=(300, 3))
-    n /= np.linalg.norm(n, axis=1, keepdims=True)
     original, *images = stroke.copies()
     expected = displace(original, make_path(0.5 * normals, normals), 0.5 * n, n)
     assert np.ptp(expected.amount) > 0.05

@@ -39,8 +39,8 @@ put together, each {} from something else."""
 
 OURS = "Neural Sculpt"
 """Context of words that mean something else elsewhere: Blender's own translation of a word goes
-before an add-on's. All texts are known in it, so that what says some of these words can say all
-that it says in it."""
+before an add-on's. Every text is known in it, so a class that has one such word can use it for all
+of its texts."""
 
 GERMAN = read_po(Path(__file__).with_name("de.po"))
 

@@ -10,11 +10,11 @@ from bpy.types import Mesh, Object, UILayout
 from ..scene.mesh import proxy_mesh
 from ..scene.properties import field_of
 
-TRIANGLE = 52  # bytes in a Blender mesh: corners, half a vertex with its normal, 3 / 2 edges
-MESHED = 200  # bytes per triangle in the worker, while it is made
-PER_CELL = 3.0  # triangles that marching cubes makes, per area of a cell's face
+TRIANGLE_BYTES = 52  # bytes in a Blender mesh: corners, half a vertex with its normal, 3 / 2 edges
+MESHED_BYTES = 200  # bytes per triangle in the worker, while it is made
+TRIANGLES_PER_FACE = 3.0  # triangles that marching cubes makes, per area of a cell's face
 SAMPLED = 10_000  # triangles
-POINT = 6  # bytes per lattice point in the worker: its value, and two marks
+POINT_BYTES = 6  # bytes per lattice point in the worker: its value, and two marks
 
 
 def triangles(ob: Object, resolution: int, most: int = 0) -> int:
@@ -23,7 +23,7 @@ def triangles(ob: Object, resolution: int, most: int = 0) -> int:
     mesh, group = ob.data, field_of(ob)
     assert isinstance(mesh, Mesh)
     if group.refine:  # it has more than its resolution makes
-        count = PER_CELL * _area(ob) * (resolution / 2) ** 2
+        count = TRIANGLES_PER_FACE * _area(ob) * (resolution / 2) ** 2
     else:
         count = len(mesh.polygons) * (resolution / group.resolution) ** 2
     return max(round(count), most)
@@ -32,7 +32,7 @@ def triangles(ob: Object, resolution: int, most: int = 0) -> int:
 def memory(ob: Object, resolution: int, most: int = 0) -> tuple[int, int]:
     """Bytes that the mesh takes in Blender, and that the worker takes while it makes it."""
     count = triangles(ob, resolution, most)
-    return TRIANGLE * count, MESHED * count + POINT * (resolution + 3) ** 3
+    return TRIANGLE_BYTES * count, MESHED_BYTES * count + POINT_BYTES * (resolution + 3) ** 3
 
 
 def draw_refinement(layout: UILayout, owner: Any) -> None:

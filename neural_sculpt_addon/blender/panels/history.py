@@ -55,9 +55,10 @@ class NEURAL_SCULPT_UL_strokes(UIList):
 
 EDIT = "GREASEPENCIL"
 
-NARROW = 240
-"""Pixels of a sidebar, for a user interface at its normal size, below which the names of a list
-with all its buttons could not be read: fewer are beside them, the others below."""
+NARROW_SIDEBAR = 240
+"""Width of a sidebar in pixels, at the normal size of the interface. A narrower one has only some
+of the buttons beside the names, which could not be read otherwise, and the others below the
+list."""
 
 SIGNS = {Kind.SMOOTH: "MOD_SMOOTH", Kind.FLATTEN: "MESH_PLANE", Kind.PINCH: "MOD_CAST"}
 """As in the list of kinds."""
@@ -70,7 +71,7 @@ def _star(group: NEURAL_SCULPT_PG_field, uid: str) -> Any:
 
 
 def _is_narrow(context: Context) -> bool:
-    return context.region.width < NARROW * context.preferences.system.ui_scale
+    return context.region.width < NARROW_SIDEBAR * context.preferences.system.ui_scale
 
 
 def _picture(item: NEURAL_SCULPT_PG_listed_stroke) -> dict[str, Any]:
@@ -122,7 +123,7 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
             if group.solver == LOCAL:
                 slider = layout.row()
                 slider.enabled = not proxy_mesh.why_locked(context.active_object)  # pyright: ignore[reportArgumentType]
-                slider.prop(context.window_manager, strength.NAME, slider=True)
+                slider.prop(context.window_manager, strength.PROPERTY, slider=True)
             if group.strokes[group.active_stroke].data:
                 points = layout.operator(
                     "neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA"

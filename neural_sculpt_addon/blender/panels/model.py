@@ -11,6 +11,7 @@ from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
 from .. import preferences
+from ..layouts import draw_installation, draw_text
 from ..locale.translations import OURS, translated
 from ..scene.field_header import header_of
 from ..scene.mesh import native_edits
@@ -18,7 +19,6 @@ from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
 from ..session import live, reports
 from ..session.worker_session import session
 from ..viewport import worst_place
-from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 LENGTHS = {
@@ -35,7 +35,7 @@ LENGTHS = {
 """Lengths of a report that are shown, in this order."""
 TOLERATED = ("tube_p95", "reverse_p95")
 """Those that the report's tolerance bounds."""
-TURNED = {
+TURNED_ANGLES = {
     "untouched_normal_rms": n_("Untouched normals turned by"),
     "untouched_normal_max": n_("Untouched normals, worst"),
 }
@@ -53,12 +53,12 @@ COUNTS = {
 }
 MOST_NOTES = 8
 
-PIECES = ("components", "components_after")
+PIECE_COUNTS = ("components", "components_after")
 LINES = 9
 """Of a report of a stroke, with one that warns."""
-FINEST = 1e-6
+SHORTEST_LENGTH = 1e-6
 """Meters; Blender writes what is less as nothing, or with more digits than a line holds."""
-NAME = 0.75
+NAME_WIDTH = 0.75
 """Of a line's width, for the name."""
 
 
@@ -75,7 +75,7 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         if is_field(ob):
             _draw_field(layout, context, ob)  # pyright: ignore[reportArgumentType]
         elif not preferences.has_worker():
-            preferences.draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
+            draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
             layout.operator("neural_sculpt.from_mesh", icon="MESH_MONKEY")
@@ -131,7 +131,7 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
     for line in lines:
         row = column.row(align=True)
         if line.value:  # which a narrow sidebar does not cut off
-            split = row.split(factor=NAME)
+            split = row.split(factor=NAME_WIDTH)
             split.label(text=f"{line.name}:", icon=line.icon, translate=False)
             value = split.row()
             value.alignment = "RIGHT"
@@ -186,13 +186,13 @@ def _measures(context: Context, ob: Object, report: dict[str, Any]) -> Iterator[
         yield _Line(iface_("Height reached"), f"{gain:.1%}")
     if _is_number(angle := report.get("normal_deg")):
         yield _Line(iface_("Normals off by"), _degrees(angle, 1))
-    for key, label in TURNED.items():  # how much the untouched surface looks different
+    for key, label in TURNED_ANGLES.items():  # how much the untouched surface looks different
         if _is_number(angle := report.get(key)):
             worst = key == "untouched_normal_max" and bool(reports.worst_places(report))
             yield _Line(iface_(label), _degrees(angle, 2), has_place=worst)
     if _is_number(share := report.get("sign_errors")) and share > 0:
         yield _Line(iface_("Volume on the wrong side"), f"{share:.2%}")
-    for key in PIECES:
+    for key in PIECE_COUNTS:
         if isinstance(value := report.get(key), int) and value > 1:
             yield _Line(iface_("Separate pieces"), str(value))
 
@@ -224,8 +224,8 @@ def _length(context: Context, value: float) -> str:
     text = bpy.utils.units.to_string(
         units.system,
         "LENGTH",
-        FINEST if 0 < meters < FINEST else meters,
+        SHORTEST_LENGTH if 0 < meters < SHORTEST_LENGTH else meters,
         precision=3,
         split_unit=False,
     )
-    return f"< {text}" if 0 < meters < FINEST else text
+    return f"< {text}" if 0 < meters < SHORTEST_LENGTH else text

@@ -25,18 +25,18 @@ class Display(Watcher):
 
     def __init__(self) -> None:
         """Nothing is shown yet."""
-        self._timer = self._tick  # one object, as Blender knows a timer by it
+        self.timer = self._tick  # one object, as Blender knows a timer by it
         self._told = False, 0  # of a slow job and of strokes that wait, in the status bar
 
     def work_came(self) -> None:
         """Poll from now on."""
-        if not bpy.app.background and not bpy.app.timers.is_registered(self._timer):
-            bpy.app.timers.register(self._timer, persistent=True)
+        if not bpy.app.background and not bpy.app.timers.is_registered(self.timer):
+            bpy.app.timers.register(self.timer, persistent=True)
 
     def stopped(self) -> None:
         """Poll no more."""
-        if bpy.app.timers.is_registered(self._timer):
-            bpy.app.timers.unregister(self._timer)
+        if bpy.app.timers.is_registered(self.timer):
+            bpy.app.timers.unregister(self.timer)
 
     def changed(self) -> None:
         """Draw the panels again."""

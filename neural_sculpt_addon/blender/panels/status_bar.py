@@ -28,7 +28,7 @@ KEYS: tuple[tuple[Any, str], ...] = (
     ("EVENT_J", n_("Pick Stroke")),
 )
 """What can be done with the tool: signs of keys, and words."""
-WIDE = ("EVENT_CTRL",)
+WIDE_SIGNS = ("EVENT_CTRL",)
 """Signs that reach beyond their place."""
 
 
@@ -74,7 +74,7 @@ def _draw_keys(header: Header, context: Context) -> None:
     row = header.layout.row(align=True)
     for sign, text in KEYS:
         row.label(text="", icon=sign)
-        if sign in WIDE:
+        if sign in WIDE_SIGNS:
             row.separator(factor=1.5)
         row.label(text=text, text_ctxt=OURS)
 

@@ -22,7 +22,7 @@ from ..scene.undo_step import in_window
 from ..session.replay import change_history
 from ..session.worker_session import session
 
-NAME = "neural_sculpt_strength"
+PROPERTY = "neural_sculpt_strength"
 """Of the slider: WindowManager.neural_sculpt_strength."""
 
 LABEL = n_("Stroke Strength")
@@ -120,9 +120,9 @@ def _apply() -> None:
 def register() -> None:
     """Add the slider."""
     slider = strength_property(get=_get, set=_set)
-    setattr(WindowManager, NAME, slider)
+    setattr(WindowManager, PROPERTY, slider)
 
 
 def unregister() -> None:
     """Remove it."""
-    delattr(WindowManager, NAME)
+    delattr(WindowManager, PROPERTY)

@@ -7,9 +7,9 @@ from bpy.types import Context
 
 from ...worker.client import WorkerState
 from .. import preferences
+from ..layouts import draw_installation, draw_text
 from ..locale.translations import translated
 from ..session.worker_session import session
-from ..wrapped import draw_text
 from .sidebar import Sidebar, draw_job
 
 STATES = {
@@ -35,7 +35,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
         """Draw the worker's state, progress and last error."""
         layout = self.layout
         if not preferences.has_worker():
-            preferences.draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
+            draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
             return
         row = layout.row(align=True)
         row.label(text=state(), icon="SYSTEM", translate=False)

@@ -20,7 +20,7 @@ from . import thumbnails
 from .shape_choices import Item
 
 NONE, IMAGE = "NONE", "IMAGE"
-KEPT = 64  # images of artists, the last ones looked at
+MOST_KEPT = 64  # images of artists, the last ones looked at
 
 IMAGE_NUMBER = 50
 """Blender files hold the number of a choice: none is 0, images of the extension count from 1."""
@@ -97,7 +97,7 @@ def unregister() -> None:
     _items.cache_clear()
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_KEPT)
 def _image(text: str) -> Alpha | None:
     """The artist's image, None when there is none or its text is damaged."""
     try:
@@ -106,7 +106,7 @@ def _image(text: str) -> Alpha | None:
         return None
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_KEPT)
 def _items(pixels: str, _locale: str) -> list[Item]:
     """Blender does not copy the texts of an item, so they outlive every menu that shows them."""
     items: list[Item] = []

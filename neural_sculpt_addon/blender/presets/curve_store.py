@@ -4,6 +4,7 @@
 Blender has no curve property, but each of its brushes has a curve, which is saved, can be drawn in
 a panel, and is no part of undo steps. So each curve of ours is that of a brush data-block, which
 belongs to no mode, and no tool of Blender's offers.
+
 Profile: [-1, 1] x [-1, 1], with the left of the stroke at -1. Modulation and what the pen's
 pressure does: [0, 1] x [0, 1].
 """

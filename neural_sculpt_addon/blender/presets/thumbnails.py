@@ -14,7 +14,7 @@ from ...stroke.alpha import Alpha
 
 SIZE = 64  # pixels
 LINE = 2.2  # pixels
-FILLED = (0.85, 0.55, 0.25, 0.45)  # RGBA, between the curve and zero
+FILL_COLOR = (0.85, 0.55, 0.25, 0.45)  # RGBA, between the curve and zero
 DRAWN = (1.0, 0.75, 0.4, 1.0)
 
 _previews: Any = None
@@ -78,7 +78,7 @@ def draw(kind: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
     slope = np.gradient(y)
     ink = np.clip(LINE / 2 + 0.5 - np.abs(rows - y) / np.hypot(1, slope), 0, 1)[..., None]
     inside = ((rows > np.minimum(y, zero)) & (rows < np.maximum(y, zero)))[..., None]
-    picture = np.where(inside, FILLED, 0.0)
+    picture = np.where(inside, FILL_COLOR, 0.0)
     return (picture * (1 - ink) + np.array(DRAWN) * ink).astype(np.float32)
 
 

@@ -9,7 +9,7 @@ from bpy.types import Object
 from .properties import field_of
 
 REMEMBERED = 64
-LARGEST = 256 << 10
+LARGEST_HEADER = 256 << 10
 """Bytes of the head of any field, which the worker takes: panels wait while it is read."""
 
 _DAMAGE = (
@@ -46,7 +46,7 @@ def header_of(ob: Object) -> Header:
 
 def _read(data: bytes) -> Header:
     size = int.from_bytes(data[:8], "little")
-    if size > LARGEST:
+    if size > LARGEST_HEADER:
         return Header()
     try:
         tensors = json.loads(data[8 : 8 + size])

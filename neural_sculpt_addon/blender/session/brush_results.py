@@ -44,7 +44,7 @@ log = logging.getLogger(__name__)
 
 Vectors = NDArray[np.float32]
 
-LOST = 3e-4
+LOST_DETAIL = 3e-4
 """Mean distance, model units, from which on the artist is told that a stroke was too fine."""
 
 ROUNDING = 1e-7
@@ -215,9 +215,9 @@ def shows(ob: Object, proxy: BrushedProxy) -> bool:
     return np.array_equal(preview_attributes.true_positions(mesh), proxy.strokes[-1].seen)
 
 
-BUDGET = 0.008
-"""Seconds after which no more work is begun before the window is drawn: a step that is taken back
-costs 4 ms and more, one that is made some 35 ms, of which Blender itself takes 30."""
+TAKE_SECONDS = 0.008
+"""Seconds of work after which the window is drawn before more is begun. To take back a step costs
+4 ms and more; to make one some 35 ms, of which Blender itself takes 30."""
 
 
 class BrushResults(Arrivals):
@@ -232,7 +232,7 @@ class BrushResults(Arrivals):
         whether there was one."""
         begun = time.perf_counter()
         taken = False
-        while not taken or time.perf_counter() - begun < BUDGET:
+        while not taken or time.perf_counter() - begun < TAKE_SECONDS:
             ready = next((each for each in [*proxies.items()] if is_ready(*each)), None)
             if ready is None:
                 break
@@ -258,7 +258,7 @@ def take(target: int, proxy: BrushedProxy) -> None:
         with preview.hidden(), session.history_grows():
             back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
             if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
-                _enter_next(target, proxy)
+                enter_next(target, proxy)
             if proxy.count:
                 proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
     except Exception as error:  # the jobs to come must not suffer for it
@@ -272,7 +272,7 @@ def take(target: int, proxy: BrushedProxy) -> None:
         notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
 
 
-def _enter_next(target: int, proxy: BrushedProxy) -> None:
+def enter_next(target: int, proxy: BrushedProxy) -> None:
     """The first stroke becomes an undo step. Only the last one may bring another proxy."""
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
     assert result is not None
@@ -300,7 +300,7 @@ def _enter_next(target: int, proxy: BrushedProxy) -> None:
 def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
     fields = result.fields
-    if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST:
+    if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL:
         notice.tell(
             f"The field cannot hold all of {name}: details finer than its finest level were left"
             " out. The proxy shows what it holds."

@@ -46,15 +46,16 @@ class Job:
     request: makes the request when the job's turn comes
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
-    step:    of Blender's history, the last when the job was asked for, or a result of one before it
-    follows: whether the job only follows what is a step of Blender's history by itself
+    step:    the last step of Blender's history when the job was asked for, or the one that a result
+             of an earlier job has made since
+    follows: whether the job only follows something that is a step of Blender's history by itself
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
-    told_why: hears why there is no result, of a job that is done behind the others
+    told_why: hears why there is no result; only of a job that waits behind the others
     foresee: works some milliseconds at what `apply` needs; whether there is more to do
     keep:    puts the strokes into the history as muted, when they cannot be applied
-    deaths:  of workers that had the job; after the second it ends
+    deaths:  how many workers died while they had the job; after the second it ends
     resent:  whether the worker lacked bytes that it should have had, and got all once more
     begun:   when the worker got it, on the clock of `time.monotonic`
     failure: why it failed, while its strokes cannot be put into the history yet

@@ -63,8 +63,8 @@ class JobQueue:
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, while it has no result, and nothing that is in
-        Blender's history was done after it was asked for."""
+        """The job of the last change of a field, if it has no result yet and is still the last
+        thing that the artist did: Blender's history has no step after it."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)

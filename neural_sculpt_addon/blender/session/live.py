@@ -260,7 +260,7 @@ def _note(*_: object) -> None:
     if ob is None or ob.mode != "SCULPT" or not is_field(ob):
         return
     if not _will_look():
-        bpy.app.timers.register(_look_later)
+        bpy.app.timers.register(look_later)
     if at_work:
         _State.brushes = True
     elif _State.brushes and session.worker.alive and not session.jobs:
@@ -273,10 +273,10 @@ def expect_no_stroke() -> None:
 
 
 def _will_look() -> bool:
-    return bpy.app.timers.is_registered(_look_later)
+    return bpy.app.timers.is_registered(look_later)
 
 
-def _look_later() -> float | None:
+def look_later() -> float | None:
     if is_at_work():
         return AGAIN
     _try_to_look()
@@ -305,4 +305,4 @@ def unregister() -> None:
     if _note in bpy.app.handlers.depsgraph_update_post:
         bpy.app.handlers.depsgraph_update_post.remove(_note)
     if _will_look():
-        bpy.app.timers.unregister(_look_later)
+        bpy.app.timers.unregister(look_later)

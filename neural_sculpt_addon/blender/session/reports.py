@@ -75,8 +75,8 @@ def measure(ob: Object) -> None:
     _known.setdefault(revision, "")
     while len(_known) > REMEMBERED:
         _known.popitem(last=False)
-    if session.waits or _known[revision]:
-        return  # no timer hears of a report while operators wait, or it is there
+    if _known[revision]:
+        return
 
     def keep(result: Message) -> None:
         _known[revision] = json.dumps(result.fields["report"])

@@ -77,7 +77,7 @@ class WorkerNews(JobQueue):
             return False
         return self.watcher.prepare(job.target, message, waiting)
 
-    def _hear(self, message: Message) -> None:
+    def hear(self, message: Message) -> None:
         """Something of the first job; of others there is only what was sent before they ended."""
         if self.behind is not None and message.job == self.behind.number:
             self._hear_behind(self.behind, message)

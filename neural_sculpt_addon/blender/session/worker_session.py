@@ -29,8 +29,8 @@ from .worker_news import WorkerNews
 log = logging.getLogger(__name__)
 
 LONG = 0.003
-"""Seconds after which what was read is not shown before the window is drawn: to read a mesh of
-100,000 triangles takes 2 ms, and to show it 8."""
+"""Seconds of reading after which the window is drawn before what was read is shown. To read a mesh
+of 100,000 triangles takes 2 ms, to show it 8."""
 
 
 class Session(WorkerNews):
@@ -54,7 +54,7 @@ class Session(WorkerNews):
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
-        self._ensure_worker()
+        self.ensure_worker()
         self.last_error = ""
         self.drop_behind()
         job.step = sculpt_steps.active()
@@ -72,11 +72,15 @@ class Session(WorkerNews):
     def submit_behind(self, job: Job, start: bool = False) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be.
 
+        Where operators wait for their jobs it is forgotten, for nobody would hear of it.
+
         start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
                job is forgotten then
         """
+        if self.waits:
+            return
         if start:
-            self._ensure_worker()
+            self.ensure_worker()
         self.drop_behind()
         self.behind = job
         self.watcher.work_came()
@@ -159,7 +163,7 @@ class Session(WorkerNews):
         read = read and time.perf_counter() - begun > LONG  # the window has waited long enough
         while self._news and not read and not self._must_wait(self._news[0]):
             message = self._news.popleft()
-            self._hear(message)
+            self.hear(message)
             heard |= message.kind is not MessageKind.PROGRESS or self.slow_job() is not None
             if message.arrays:
                 break  # likewise
@@ -193,7 +197,7 @@ class Session(WorkerNews):
             self.worker.give_up()
         else:
             self.stop()
-        self._ensure_worker()
+        self.ensure_worker()
         self.watcher.work_came()
 
     def stop(self) -> None:
@@ -205,7 +209,7 @@ class Session(WorkerNews):
         self._news.clear()
         self.watcher.stopped()
 
-    def _ensure_worker(self) -> None:
+    def ensure_worker(self) -> None:
         command = environment.worker_command(preferences.worker_python(), preferences.device())
         if self.client is not None:
             busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
@@ -213,7 +217,7 @@ class Session(WorkerNews):
                 return
             self.worker.end()  # gives every open job its end
             for message in [*self._news, *self.worker.poll()]:
-                self._hear(message)
+                self.hear(message)
             self._news.clear()
         self.worker.start(command)
 
@@ -244,15 +248,17 @@ class Session(WorkerNews):
         return stroke is not None
 
     def _start(self, job: Job) -> None:
-        self._ensure_worker()
+        self.ensure_worker()
         try:
             self._begin(job)
         except WorkerGoneError as error:  # just now
             self._lose(job, str(error))
 
     def _begin(self, job: Job) -> None:
-        """Make the job's request and let the worker have it."""
+        """Make the job's request and let the worker have it; previews only where they are seen."""
         request = job.request()
+        if job.preview is not None:
+            request.fields["preview"] = not self.waits
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
         job.status, job.begun = JobStatus.RUNNING, time.monotonic()

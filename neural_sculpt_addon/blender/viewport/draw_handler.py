@@ -16,13 +16,13 @@ class DrawHandler:
 
     def __init__(self, draw: Callable[[], None], when: When = "POST_VIEW") -> None:
         """Blender calls nothing before `add`."""
-        self._draw, self._when = draw, when
+        self.draw, self._when = draw, when
         self._handle: Any = None
 
     def add(self) -> None:
         """Let Blender call it; without a window there is nothing to draw on."""
         if not bpy.app.background:
-            self._handle = SpaceView3D.draw_handler_add(self._draw, (), "WINDOW", self._when)
+            self._handle = SpaceView3D.draw_handler_add(self.draw, (), "WINDOW", self._when)
 
     def remove(self) -> None:
         """Draw no more."""

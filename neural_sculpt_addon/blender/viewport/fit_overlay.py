@@ -41,8 +41,11 @@ class _State:
 
 
 def show(preview: Message, matrix: Matrix, holds: Callable[[], bool], on_top: bool = False) -> None:
-    """Show a mesh of a field whose model space is at `matrix` in the world, for as long as `holds`
-    says so; `on_top` of what would hide it."""
+    """Show a mesh of a field, for as long as `holds` says so.
+
+    matrix: from the field's model space to the world
+    on_top: whether it is drawn over what would hide it
+    """
     arrays = preview.arrays
     turn, shift = np.array(matrix.to_3x3()), np.array(matrix.translation)  # (3, 3), (3,)
     points = (arrays["vertices"] + LIFT * arrays["normals"]) @ turn.T + shift

@@ -68,7 +68,8 @@ class _State:
 def show_stroke(
     ob: Object, stroke: Stroke, editing: bool, chosen: int | None, sculpted: bool = False
 ) -> None:
-    """Show a stroke as it is now; of one that the surface itself shows only a line to edit it by.
+    """Show a stroke as it is now. Where the surface itself shows it (`sculpted`), only a line is
+    drawn, by which its points can be edited.
 
     Most moves of the mouse add no point to it, and nothing new is made for these.
     """
@@ -125,7 +126,7 @@ def _draw_chosen() -> None:
             draw_lines(_State.chosen[1], 2.5, (*color, alpha * share))  # pyright: ignore[reportArgumentType]
 
 
-def _draw_stroke() -> None:
+def draw_stroke() -> None:
     """In the scene, in world space."""
     _draw_chosen()
     shown = _State.stroke
@@ -142,7 +143,7 @@ def _draw_stroke() -> None:
             draw_knots(shown.knots, shown.chosen, preferences.overlay_colors().cursor)
 
 
-def _draw_brush(mouse: Mouse) -> None:
+def draw_brush(mouse: Mouse) -> None:
     """Over the view, in pixels of the window."""
     context = bpy.context
     ob, anchor = context.active_object, _State.anchor
@@ -186,13 +187,13 @@ def _pixels(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
     return (place + 1) * half + (view.region.x, view.region.y)
 
 
-_handler = DrawHandler(_draw_stroke)
+handler = DrawHandler(draw_stroke)
 _cursors: list[Any] = []
 
 
 def register() -> None:
     """Let Blender call us whenever it draws; without a window there is nothing to draw on."""
-    _handler.add()
+    handler.add()
     if not bpy.app.background:
         _add_cursor()
         bpy.app.handlers.load_post.append(_add_cursor)
@@ -202,7 +203,7 @@ def unregister() -> None:
     """Draw no more."""
     hide_stroke()
     hold_brush(None)
-    _handler.remove()
+    handler.remove()
     if _cursors:
         bpy.app.handlers.load_post.remove(_add_cursor)
         WindowManager.draw_cursor_remove(_cursors.pop())
@@ -213,4 +214,4 @@ def _add_cursor(*_: object) -> None:
     """Again after each load of a file, which takes the window manager's cursors with it."""
     if _cursors:
         WindowManager.draw_cursor_remove(_cursors.pop())
-    _cursors.append(WindowManager.draw_cursor_add(_draw_brush, (), "VIEW_3D", "WINDOW"))
+    _cursors.append(WindowManager.draw_cursor_add(draw_brush, (), "VIEW_3D", "WINDOW"))

@@ -19,8 +19,8 @@ from .. import preferences
 from ..scene.properties import field_of, is_field
 from .draw_handler import DrawHandler
 
-RADIUS = 18.0  # pixels
-NEAR = 0.01
+RING_RADIUS = 18.0  # pixels
+SEEN_NEAR = 0.01
 """How near to the place the surface is that is seen there, model space."""
 
 
@@ -53,7 +53,7 @@ def face(ob: Object, place: Point, camera: RegionView3D) -> None:
     eye = camera.view_matrix.inverted_safe().translation if camera.is_perspective else None
     start = to_model @ (ob.matrix_world @ at + 1e3 * back if eye is None else eye)
     hit, seen, _, _ = ob.ray_cast(start, at - start)
-    if hit and (seen - at).length < NEAR:
+    if hit and (seen - at).length < SEEN_NEAR:
         return
     world = ob.matrix_world.to_3x3().inverted_safe().transposed() @ normal if found else back
     if camera.view_perspective == "CAMERA":
@@ -81,7 +81,7 @@ def _draw_ring(at: Vector, scale: float) -> None:
     """A ring around a pixel."""
     angle = np.linspace(0, 2 * np.pi, 49)
     circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)  # (N, 3)
-    points = (np.array([*at, 0.0]) + RADIUS * scale * circle).astype(np.float32)
+    points = (np.array([*at, 0.0]) + RING_RADIUS * scale * circle).astype(np.float32)
     shader = gpu.shader.from_builtin("POLYLINE_UNIFORM_COLOR")
     shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
     batch = batch_for_shader(shader, "LINE_STRIP", {"pos": points})  # pyright: ignore[reportArgumentType]

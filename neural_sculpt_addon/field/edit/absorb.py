@@ -37,7 +37,7 @@ Array = NDArray[np.float32]
 
 MOVED = 3e-4  # from the zero level, model units; vertices of a proxy are within 1.5e-4
 FLATTEST = 0.3  # |grad f| from which on a small f is believed to be near the zero level
-CELLS = 64  # of the lattice that finds pieces
+PIECE_CELLS = 64  # of the lattice that finds pieces
 
 
 class Absorbed(NamedTuple):
@@ -116,5 +116,5 @@ def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
     points = patch.points[patch.moved]
     return {
         **deviation(project(field, points), points, unit(patch.gradients[patch.moved])),
-        "components": components(extract(field, CELLS, progress)),
+        "components": components(extract(field, PIECE_CELLS, progress)),
     }

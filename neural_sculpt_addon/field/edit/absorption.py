@@ -20,27 +20,35 @@ from ...common.progress import Progress, silent
 from ..detail import Detail
 from ..evaluate import values
 from ..field import Field
-from ..fit.fit_detail import COARSEST, DAMPED, EMPTY, ITERATIONS, MISSED, SIDE, SLOPE
+from ..fit.fit_detail import (
+    DAMPED,
+    EMPTY_WEIGHT,
+    FIT_COARSEST,
+    ITERATIONS,
+    MISSED_SHARE,
+    SIDE_WEIGHT,
+    SLOPE_WEIGHT,
+)
 from ..geometry import search_tree, unit
 from ..levels import Coefficients, Level, cells_of, dilated, linear, quantised, spacing
 from ..mesh.pieces import Islands
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
-from .absorption_rows import KEPT, Array, Signed, TargetDistance, apart, beside, first_rows
+from .absorption_rows import KEPT_WEIGHT, Array, Signed, TargetDistance, apart, beside, first_rows
 from .patch import Patch
 
-LARGEST = 3
+LARGEST_CELLS = 3
 """Level of the largest cells, for what has moved far."""
 
 DEPTH = 2.0
-"""Cells of the coarsest level that the surface may pass on its way. Finer levels could not hold
-what f was deep inside beside what it shall be on the new surface: it would swing, and leave
-crumbs."""
+"""Cells of the coarsest level that the surface may pass on its way. On finer levels what f was deep
+inside would stand a few cells from the zeros of the new surface: f would swing between the two, and
+leave crumbs."""
 
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
 """Level on which islands are taken away, how far in its cells, and the weight of that."""
 
-STEP = 0.7  # of h, between places on the way of a vertex
+STEP_OF_WAY = 0.7  # of h, between places on the way of a vertex
 
 
 class Tolerance(NamedTuple):
@@ -93,21 +101,21 @@ class Absorption:
         there = field.sample(moved)
         on_way = between[len(moved) : -len(moved)]  # from there to where the field is 0
         passed = np.append(there.f, values(field, on_way))
-        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(COARSEST))
-        coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST)
-        if coarsest < COARSEST:
+        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(FIT_COARSEST))
+        coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST_CELLS)
+        if coarsest < FIT_COARSEST:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
-        everywhere = range(coarsest, 1 + (finest if closely is None else COARSEST))
+        everywhere = range(coarsest, 1 + (finest if closely is None else FIT_COARSEST))
         asked = TargetDistance(field, signed, patch)
         self._rows, nodes = first_rows(asked, there, everywhere, spacing(finest), between, rng)
         self._points = patch.points
         if closely is not None:
             self._add_samples(
-                asked, closely.between(nodes[COARSEST], COARSEST), spacing(finest), rng
+                asked, closely.between(nodes[FIT_COARSEST], FIT_COARSEST), spacing(finest), rng
             )
         for level in everywhere:
-            damped = LEAST_TOUCHED if coarsest < COARSEST >= level else DAMPED
+            damped = LEAST_TOUCHED if coarsest < FIT_COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
         for level in range(everywhere.stop, finest + 1):
             assert closely is not None
@@ -165,16 +173,20 @@ class Absorption:
             points=np.concatenate([rows.points, points]),
             targets=np.concatenate([rows.targets, target]),
             residuals=np.concatenate([rows.residuals, target - f - added.numpy()]),
-            weights=np.concatenate([rows.weights, np.where(moved, 1, KEPT).astype(np.float32)]),
+            weights=np.concatenate(
+                [rows.weights, np.where(moved, 1, KEPT_WEIGHT).astype(np.float32)]
+            ),
             at=np.concatenate([rows.at, len(rows.points) + np.arange(count)]),
             along=np.concatenate([rows.along, along]),
             slopes=np.concatenate([rows.slopes, (slope * along).sum(axis=1)]),
-            steep=np.concatenate([rows.steep, np.full(count, SLOPE * h, np.float32)]),
+            steep=np.concatenate([rows.steep, np.full(count, SLOPE_WEIGHT * h, np.float32)]),
         )
         self._points = np.concatenate([self._points, points])
-        self._add_around(asked, beside(points[moved], wanted[moved], h, rng), SIDE)
+        self._add_around(asked, beside(points[moved], wanted[moved], h, rng), SIDE_WEIGHT)
 
-    def _add_around(self, asked: TargetDistance, points: Array, weight: float = EMPTY) -> None:
+    def _add_around(
+        self, asked: TargetDistance, points: Array, weight: float = EMPTY_WEIGHT
+    ) -> None:
         """More rows off the surface, at `points` (N, 3)."""
         target, value = asked(points)
         added = torch.zeros(len(points))
@@ -193,19 +205,19 @@ class Absorption:
 
 def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
     """The cells (K,) of a level in which too many samples of the surface miss the tolerance."""
-    kept = rows.weights[rows.at] == KEPT  # was not moved, and shall not move by half as much
+    kept = rows.weights[rows.at] == KEPT_WEIGHT  # was not moved, and shall not move by half as much
     off = np.abs(rows.residuals[rows.at]) > np.where(kept, 0.5, 1) * tolerance.distance
     off |= np.abs(rows.slopes) > tolerance.slope
     lies_in = linear(cells_of(rows.points[rows.at], level), level)
     cells, place = np.unique(lies_in, return_inverse=True)
-    return cells[np.bincount(place, off) > MISSED * np.bincount(place)]
+    return cells[np.bincount(place, off) > MISSED_SHARE * np.bincount(place)]
 
 
 def _ways(points: Array, origins: Array) -> Array:
     """Points (K, 3) on the straight ways of `points` (N, 3) to where they were."""
     way = origins - points
     longest = float(np.linalg.norm(way, axis=1).max())
-    steps = max(int(np.ceil(longest / (STEP * spacing(COARSEST)))), 1)
+    steps = max(int(np.ceil(longest / (STEP_OF_WAY * spacing(FIT_COARSEST)))), 1)
     return np.concatenate(
         [points + np.float32(part) * way for part in np.linspace(0, 1, steps + 1)]
     )
@@ -214,7 +226,7 @@ def _ways(points: Array, origins: Array) -> Array:
 def _changed(field: Field, signed: Signed, within: NDArray[np.floating]) -> Array:
     """The middles (K, 3) of all cells of the coarsest level that change sides, in the box around
     points `within` (B, 3)."""
-    h = spacing(COARSEST)
+    h = spacing(FIT_COARSEST)
     middles = np.arange(h / 2 - 1, 1, h, dtype=np.float32)
     low, high = within.min(axis=0) - h, within.max(axis=0) + h
     axes = [middles[(middles > a) & (middles < b)] for a, b in zip(low, high, strict=True)]

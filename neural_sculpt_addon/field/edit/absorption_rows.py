@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..evaluate import values
 from ..field import Field, Sampled
-from ..fit.fit_detail import COARSEST, EMPTY, SIDE, SLOPE, among
+from ..fit.fit_detail import EMPTY_WEIGHT, FIT_COARSEST, SIDE_WEIGHT, SLOPE_WEIGHT, among
 from ..geometry import search_tree, unit
 from ..levels import cells_of, centres, children, dilated, linear, places
 from ..solve.spline_system import Rows
@@ -24,19 +24,22 @@ from .patch import Patch
 
 Array = NDArray[np.float32]
 
-BESIDE = 3
+MOVED_PER_SIDE = 3
 """Samples of what was moved for each that has a row beside it, as in a fit."""
 
-KEPT = 1.5  # weight of what was not moved, where a moved vertex has 1
+KEPT_WEIGHT = 1.5  # weight of what was not moved, where a moved vertex has 1
 
 Signed = Callable[[Array, Array, NDArray[np.bool_]], ArrayLike]
-"""The signed distance (N,) to a surface, at points (N, 3) where the field is (N,): where a third
-array (N,) is false, any number is one that has the right sign."""
+"""The signed distance (N,) to a surface, of points (N, 3), the values (N,) of the field there, and
+for which of them (N,) it is to be exact: of the others only the sign counts."""
 
 
 class TargetDistance:
-    """What the field shall be off the surface: the signed distance where the moved surface is the
-    nearest, or the side has changed, and elsewhere what it was."""
+    """What the field shall be off the surface.
+
+    The signed distance where the moved surface is nearest or the side has changed; elsewhere what
+    the field was.
+    """
 
     def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
         self.field, self.patch = field, patch
@@ -69,18 +72,18 @@ def first_rows(
     nodes, inside, empty = {}, np.zeros(len(patch.points), bool), []
     for level in levels:
         shown = patch.moved  # and, where the largest cells reach, what has not moved
-        if levels[0] < COARSEST and level < levels[-1]:
+        if levels[0] < FIT_COARSEST and level < levels[-1]:
             shown = shown | inside
         touched = patch.points[shown]
-        if level <= COARSEST:
+        if level <= FIT_COARSEST:
             touched = np.concatenate([touched, between])
         cells = linear(cells_of(touched, level), level)
         nodes[level] = dilated(np.unique(cells), level)
         reached = dilated(nodes[level], level)
         inside |= among(linear(cells_of(patch.points, level), level), reached)
-        for larger in range(level, COARSEST):  # a row in each of the usual cells
+        for larger in range(level, FIT_COARSEST):  # a row in each of the usual cells
             reached = children(reached, larger)
-        empty.append(apart(reached, patch.points, max(level, COARSEST)))
+        empty.append(apart(reached, patch.points, max(level, FIT_COARSEST)))
     kept = patch.points[inside & ~patch.moved]
 
     side = beside(points, wanted, h, rng)
@@ -95,7 +98,9 @@ def first_rows(
     slopes[:n] = ((wanted - gradient) * along[:n]).sum(axis=1)
     targets = np.concatenate([np.zeros(n), values(field, kept), target]).astype(np.float32)
     residuals = np.concatenate([-f, np.zeros(len(kept)), target - value]).astype(np.float32)
-    weights = np.repeat([1, KEPT, SIDE, EMPTY], [n, len(kept), len(side), len(off) - len(side)])
+    weights = np.repeat(
+        [1, KEPT_WEIGHT, SIDE_WEIGHT, EMPTY_WEIGHT], [n, len(kept), len(side), len(off) - len(side)]
+    )
     rows = Rows(
         points=np.concatenate([at, off]),
         targets=targets,
@@ -104,7 +109,7 @@ def first_rows(
         at=np.arange(len(at)),
         along=along,
         slopes=slopes,
-        steep=np.full(len(at), SLOPE * h, np.float32),
+        steep=np.full(len(at), SLOPE_WEIGHT * h, np.float32),
     )
     return rows, nodes
 
@@ -118,6 +123,6 @@ def apart(reached: NDArray[np.int32], points: Array, level: int) -> Array:
 
 def beside(points: Array, wanted: Array, h: float, rng: np.random.Generator) -> Array:
     """Points (K, 3) beside some of `points` (N, 3), whose gradients are `wanted` (N, 3)."""
-    some = slice(None, None, BESIDE)
+    some = slice(None, None, MOVED_PER_SIDE)
     side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
     return points[some] + side[:, None].astype(np.float32) * unit(wanted[some])

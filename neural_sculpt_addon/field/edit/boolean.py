@@ -37,8 +37,8 @@ from .absorption import Absorption
 from .patch import Patch
 
 CELLS, FINEST = 256, 7
-"""Of the mesh that is taken in, per axis, and the level that takes it in: four samples, vertices
-and middles of edges, for each face of its cells."""
+"""Cells per axis of the mesh that is taken in, and the level that takes it in: the mesh has four
+samples, vertices and middles of edges, for each face of a cell of that level."""
 
 LEAVES = (
     "The result would leave the box of the field. Join the two as meshes and make a new field of"

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..fit.fit_detail import COARSEST
+from ..fit.fit_detail import FIT_COARSEST
 from ..fit.fit_report import deviation
 from ..fit.mesh_cleanup import areas, normals
 from ..levels import Coefficients, spacing, support
@@ -39,18 +39,18 @@ from .patch import Patch
 
 Array = NDArray[np.float32]
 
-CLOSE, OF_WAY = Tolerance(1.5e-4, 0.1), 0.1
+CLOSE_ENOUGH, OF_WAY = Tolerance(1.5e-4, 0.1), 0.1
 """Half of what an artist could see, and 6 degrees: where more is missed, a finer level comes. With
-1e-4 and 0.05 results are a quarter closer and take a tenth more time. Of the longest way of a
-vertex the distance is at most so much, so that a faint stroke is not lost."""
+1e-4 and 0.05 results are a quarter closer and take a tenth more time. The distance is at most
+OF_WAY times the longest way of a vertex, so that a faint stroke is not lost."""
 
 REPAIRS = 4
 """How often at most pieces that nobody asked for are taken away."""
 
-STRETCHED = 2.5
+STRETCHED_EDGE = 2.5
 """Times the usual edge, and what it was, from which on a triangle shows the field too coarsely."""
 
-REACH = 3.0
+LAYER_REACH = 3.0
 """Of the coarsest cell, how far from what was moved the layer reaches."""
 
 WITHIN = 0.5
@@ -118,7 +118,9 @@ def absorb_brushed(
 
 def _tolerance(surface: BrushedSurface) -> Tolerance:
     """What is close enough."""
-    return CLOSE._replace(distance=min(CLOSE.distance, OF_WAY * _longest_way(surface)))
+    return CLOSE_ENOUGH._replace(
+        distance=min(CLOSE_ENOUGH.distance, OF_WAY * _longest_way(surface))
+    )
 
 
 def _longest_way(surface: BrushedSurface) -> float:
@@ -201,7 +203,7 @@ def _with_rest(surface: BrushedSurface, proxy: Proxy) -> Patch:
     of the proxy."""
     new, brushed = surface.patch, surface.brushed
     moved = np.concatenate([new.points[new.moved], surface.origins])
-    margin = REACH * max(spacing(COARSEST), _longest_way(surface))
+    margin = LAYER_REACH * max(spacing(FIT_COARSEST), _longest_way(surface))
     low, high = moved.min(axis=0) - margin, moved.max(axis=0) + margin
     near = np.flatnonzero(((proxy.vertices > low) & (proxy.vertices < high)).all(axis=1))
     tree = igl.AABB()
@@ -232,7 +234,7 @@ def _is_bent(snapped: Snapped, brushed: Brushed) -> bool:
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
     facing = np.einsum("ti,tci->tc", normals(corners), snapped.normals[triangles])
     folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
-    return bool((edges > STRETCHED * np.maximum(usual, was)).any() or folded > usual**2)
+    return bool((edges > STRETCHED_EDGE * np.maximum(usual, was)).any() or folded > usual**2)
 
 
 def _edges(corners: Array) -> Array:

@@ -22,14 +22,14 @@ from ..levels import cells_of, linear
 from ..mesh.edges import find_edges
 from ..mesh.refinement.subdivide import divide, rows
 from ..projection import ARRIVED, project
-from .patch import HELD, Patch, bend, finest_level
+from .patch import EDGE_PER_CELL, Patch, bend, finest_level
 
 Array = NDArray[np.float32]
 
 MOST_VERTICES = 25_000  # vertices, about
 BETWEEN = 1
-"""Levels below the finest one from which on middles of edges are samples, too: on the level before,
-vertices alone are some six for each h^2."""
+"""Middles of edges are samples, too, on the finest level and so many before it. On coarser ones
+vertices alone are enough: some six for each h^2."""
 
 
 class Brushed(NamedTuple):
@@ -68,7 +68,9 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
 
     def is_long(one: _Vertices, other: _Vertices) -> NDArray[np.bool_]:
         edge = np.linalg.norm(one.before - other.before, axis=1)
-        return edge > HELD * 2.0 ** -field.detail.finest_at((one.before + other.before) / 2)
+        return edge > EDGE_PER_CELL * 2.0 ** -field.detail.finest_at(
+            (one.before + other.before) / 2
+        )
 
     def middles(one: _Vertices, other: _Vertices) -> _Vertices:
         return _middles(field, one, other)

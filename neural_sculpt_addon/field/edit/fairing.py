@@ -26,7 +26,7 @@ from ..mesh.surface import Samples
 SMOOTHED = 0.25
 """s in radii: what is shorter than 1.5 radii goes, three quarters of the stroke's width."""
 
-AROUND = 0.5
+SPREAD = 0.5
 """Radii, the standard deviation of the weights around a place of the path, and between places."""
 
 PINCHED = 0.5
@@ -64,14 +64,14 @@ def _flattened(points: Array, path: Path, radius: float) -> Array:
 
     Each point goes to the mean of the places' planes, weighted by nearness.
     """
-    count = max(int(np.ceil(path.length / (AROUND * radius))), 1) + 1
+    count = max(int(np.ceil(path.length / (SPREAD * radius))), 1) + 1
     places = np.linspace(0, len(path.points) - 1, count).round().astype(int)
     near = KDTree(points)
     total, weights = np.zeros_like(points), np.zeros(len(points))
     for place in np.unique(places):
         some = np.array(near.query_ball_point(path.points[place], 2 * radius), int)
         away = points[some] - path.points[place]
-        weight = np.exp(-(away**2).sum(axis=1) / (2 * (AROUND * radius) ** 2))
+        weight = np.exp(-(away**2).sum(axis=1) / (2 * (SPREAD * radius) ** 2))
         middle = weight @ points[some] / weight.sum()
         spread = (weight[:, None] * (points[some] - middle)).T @ (points[some] - middle)
         normal = np.linalg.eigh(spread)[1][:, 0]

@@ -7,14 +7,14 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fit.fit_detail import COARSEST
+from ..fit.fit_detail import FIT_COARSEST
 from ..geometry import unit
 from ..mesh.edges import find_edges
 
 Array = NDArray[np.float32]
 
 FINEST = 8
-HELD = 2.0
+EDGE_PER_CELL = 2.0
 """Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
 
 
@@ -33,7 +33,8 @@ class Patch(NamedTuple):
 def bent(
     vertices: NDArray[np.floating], triangles: NDArray[np.int32], moved: NDArray[np.bool_]
 ) -> Patch:
-    """The vertices (V first) of a mesh and the middles of its edges, bent as the normals say.
+    """The vertices (which come first) of a mesh and the middles of its edges, bent as the normals
+    say.
 
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
@@ -59,6 +60,6 @@ def bend(along: NDArray, n: NDArray, m: NDArray) -> NDArray:
 def finest_level(corners: NDArray[np.floating]) -> int:
     """The finest level that edges as long as those of triangles (F, 3, 3) can hold."""
     if not len(corners):
-        return COARSEST
+        return FIT_COARSEST
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-    return int(np.clip(np.rint(np.log2(HELD / edge)), COARSEST, FINEST))
+    return int(np.clip(np.rint(np.log2(EDGE_PER_CELL / edge)), FIT_COARSEST, FINEST))

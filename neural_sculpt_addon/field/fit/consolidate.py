@@ -30,7 +30,7 @@ from ..network import Siren
 from ..problem.metrics import find_surface
 from ..threads import one_thread
 from .fit import OMEGA
-from .fit_distance import AROUND, BOX, NEAR, Learner, Samples, arranged
+from .fit_distance import AROUND_DEVIATION, NEAR_DEVIATION, SAMPLED_BOX, Learner, Samples, arranged
 from .schedule import Schedule, follow
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
@@ -92,8 +92,10 @@ def _samples(field: Field, proxy: Proxy, count: int, seed: int) -> Samples:
     random = np.random.default_rng(seed)
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)
     surface = sample_surface(field, proxy, near + around, seed)
-    spread = np.repeat([NEAR, AROUND], [near, around])[:, None]
+    spread = np.repeat([NEAR_DEVIATION, AROUND_DEVIATION], [near, around])[:, None]
     beside = surface.points + spread * random.standard_normal((near + around, 3))
-    points = np.concatenate([beside, random.uniform(-BOX, BOX, (count - near - around, 3))])
-    points = points.clip(-BOX, BOX)
+    points = np.concatenate(
+        [beside, random.uniform(-SAMPLED_BOX, SAMPLED_BOX, (count - near - around, 3))]
+    )
+    points = points.clip(-SAMPLED_BOX, SAMPLED_BOX)
     return arranged(points, *values_and_gradients(field, points), np.arange(count) < near + around)

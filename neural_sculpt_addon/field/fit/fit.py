@@ -68,7 +68,7 @@ SCHEDULES = {
 BENEATH_DETAIL = Schedule(200, 384, 20_000, 1.5e-3)
 """Of all presets with detail: twice as many steps save neither a level nor coefficients. But wide
 networks are rough by then, finer than detail can put right: they take the draft's."""
-WIDE = 256
+WIDE_LAYER = 256
 
 TOLERANCES: dict[str, Tolerance] = {
     Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
@@ -136,7 +136,7 @@ def fit_mesh(
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     detail = detail and method is Method.DISTANCE
     schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
-    if detail and width < WIDE:
+    if detail and width < WIDE_LAYER:
         schedule = BENEATH_DETAIL
     rng = np.random.default_rng(seed)
     progress(0.0, "Cleaning the mesh")

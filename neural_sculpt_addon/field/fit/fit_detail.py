@@ -3,7 +3,7 @@
 
     samples that miss the tolerance -> cells -> nodes around them -> rows -> coefficients
 
-A level is added only in cells where more than `MISSED` of the samples of the mesh miss the
+A level is added only in cells where more than `MISSED_SHARE` of the samples of the mesh miss the
 tolerance in distance or normals. Its rows, all in cells that its nodes reach:
 
     on the mesh     f = 0, and slopes of 0 along a random tangent
@@ -35,32 +35,36 @@ from .mesh_distance import MeshDistance
 Array = NDArray[np.float32]
 Cells = NDArray[np.int32]
 
-COARSEST = 5
+FIT_COARSEST = 5
 """A draft network is within 0.1 h of the mesh there, but for thin parts."""
 
-MISSED = 0.15  # share of a cell's samples
+MISSED_SHARE = 0.15  # share of a cell's samples
 DENSITY = 5.0
 """Samples of the mesh for each h^2 of its area; 4 have a tenth more error, 8 a tenth less."""
 
-PROBES = 6.0  # samples for each h^2 of the level before that tell where another one is needed
-MOST = 800_000
+PROBE_DENSITY = 6.0
+"""Samples for each h^2 of the level before that tell where another one is needed."""
+
+MOST_SAMPLES = 800_000
 """Samples of one level. Three rows each take 650 bytes; what is beyond is thinned out evenly."""
 
 BATCH = 1 << 16  # samples between two looks at a cancel
 AT_ONCE = 1 << 13  # points that one thread takes at a time
 
-SIDES = 2.0  # samples for each h^2
-NEAREST, FARTHEST = 0.3, 1.5  # of the samples beside the mesh, h
-SIDE, EMPTY = 0.3, 0.2  # weights, where a sample on the mesh has 1
-SLOPE = 0.5  # weight, times h
+SIDE_DENSITY = 2.0  # samples for each h^2
+SIDE_FROM, SIDE_TO = 0.3, 1.5  # of the samples beside the mesh, h
+SIDE_WEIGHT, EMPTY_WEIGHT = 0.3, 0.2  # weights, where a sample on the mesh has 1
+SLOPE_WEIGHT = 0.5  # weight, times h
 AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
-MORE = 4  # samples in cells where it may
-NEAR = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
-FAR = 0.005  # |f| at a sample that may bound nothing
+DOUBTED_SAMPLES = 4  # samples in cells where it may
+BELIEVED = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
+NO_BOUND = 0.005  # |f| at a sample that may bound nothing
 DOUBTED = 0.5  # cosine between a face and the field, below which the face may be flipped
-CLEAR, WRONG = 0.5, 0.1
+ROW_REACH, SIDE_CLEARANCE = 0.5, 0.1
 """Cells from the surface that a row may ask for, and of these, how far f must be on its side."""
-HEAVIER, RINGS = 4.0, 3  # what is not, and rings of nodes around it that are solved once more
+HEAVIER, HEAVIER_RINGS = 4.0, 3
+"""Weight of what is not, and rings of nodes around it that are solved once more."""
+
 ITERATIONS = 10
 """Of conjugate gradients: a level only adds what coarser ones miss. 30 are 1 % closer."""
 DAMPED = 1.0
@@ -104,7 +108,7 @@ def refine(
     preview: given the field after each level but the last
     enough:  once it is true, no other level is begun
     """
-    levels = range(COARSEST, tolerance.finest + 1)
+    levels = range(FIT_COARSEST, tolerance.finest + 1)
     for done, level in enumerate(levels):
         if enough():
             break
@@ -114,7 +118,7 @@ def refine(
         check()
         candidates = None
         if done:
-            probes = _sample(field, distance, PROBES / spacing(level - 1) ** 2, rng, check)
+            probes = _sample(field, distance, PROBE_DENSITY / spacing(level - 1) ** 2, rng, check)
             missed = _missed(probes, level - 1, tolerance)
             if not len(missed):
                 break
@@ -136,12 +140,14 @@ def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
     around them are solved once more."""
     found = solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)
     value = (rows.targets - rows.residuals) * np.sign(rows.targets)
-    wrong = (np.abs(rows.targets) > CLEAR * spacing(level)) & (value < WRONG * spacing(level))
+    wrong = (np.abs(rows.targets) > ROW_REACH * spacing(level)) & (
+        value < SIDE_CLEARANCE * spacing(level)
+    )
     if not wrong.any():
         return found
     rows.weights[wrong] *= HEAVIER
     near = distinct(cells_of(rows.points[wrong], level), level)
-    for _ in range(RINGS):
+    for _ in range(HEAVIER_RINGS):
         near = dilated(near, level)
     reached = dilated(near, level)
     some = rows.where(among(linear(cells_of(rows.points, level), level), reached))
@@ -169,7 +175,7 @@ def _sample(
         if cells is not None:
             inside = among(linear(cells_of(points, level), level), cells)
             points, normals = points[inside], normals[inside]
-        if (most := MOST // parts + 1) < len(points):
+        if (most := MOST_SAMPLES // parts + 1) < len(points):
             chosen = np.linspace(0, len(points) - 1, most).astype(int)
             points, normals = points[chosen], normals[chosen]
         samples = _Samples(points, normals, *values_and_gradients(field, points))
@@ -182,7 +188,7 @@ def _facing_outward(samples: _Samples, distance: MeshDistance) -> _Samples:
 
     The field knows the outside but where it is far off the mesh: there winding numbers are asked.
     """
-    doubtful = (_cosine(samples) < DOUBTED) | (np.abs(samples.value) > FAR)
+    doubtful = (_cosine(samples) < DOUBTED) | (np.abs(samples.value) > NO_BOUND)
     doubtful = np.flatnonzero(doubtful)
     if not len(doubtful):
         return samples
@@ -204,7 +210,7 @@ def _missed(samples: _Samples, level: int, tolerance: Tolerance) -> Cells:
     missed |= _cosine(samples) < np.cos(np.radians(tolerance.degrees))
     cells = linear(cells_of(samples.points, level), level)
     found, home, count = np.unique(cells, return_inverse=True, return_counts=True)
-    return found[np.bincount(home, missed, len(found)) > MISSED * count]
+    return found[np.bincount(home, missed, len(found)) > MISSED_SHARE * count]
 
 
 def _rows(
@@ -230,26 +236,26 @@ def _rows(
     tangent -= (tangent * on.normals).sum(axis=1, keepdims=True) * on.normals
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
 
-    chosen = rng.random(len(on.points)) < SIDES / DENSITY
-    side = rng.uniform(NEAREST, FARTHEST, chosen.sum()) * rng.choice([-h, h], chosen.sum())
+    chosen = rng.random(len(on.points)) < SIDE_DENSITY / DENSITY
+    side = rng.uniform(SIDE_FROM, SIDE_TO, chosen.sum()) * rng.choice([-h, h], chosen.sum())
     beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
     value = evaluated(beside)
     doubted = np.abs(value - side) > AGREES * np.abs(side)
     puzzling = np.unique(linear(cells_of(beside[doubted], level), level))
-    empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, MORE)])
+    empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, DOUBTED_SAMPLES)])
     apart = centres(places(empty, level), level)
     apart += rng.uniform(-h / 2, h / 2, apart.shape).astype(np.float32)
 
     off = np.concatenate([beside, apart])
     value = np.concatenate([value, evaluated(apart)])
     target = np.concatenate([side, value[len(side) :]])
-    asked = np.concatenate([doubted, np.abs(value[len(side) :]) < NEAR * h])
-    asked[len(asked) - MORE * len(puzzling) :] = True
-    asked |= level == COARSEST
+    asked = np.concatenate([doubted, np.abs(value[len(side) :]) < BELIEVED * h])
+    asked[len(asked) - DOUBTED_SAMPLES * len(puzzling) :] = True
+    asked |= level == FIT_COARSEST
     target[asked] = distance(off[asked].astype(float), lambda *_: check()).value
     points = np.concatenate([on.points, off])
     residuals = np.concatenate([-on.value, target - value]).astype(np.float32)
-    weights = np.repeat([1, SIDE, EMPTY], [len(on.points), len(beside), len(apart)])
+    weights = np.repeat([1, SIDE_WEIGHT, EMPTY_WEIGHT], [len(on.points), len(beside), len(apart)])
     return Rows(
         points=points,
         targets=np.concatenate([np.zeros(len(on.points)), target]).astype(np.float32),
@@ -258,7 +264,7 @@ def _rows(
         at=np.arange(len(on.points)),
         along=tangent,
         slopes=-(on.gradient * tangent).sum(axis=1),
-        steep=np.full(len(on.points), SLOPE * h, np.float32),
+        steep=np.full(len(on.points), SLOPE_WEIGHT * h, np.float32),
     )
 
 

@@ -22,9 +22,13 @@ from ..network import Siren
 from ..solve.adam import Adam
 from .mesh_distance import MeshDistance
 
-NEAR, AROUND = 0.01, 0.06  # standard deviations of the samples' distance from the surface
+NEAR_DEVIATION, AROUND_DEVIATION = 0.01, 0.06
+"""Standard deviations of the samples' distance from the surface."""
+
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.15  # the rest is uniform in the sampled box
-BOX = 1.15  # half the edge of the sampled box; with 1, islands grow on the faces of the real box
+SAMPLED_BOX = 1.15
+"""Half the edge of the sampled box. With 1, islands grow on the faces of the real box."""
+
 SOFTNESS = 0.03
 GRADIENT_WEIGHT = 0.045
 BETAS = (0.9, 0.98)
@@ -44,11 +48,11 @@ def sample(
 ) -> Samples:
     """`count` points near the surface and in the box, with the distance there."""
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)
-    spread = rng.permutation(np.repeat([NEAR, AROUND], [near, around]))[:, None]
+    spread = rng.permutation(np.repeat([NEAR_DEVIATION, AROUND_DEVIATION], [near, around]))[:, None]
     points = distance.surface(near + around, rng).points
     points = points + spread * rng.standard_normal(points.shape)
-    rest = rng.uniform(-BOX, BOX, (count - near - around, 3))
-    points = np.concatenate([points, rest]).clip(-BOX, BOX)
+    rest = rng.uniform(-SAMPLED_BOX, SAMPLED_BOX, (count - near - around, 3))
+    points = np.concatenate([points, rest]).clip(-SAMPLED_BOX, SAMPLED_BOX)
     found = distance(points, progress)
     close = found.certain & (np.arange(count) < near + around)
     return arranged(points, found.value, found.gradient, close)

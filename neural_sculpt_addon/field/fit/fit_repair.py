@@ -37,27 +37,29 @@ from ..threads import join
 from .fit_detail import among
 from .mesh_distance import MeshDistance
 
-NEAR = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
+NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
 NO_PIECE = (
     0.25  # cells that the vertices of a piece are off on average when the mesh has none there
 )
-ASKED, OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
-AROUND, RINGS, LOW = 6, 3, 0.4
-"""What is hidden is looked for at a place in each cell of this level, in so many rings of cells
-around the surface; |f| below this share of a cell is nearly zero."""
-LARGE = 0.1  # share of the edge of such a cell: a smaller coefficient of that size hides nothing
-LEAST = 0.3  # share of the distance that f must have on its side, or is looked at closely:
-PLACES, WRONG = 64, 0.05  # at so many places around, where the share that is a stray is smaller
-COARSEST, FINEST = 4, 7  # levels that take strays away
-SHARE = 2.0  # cells of such a level between the mesh and the stray
-WIDE = 2.0  # cells, from which on a spline is as good as zero
-SAMPLES = 3  # rows in each cell
-MOST = 1 << 14  # cells that are looked through for the wrong side
-BUDGET = 1 << 16
+ASKED, ASKED_OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
+HIDDEN_LEVEL, HIDDEN_RINGS, HIDDEN_LOW = 6, 3, 0.4
+"""Where hidden pieces are looked for: at a place in each cell of this level, in so many rings of
+cells around the surface. |f| below HIDDEN_LOW times a cell is nearly zero."""
+LARGE_COEFFICIENT = 0.1  # share of the edge of such a cell; detail of smaller ones hides nothing
+ON_ITS_SIDE = 0.3  # share of the distance that f must have on its side, or is looked at closely:
+PLACES_IN_BALL, WRONG_SHARE = 64, 0.05
+"""At so many places around, where the share that is a stray is smaller."""
+
+REPAIR_COARSEST, REPAIR_FINEST = 4, 7  # levels that take strays away
+CELLS_TO_STRAY = 2.0  # cells of such a level between the mesh and the stray
+SPLINE_REACH = 2.0  # cells, from which on a spline is as good as zero
+ROWS_PER_CELL = 3  # rows in each cell
+MOST_WRONG_CELLS = 1 << 14  # cells that are looked through for the wrong side
+REPAIRED_CELLS = 1 << 16
 """Cells of a level that are dealt with in a round, at the strays farthest from the mesh: some 3 s.
 More are there where the mesh is thinner than the field can hold all over, and no round helps."""
 ROUNDS, LOOKED = 4, 2  # rounds at most, and the first ones, which look for what is hidden, too
-FEW, HELPED = 500, 0.7  # strays, or share of them, that may be left for another round
+FEW_STRAYS, HELPED = 500, 0.7  # strays, or share of them, that may be left for another round
 
 Points = NDArray[np.float32]
 Cells = NDArray[np.int32]
@@ -110,18 +112,19 @@ def repaired(
         new = find_strays(proxy, distance, reached)
         elsewhere = ~_within(strays.points, reached)
         strays = join([Strays(strays.points[elsewhere], strays.away[elsewhere]), new])
-        if len(strays.points) > max(FEW, HELPED * len(every.points)):
+        if len(strays.points) > max(FEW_STRAYS, HELPED * len(every.points)):
             break
     return Repaired(field, proxy, len(strays.points))
 
 
 def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = None) -> Strays:
-    """Some vertices of all surface of the proxy, or of that in `reached` cells as of `support`,
-    that the mesh is not near to, and those of pieces that it does not have."""
+    """Strays: vertices of the proxy that the mesh is not near to, and those of pieces that the mesh
+    does not have. Some of all vertices are asked, or of those in `reached` cells (see
+    `support`)."""
     count, labels = proxy.components
     sizes = np.bincount(labels, minlength=count)
     starts = np.cumsum(sizes) - sizes
-    spread = (np.arange(OF_PIECE) + 0.5) / OF_PIECE
+    spread = (np.arange(ASKED_OF_PIECE) + 0.5) / ASKED_OF_PIECE
     of_pieces = (starts[:, None] + spread * sizes[:, None]).astype(int)
     every = np.arange(len(labels))
     if reached is not None:
@@ -132,11 +135,11 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     points, piece = proxy.vertices[asked], labels[asked]
     away = distance.away(points.astype(float))
     cell = proxy.active.spacing
-    far = away > NEAR * cell
+    far = away > NEAR_MESH * cell
     beside = np.bincount(piece, ~far, count) == 0  # a film begins and ends at the mesh
     apart = Strays(points[beside[piece]], away[beside[piece]])
     far[far] = distance.known(points[far].astype(float))
-    mesh = far | (away <= NEAR * cell)  # no film
+    mesh = far | (away <= NEAR_MESH * cell)  # no film
     points, piece, away, far = points[mesh], piece[mesh], away[mesh], far[mesh]
     mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
     far |= (mean > NO_PIECE * cell)[piece]
@@ -158,37 +161,39 @@ def _find_hidden(
 ) -> Strays:
     """Places around the surface, in `reached` cells as of `support` if given, that are far from the
     mesh and have f on the wrong side, or nearly, beside them."""
-    h = spacing(AROUND)
+    h = spacing(HIDDEN_LEVEL)
     points = _around_surface(field, proxy, reached, rng)
     value = values(field, points)
-    low = np.abs(value) < LOW * h
+    low = np.abs(value) < HIDDEN_LOW * h
     points, value = points[low], value[low]
     true = distance(points.astype(float)).value
-    doubted = (value * np.sign(true) < LEAST * np.abs(true)) & (np.abs(true) > h / 2)
+    doubted = (value * np.sign(true) < ON_ITS_SIDE * np.abs(true)) & (np.abs(true) > h / 2)
     points, true = points[doubted], true[doubted]
-    wrong = _worst_around(field, points, true, rng) < WRONG * np.abs(true)
+    wrong = _worst_around(field, points, true, rng) < WRONG_SHARE * np.abs(true)
     return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
 
 
 def _around_surface(
     field: Field, proxy: Proxy, reached: Cells | None, rng: np.random.Generator
 ) -> Points:
-    """A place in each cell around the surface where detail of its size can hide something, and in
-    one of eight elsewhere."""
-    h = spacing(AROUND)
-    rings = near = distinct(cells_of(proxy.vertices, AROUND), AROUND)
-    for _ in range(RINGS):
-        rings = dilated(rings, AROUND)
+    """A place in each cell around the surface that has detail large enough to hide something, and
+    in one of eight of the other cells."""
+    h = spacing(HIDDEN_LEVEL)
+    rings = near = distinct(cells_of(proxy.vertices, HIDDEN_LEVEL), HIDDEN_LEVEL)
+    for _ in range(HIDDEN_RINGS):
+        rings = dilated(rings, HIDDEN_LEVEL)
     rings = rings[~among(rings, near)]
     large = [np.empty((0, 3), np.float32)]
     for level, part in field.detail.coefficients.items():
-        if level >= AROUND:
-            nodes = part.index[np.abs(part.values) > LARGE * h]
+        if level >= HIDDEN_LEVEL:
+            nodes = part.index[np.abs(part.values) > LARGE_COEFFICIENT * h]
             large.append(centres(places(nodes, level), level))
-    detailed = dilated(distinct(cells_of(np.concatenate(large), AROUND), AROUND), AROUND)
-    place = places(rings, AROUND)
+    detailed = dilated(
+        distinct(cells_of(np.concatenate(large), HIDDEN_LEVEL), HIDDEN_LEVEL), HIDDEN_LEVEL
+    )
+    place = places(rings, HIDDEN_LEVEL)
     asked = np.isin(rings, detailed) | (place % 2 == 0).all(axis=1)
-    points = centres(place[asked], AROUND)
+    points = centres(place[asked], HIDDEN_LEVEL)
     if reached is not None:
         points = points[_within(points, reached)]
     return points + np.float32(h) * (rng.random(points.shape, np.float32) - np.float32(0.5))
@@ -202,10 +207,13 @@ def _worst_around(
 
     true: the signed distance of the points (N,)
     """
-    way = rng.standard_normal((len(points), PLACES, 3))
-    way *= rng.random((len(points), PLACES, 1)) ** (1 / 3) / np.linalg.norm(way, axis=2)[..., None]
+    way = rng.standard_normal((len(points), PLACES_IN_BALL, 3))
+    way *= (
+        rng.random((len(points), PLACES_IN_BALL, 1)) ** (1 / 3)
+        / np.linalg.norm(way, axis=2)[..., None]
+    )
     around = points[:, None] + np.abs(true)[:, None, None] / 2 * way
-    value = values(field, around.reshape(-1, 3)).reshape(len(points), PLACES)
+    value = values(field, around.reshape(-1, 3)).reshape(len(points), PLACES_IN_BALL)
     return (value * np.sign(true)[:, None]).min(axis=1)
 
 
@@ -226,7 +234,11 @@ def _around(
     found: dict[int, Level] = {}
     order = np.argsort(-strays.away, kind="stable")
     strays = Strays(strays.points[order], strays.away[order])
-    wanted = np.ceil(np.log2(SHARE / strays.away)).clip(COARSEST, FINEST).astype(int)
+    wanted = (
+        np.ceil(np.log2(CELLS_TO_STRAY / strays.away))
+        .clip(REPAIR_COARSEST, REPAIR_FINEST)
+        .astype(int)
+    )
     for level in np.unique(wanted).tolist():
         points = strays.points[wanted == level]
         wrong = _wrong_cells(field, distance, points, level, check)
@@ -234,12 +246,12 @@ def _around(
             cells = np.union1d(distinct(cells_of(points, level), level), wrong).astype(np.int32)
             nodes = dilated(dilated(cells, level), level)
             reached = dilated(nodes, level)
-            if len(reached) <= BUDGET:
+            if len(reached) <= REPAIRED_CELLS:
                 break
             points, wrong = points[: len(points) // 2], wrong[: len(wrong) // 2]
-        if level < FINEST:  # the mesh's own surface stays as it is
+        if level < REPAIR_FINEST:  # the mesh's own surface stays as it is
             middles = centres(places(nodes, level), level).astype(float)
-            nodes = nodes[distance.away(middles) > WIDE * spacing(level)]
+            nodes = nodes[distance.away(middles) > SPLINE_REACH * spacing(level)]
         rows = _rows(field, distance, reached, level, rng, check)
         found[level] = solve_level(level, nodes, rows, check)
         field = field.plus({level: found[level]})
@@ -252,7 +264,7 @@ def _wrong_cells(
     """Cells of a level among the points (P, 3) whose middle is on the wrong side, rising."""
     first, last = cells_of(np.stack([points.min(axis=0), points.max(axis=0)]), level)
     size = last - first + 1
-    if size.prod() > MOST:  # so much is wrong that it takes several rounds
+    if size.prod() > MOST_WRONG_CELLS:  # so much is wrong that it takes several rounds
         return np.empty(0, np.int32)
     cells = np.indices(size).reshape(3, -1).T.astype(np.int32) + first
     index = distinct(cells, level)
@@ -270,7 +282,7 @@ def _rows(
     check: Check,
 ) -> Rows:
     """The mesh's distance in `reached` cells, rising."""
-    points = np.repeat(centres(places(reached, level), level), SAMPLES, axis=0)
+    points = np.repeat(centres(places(reached, level), level), ROWS_PER_CELL, axis=0)
     points += np.float32(spacing(level)) * (rng.random(points.shape, np.float32) - np.float32(0.5))
     points = points[among(linear(cells_of(points, level), level), reached)]
     target = distance(points.astype(float), lambda *_: check()).value.astype(np.float32)

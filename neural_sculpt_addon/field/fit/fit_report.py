@@ -5,7 +5,7 @@ Every number is measured on fresh samples, in model space (the shape's longest s
 
 error_mean, error_p95, error_max  distance of points of the mesh to the zero level, by projection
 normal_deg                        mean angle between grad f and the mesh's normals there, degrees
-sign_errors                       share of the box that has the wrong sign, CLEAR of the mesh
+sign_errors                       share of the box with the wrong sign, SIGN_CLEARANCE off the mesh
 components, cavities              connected pieces of the zero level, and those that face inward
 mesh_components, mesh_cavities    the same of the surface that the mesh bounds
 lost                              pieces of the mesh that the field has no surface for
@@ -40,12 +40,12 @@ from .mesh_pieces import Pieces, boxes, find_pieces
 
 SURFACE_SAMPLES = 8192
 VOLUME_SAMPLES = 16384
-CLEAR = 0.015  # model units
-OF_PIECE = 16  # samples of each piece of the mesh at least,
-PIECES = 2000  # of so many pieces at most
+SIGN_CLEARANCE = 0.015  # model units from the mesh, within which a sign is not judged
+SAMPLES_OF_PIECE = 16  # samples of each piece of the mesh at least,
+MOST_PIECES = 2000  # of so many pieces at most
 DEPTHS = (0.5, 1.0)  # cells below and above the surface where it is asked whether a part is thin
-LOST = 0.5  # cells, or sizes of a piece, that its samples are off when it is lost
-PLACES, APART = 3, 0.1  # worst places, and model units between them
+LOST_OFF = 0.5  # cells, or sizes of a piece, that its samples are off when it is lost
+WORST_PLACES, APART = 3, 0.1  # worst places, and model units between them
 WOULD_DO = {"normal": "Quality Normal would do.", "fine": "Quality Fine would do."}
 SOME = 0.005  # share of the surface that thin parts may be without a word,
 MUCH = 0.25  # and that may be off by more than the tolerance
@@ -107,7 +107,7 @@ def report(
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
     wrong = volume[(values(field, volume) < 0) != distance.inside(volume)]
     truth = distance(wrong, lambda part, text: progress(0.2 + 0.5 * part, text))
-    clear = truth.certain & (np.abs(truth.value) > CLEAR)
+    clear = truth.certain & (np.abs(truth.value) > SIGN_CLEARANCE)
     progress(0.7, "Comparing pieces")
     pieces = find_pieces(mesh, distance.crossing)
     of_pieces = _measured(field, proxy, _of_pieces(mesh, pieces, distance))
@@ -182,8 +182,8 @@ def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surfa
     counts = np.bincount(pieces.of_faces, minlength=len(pieces.solid))
     starts = np.cumsum(counts) - counts
     asked = np.flatnonzero(pieces.counted)
-    asked = asked[np.linspace(0, len(asked) - 1, min(len(asked), PIECES)).astype(int)]
-    spread = (np.arange(OF_PIECE) + 0.5) / OF_PIECE
+    asked = asked[np.linspace(0, len(asked) - 1, min(len(asked), MOST_PIECES)).astype(int)]
+    spread = (np.arange(SAMPLES_OF_PIECE) + 0.5) / SAMPLES_OF_PIECE
     faces = order[(starts[asked, None] + (spread * counts[asked, None]).astype(int)).ravel()]
     corners = mesh.corners[faces]
     points, normal = (
@@ -203,7 +203,7 @@ def _lost(
     low, high = boxes(mesh.corners, pieces.of_faces, len(pieces.solid))
     size = (high - low).max(axis=1)  # (P,)
     cell = spacing(tolerance.finest)
-    limit = np.maximum(LOST * np.minimum(cell, size), tolerance.distance)
+    limit = np.maximum(LOST_OFF * np.minimum(cell, size), tolerance.distance)
     asked = np.unique(owner)
     lost = [piece for piece in asked if np.median(samples.error[owner == piece]) > limit[piece]]
     return size[lost]
@@ -237,7 +237,7 @@ def _worst(
     for index in np.argsort(-error)[: np.count_nonzero(error > allowed)]:
         if all(np.linalg.norm(points[index] - place) > APART for place in found):
             found.append(points[index])
-        if len(found) == PLACES:
+        if len(found) == WORST_PLACES:
             break
     return [[round(float(x), 5) for x in place] for place in found]
 

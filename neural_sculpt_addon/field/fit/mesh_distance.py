@@ -22,7 +22,7 @@ from ..geometry import unit
 from ..mesh.surface import spatial_order
 from .mesh_cleanup import CleanMesh, areas, normals
 from .mesh_open import SHEET, doubtful
-from .mesh_union import BESIDE, HIDDEN, crossings, cut
+from .mesh_union import BESIDE_FACE, HIDDEN, crossings, cut
 from .mesh_winding import winding
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ WALLS = 0.002  # share of the surface with both sides inside, from which on it i
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
 NEAR_FILM = 0.6  # half width of what is near a film, as that
-TURNED = 0.5  # minus the winding number of what is inside of faces that look inward
+INSIDE_OUT = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
 class Surface(NamedTuple):
@@ -127,7 +127,7 @@ class MeshDistance:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
         both of their sides are inside, or both outside.
         """
-        step = BESIDE * normals.astype(float)
+        step = BESIDE_FACE * normals.astype(float)
         sides = np.concatenate([points - step, points + step])
         inside = self._depth(sides).reshape(2, -1) > 1
         return inside[0].astype(np.int8) - inside[1]
@@ -146,12 +146,12 @@ class MeshDistance:
     def _depth(self, points: Array) -> Array:
         """How far points (N, 3) are inside by their winding number: from 1 on they are."""
         number = self._winding(points)
-        return np.maximum(number / self._threshold, -number / TURNED)
+        return np.maximum(number / self._threshold, -number / INSIDE_OUT)
 
     def _sides(self, probes: Surface, progress: Progress) -> Array:
         """Winding number just behind and just before each of the probes (2, N)."""
         progress(0.0, "Looking for the inside")
-        step = BESIDE * probes.normals
+        step = BESIDE_FACE * probes.normals
         sides = np.concatenate([probes.points - step, probes.points + step])
         return self._winding(sides).reshape(2, -1)
 

@@ -19,7 +19,7 @@ from ...common.errors import SculptError
 from ..geometry import unit
 from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals
 from .mesh_thicken import open_faces, thicken
-from .mesh_union import BESIDE
+from .mesh_union import BESIDE_FACE
 from .mesh_winding import winding
 
 Array = NDArray[np.float64]
@@ -128,7 +128,7 @@ def _sheets(mesh: CleanMesh, opened: NDArray[np.bool_]) -> NDArray[np.bool_]:
     chosen = np.flatnonzero(opened)
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), PROBES)).astype(int)]
     corners = mesh.corners[chosen]
-    middle, step = corners.mean(axis=1), BESIDE * unit(normals(corners))
+    middle, step = corners.mean(axis=1), BESIDE_FACE * unit(normals(corners))
     number = winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
     pieces, area = mesh.pieces[chosen], areas(corners)

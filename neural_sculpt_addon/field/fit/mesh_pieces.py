@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..geometry import unit
 from .mesh_cleanup import BULKY, CleanMesh, areas, normals
-from .mesh_union import BESIDE, HIDDEN, INNER
+from .mesh_union import BESIDE_FACE, BOTH_INSIDE, HIDDEN
 from .mesh_winding import winding
 
 Array = NDArray[np.float64]
@@ -100,10 +100,10 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     low, high = boxes(corners, of_parts, len(volume))
     chosen = np.linspace(0, len(corners) - 1, min(len(corners), PROBES)).astype(int)
     middle = corners[chosen].mean(axis=1)
-    step = BESIDE * unit(normals(corners[chosen]))
+    step = BESIDE_FACE * unit(normals(corners[chosen]))
     number = winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
-    inner = (np.abs(sides.mean(axis=0)) > INNER) & (np.abs(sides).min(axis=0) > HIDDEN)
+    inner = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
     middle, owner = middle[inner], of_parts[chosen[inner]]
     order = np.argsort(of_parts, kind="stable")
     starts = np.searchsorted(of_parts[order], np.arange(len(volume) + 1))

@@ -2,8 +2,8 @@
 """Sheets made solid: the open pieces of a mesh get a thickness, closed pieces stay as they are.
 
 Each open piece becomes a closed shell, half the thickness to either side of its faces, with a band
-along its border. The shells may cut each other and themselves; the winding number tells
-what is inside of their union. Model space.
+along its border. The shells may cut each other and themselves; the winding number tells what is
+inside of their union. Model space.
 """
 
 from dataclasses import replace
@@ -15,8 +15,8 @@ from scipy.sparse import csr_matrix
 
 from .mesh_cleanup import CleanMesh, normals, placed
 
-SMOOTH = 0.01  # of the trace: with less, vertices slide along nearly flat faces
-LONGEST = 2.0  # of an offset, where faces meet at a sharp edge
+SMOOTHED_SHARE = 0.01  # of the trace: with less, vertices slide along nearly flat faces
+LONGEST_OFFSET = 2.0  # of an offset, where faces meet at a sharp edge
 
 
 def open_faces(mesh: CleanMesh) -> NDArray[np.bool_]:
@@ -65,9 +65,9 @@ def _offsets(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[n
     at = csr_matrix((np.ones(faces.size), (faces.ravel(), np.repeat(np.arange(len(faces)), 3))))
     matrix = (at @ outer.reshape(-1, 9)).reshape(-1, 3, 3)  # (V, 3, 3)
     trace, side = at @ size, at @ vector  # (V,), (V, 3)
-    matrix += SMOOTH * trace[:, None, None] * np.eye(3)
+    matrix += SMOOTHED_SHARE * trace[:, None, None] * np.eye(3)
     offset = np.linalg.solve(matrix, side[:, :, None])[:, :, 0]
     moved = np.sum(side * offset, axis=1) / trace  # of its planes, on average
     offset /= np.maximum(moved, 1e-6)[:, None]
     length = np.linalg.norm(offset, axis=1, keepdims=True)
-    return offset * np.minimum(1, LONGEST / np.maximum(length, 1e-30))
+    return offset * np.minimum(1, LONGEST_OFFSET / np.maximum(length, 1e-30))

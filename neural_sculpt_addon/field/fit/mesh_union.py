@@ -21,14 +21,14 @@ from .mesh_cleanup import areas, normals
 Array = NDArray[np.float64]
 
 BATCH = 8192  # faces between two looks at `progress`
-BESIDE = 2e-3  # how far beside a face its two sides are looked at,
-NARROW = 0.25  # at most this share of the radius of its inscribed circle,
+BESIDE_FACE = 2e-3  # how far beside a face its two sides are looked at,
+BESIDE_THIN = 0.25  # at most this share of the radius of its inscribed circle,
 CLOSEST = 1e-5  # but not closer
-INNER = 0.8  # |mean winding number| of a face's sides, from which on both may be inside
+BOTH_INSIDE = 0.8  # |mean winding number| of a face's sides, from which on both may be inside
 HIDDEN = 0.3  # |winding number| of either, from which on they are
 WHOLE = 0.2  # distance from a whole number, beyond which a winding number is that of an open wall
-FINE = 0.025  # longest edge of faces that need no cut
-MOST = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
+UNCUT_EDGE = 0.025  # longest edge of faces that need no cut
+MOST_PAIRS = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
 
 
 class Parts(NamedTuple):
@@ -42,7 +42,7 @@ def crossings(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Pairs of faces that cross (N, 2), one of them large; the largest ones when there are many."""
     corners = vertices[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)  # (F,)
-    large = longest > FINE
+    large = longest > UNCUT_EDGE
     if not large.any():
         return np.empty((0, 2), np.int64)
     tree = igl.AABB()
@@ -53,8 +53,8 @@ def crossings(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
     some = np.concatenate([np.flatnonzero(large), near])
     pairs = some[np.asarray(_cut(corners[some], detect_only=True)[2], np.int64).reshape(-1, 2)]
     size = longest[pairs].max(axis=1)
-    order = np.argsort(-size, kind="stable")[:MOST]
-    return pairs[order[size[order] > FINE]]
+    order = np.argsort(-size, kind="stable")[:MOST_PAIRS]
+    return pairs[order[size[order] > UNCUT_EDGE]]
 
 
 def cut(
@@ -81,14 +81,16 @@ def cut(
         progress(start / len(corners), "Looking for inner walls")
         part = slice(start, start + BATCH)
         sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
-    inner = (np.abs(sides.mean(axis=0)) > INNER) & (np.abs(sides).min(axis=0) > HIDDEN)  # (F,)
+    inner = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (
+        np.abs(sides).min(axis=0) > HIDDEN
+    )  # (F,)
     open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
     return Parts(corners[~inner], corners[~open_wall])
 
 
 def _in_order(corners: Array) -> Array:
-    """The same triangles (F, 3, 3) in an order of their own: that of CGAL's is another one each
-    time, and with it would be what is sampled."""
+    """The triangles (F, 3, 3) in an order that follows from them alone: CGAL's is another one each
+    time, and so would be the samples that are drawn from them."""
     _, names = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     names = names.reshape(-1, 3)
     turned = (names.argmin(axis=1)[:, None] + np.arange(3)) % 3
@@ -101,7 +103,7 @@ def _beside(corners: Array) -> Array:
     """Points behind and before the middles of faces (F, 3, 3) -> (2F, 3)."""
     around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)  # (F,)
     radius = 2 * areas(corners) / np.maximum(around, 1e-30)
-    step = np.clip(NARROW * radius, CLOSEST, BESIDE)[:, None] * unit(normals(corners))
+    step = np.clip(BESIDE_THIN * radius, CLOSEST, BESIDE_FACE)[:, None] * unit(normals(corners))
     middle = corners.mean(axis=1)
     return np.concatenate([middle - step, middle + step])
 

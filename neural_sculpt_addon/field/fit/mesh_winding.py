@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 PROBES = 16  # faces of a piece at which it is asked what encloses it
-FEW = 0.1  # share of the probes that may say otherwise: pieces may touch
+DISSENT = 0.1  # share of the probes that may say otherwise: pieces may touch
 
 
 def winding(vertices: Array, faces: NDArray[np.int64]) -> Callable[[Array], Array]:
@@ -53,7 +53,7 @@ def facing(
     number = np.zeros((len(volumes), PROBES), np.int64)  # of what is larger, at the probes
     mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
     for place, piece in enumerate(order):
-        around = np.quantile(number[piece], FEW, method="lower")
+        around = np.quantile(number[piece], DISSENT, method="lower")
         if not mirrored[piece]:
             mirrored[piece] = 1 if around > 0 else wound[piece]
         kept = wound[piece] * mirrored[piece]
@@ -67,6 +67,6 @@ def facing(
         inside = np.abs(winding(points, own)(probes[near].reshape(-1, 3))) > 0.5
         inside = inside.reshape(-1, PROBES)
         number[near] += result[piece] * inside
-        within = near[(inside.mean(axis=1) > 1 - FEW) & (mirrored[near] == 0)]
+        within = near[(inside.mean(axis=1) > 1 - DISSENT) & (mirrored[near] == 0)]
         mirrored[within] = mirrored[piece]
     return result

@@ -51,8 +51,8 @@ class Asked(NamedTuple):
 def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     """The islands and bubbles of `proxy`.
 
-    A piece that was asked for is the nearest to its share of the samples, and to some of those that
-    are held; unless there was one that the stroke covers wholly.
+    A piece that was asked for has its share of the samples nearest to it, and some that are held
+    among them, unless the stroke covers a whole piece of the shape.
     """
     count, labels = proxy.components
     if count == 1:

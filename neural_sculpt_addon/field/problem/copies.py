@@ -30,12 +30,12 @@ FARTHEST = 2.5
 more than 2.2."""
 
 STEP = 1 / 1024
-"""Radii, between two displacements whose difference tells the slope: larger ones round off the
-bends of a profile, smaller ones drown in single precision."""
+"""Step of the difference quotient that tells the slope of the displacement, radii. A larger one
+rounds off the bends of a profile, a smaller one drowns in single precision."""
 
 BEND = 5e-4
-"""Model units, between two normals whose difference tells the curvature: larger ones blur detail,
-smaller ones drown in single precision."""
+"""Step of the difference quotient of normals that tells the curvature, model units. A larger one
+blurs detail, a smaller one drowns in single precision."""
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from ...stroke.stroke import Stroke
 from ..field import Field
 from ..projection import project
 
-POINTS = 257  # of a path; more on one that is longer than 64 radii
+PATH_POINTS = 257  # of a path; more on one that is longer than 64 radii
 PER_RADIUS = 4  # at least
 MOST_POINTS = 2049
-FARTHEST = 0.2
+MOST_OFF = 0.2
 """How far a control point may lie from the surface, or one radius if that is more. A stroke can
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
 OFF_SURFACE = 0.02  # what projection may leave
@@ -44,8 +44,8 @@ def lay(field: Field, stroke: Stroke) -> Path:
     if len(curve.knots) == 1:
         surface = project(field, curve.points)
         return make_path(surface.points, surface.normals, image=stroke.image)
-    points, _ = curve.resample(POINTS)
-    if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > POINTS:
+    points, _ = curve.resample(PATH_POINTS)
+    if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > PATH_POINTS:
         points, _ = curve.resample(min(int(count), MOST_POINTS))
     for _ in range(2):  # projected points bunch up where the surface is steep; space them again
         points = _uniform(project(field, points).points.astype(float))
@@ -62,7 +62,7 @@ def lay(field: Field, stroke: Stroke) -> Path:
 def _check_on_surface(field: Field, stroke: Stroke) -> None:
     surface = project(field, stroke.points)
     away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
-    if away > max(FARTHEST, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
+    if away > max(MOST_OFF, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
         raise SculptError(
             f"The stroke lies {away:.2f} off the surface. Draw it on the proxy of this field."
         )

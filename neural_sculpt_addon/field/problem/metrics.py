@@ -65,7 +65,7 @@ FAR = 1.4  # radii
 TOLERANCE = 1e-3  # model units, of both p95
 OF_HEIGHT = 0.1  # the same, as a share of the stroke's height
 GAIN, TURNED = 0.97, 0.3
-STEEPEST = 0.2  # |grad f . n|, below which the edited surface is all but parallel to n
+ALL_BUT_PARALLEL = 0.2  # |grad f . n|, below which the edited surface is all but parallel to n
 MEASURING = "Measuring"
 FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000
@@ -213,7 +213,7 @@ def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> fl
     """
     value, gradient = values_and_gradients(edited, target.points)
     slope = np.einsum("ij,ij->i", gradient, surface.normals)
-    missing = value / np.where(np.abs(slope) < STEEPEST, STEEPEST, slope)
+    missing = value / np.where(np.abs(slope) < ALL_BUT_PARALLEL, ALL_BUT_PARALLEL, slope)
     reached = amount - np.clip(missing, -np.abs(amount), np.abs(amount))
     return float((reached * amount).sum() / max((amount**2).sum(), 1e-30))
 

@@ -26,8 +26,8 @@ INNER = 0.95
 """Radii, within which the displaced surface is near enough to measure the way back."""
 
 GAP, GAP_REACH = 1.5, 2.0
-"""Cells of the proxy: how wide gaps of a tube are, as of `Problem.gaps`, and how far the samples in
-them count."""
+"""Cells of the proxy: how far from a tube's samples a gap begins (see `Problem.gaps`), and how far
+the samples in a gap count."""
 
 Array = NDArray[np.floating[Any]]
 
@@ -85,8 +85,9 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy) -> Array:
     """The same where the displaced surface runs through itself, from all of the surface asked for.
 
-    Of the vertices count those to which the displaced part of it is nearest, and those in the swept
-    volume, however near to untouched surface: a film that is left where a sheet was carved away.
+    The vertices that count are those to which its displaced part is nearest, and those in the swept
+    volume: a film that is left where a sheet was carved away counts, however near it is to
+    untouched surface.
     """
     vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
     surface, triangles, displaced = problem.folded.triangles()

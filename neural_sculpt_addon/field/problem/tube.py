@@ -25,7 +25,7 @@ from ..threads import in_pieces
 from .copies import displaced
 
 ROWS, COLUMNS = 99, 101
-LONGEST = 10  # times its width may be the length of a cell of the grid
+LONGEST_CELL = 10  # times its width may be the length of a cell of the grid
 FEWEST_COLUMNS = 7
 MOST_CAP_ROWS = 99
 TORN = 4.0  # usual edges of a triangle, at which it spans two parts of the surface
@@ -172,7 +172,7 @@ def _grid(
     A very long path has more rows and fewer columns; round ends have rows of their own.
     """
     radius = reach * stroke.brush.radius * stroke.largest_factor
-    longer = path.length / rows / (2 * radius / columns * LONGEST)
+    longer = path.length / rows / (2 * radius / columns * LONGEST_CELL)
     if longer > 1:
         rows = round(rows * longer**0.5)
         columns = max(round(columns / longer**0.5), FEWEST_COLUMNS)

@@ -50,7 +50,7 @@ BEYOND = 0.5
 CREASED = 0.9
 """Cosine of the angle between normals of neighbouring samples, below which a crease is between."""
 
-CLOSE = 6
+NEAREST_SAMPLES = 6
 """Nearest samples, which tell how far apart they are and on which side of a crease a point is."""
 
 TRIES = 3
@@ -174,11 +174,11 @@ class EditedSurface:
         samples are far apart, too, but look the same way.
         """
         after = self._before_and_after[1]
-        if not len(points) or len(after.points) < CLOSE:
+        if not len(points) or len(after.points) < NEAREST_SAMPLES:
             return plane
-        apart = self._tree.query(after.points[nearest], CLOSE)[0][:, -1]  # (N,)
+        apart = self._tree.query(after.points[nearest], NEAREST_SAMPLES)[0][:, -1]  # (N,)
         across = np.maximum(aside - apart, 0)
-        away, close = self._tree.query(points, CLOSE)  # (N, CLOSE)
+        away, close = self._tree.query(points, NEAREST_SAMPLES)  # (N, NEAREST_SAMPLES)
         near, others = away < away[:, :1] + apart[:, None], after.normals[close]
         cosines = np.einsum("nka,na->nk", others, after.normals[nearest])
         creased = (near & (cosines < CREASED)).any(axis=1)

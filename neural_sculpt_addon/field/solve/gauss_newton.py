@@ -23,13 +23,13 @@ STEPS, ITERATIONS = 12, 7  # of Gauss-Newton, and of conjugate gradients in each
 LEAST_DAMPING, MOST_DAMPING = 0.25, 300.0  # lambda; the diagonal of J^T J is nearly 1
 HALVINGS = 5  # of a step
 BLOCK = 1024  # residuals of a task for one thread: its matrices fit the cache
-MESSAGE = "Sculpting"
+PROGRESS_TEXT = "Sculpting"
 
 
 def solve(problem: Problem, progress: Progress = silent) -> Siren:
     """The network after the stroke."""
     with one_thread():
-        progress(0.0, MESSAGE)
+        progress(0.0, PROGRESS_TEXT)
         network = problem.field.network
         kinds = draw(problem)
         size = BLOCK if network.device.type == "cpu" else max(len(kind.points) for kind in kinds)
@@ -39,7 +39,7 @@ def solve(problem: Problem, progress: Progress = silent) -> Siren:
         directions = layers.directions(activations)
         damping, memory = LEAST_DAMPING, None
         for step in range(STEPS):
-            check = partial(progress, step / STEPS, MESSAGE)
+            check = partial(progress, step / STEPS, PROGRESS_TEXT)
             layers, memory, ratio = _step(layers, directions, activations, damping, memory, check)
             damping *= 4.0 if ratio < 0.25 else 0.2 if ratio > 0.9 else 0.5 if ratio > 0.75 else 1.0
             damping = min(max(damping, LEAST_DAMPING), MOST_DAMPING)

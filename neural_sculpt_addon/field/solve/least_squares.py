@@ -24,8 +24,8 @@ RIDGE = 0.002  # added to the diagonal of J^T J, in means of each block
 
 
 class Linear(NamedTuple):
-    """Some rows of J and r; where rows are sums of two outer products, the second ones stand in
-    N places more of `left` and `right`."""
+    """N rows of J and r. Where a row is the sum of two outer products, `left` and `right` have 2 N
+    rows: first those of all first products, then those of the second ones."""
 
     left: Tensor  # (N or 2 N, H)
     right: Tensor  # (N or 2 N, K)

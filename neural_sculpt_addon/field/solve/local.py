@@ -62,8 +62,8 @@ STRIDE = 0.7
 would leap over one; half as much makes no difference."""
 
 REPAIRS, HEAVIER = 3, 4.0
-"""How often rows whose sign came out wrong are solved again, by nodes within two cells of them, and
-by what factor they weigh more: few strokes have such rows, as deep carves that fold."""
+"""How often rows whose sign came out wrong are solved again, with nodes within two cells of them,
+and how much more they weigh each time. Few strokes have such rows; deep carves that fold do."""
 
 MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
 """Model units and slope (6 degrees) that a surface sample may be off, and the share of those of a
@@ -71,8 +71,8 @@ cell that may be more: a cell with more gets nodes of one more level. They trade
 closeness: half of TILTED is a quarter closer, half of MISSED a sixth, half of SHARE a sixteenth."""
 
 FAMILY = 20
-"""Nodes that such a cell takes, about: its children and those beside them. It counts where those of
-all cells would be more than NODES, as under a long stroke with creases."""
+"""Nodes that such a cell takes, about: its children and those beside them. It matters only where
+all cells together would take more than NODES, as under a long stroke with creases."""
 
 COMPANY = 2
 """Missed cells that must touch such a cell: what is worth a finer level, a crease or a detail, goes
@@ -172,8 +172,8 @@ class LocalEdit:
         """The layer without surface where `islands` are, which it has but nobody asked for.
 
         Rows are added at their vertices, and those that lie close by are brought to the same side.
-        There may be coarse nodes alone, which cannot be told to do otherwise there and the same
-        around: fine ones are added.
+        Coarse nodes alone could not change the field there and leave it as it is around: fine ones
+        are added.
         """
         level, rows = self.resolution.level, self._rows
         h, field = spacing(level), self.field
@@ -208,8 +208,8 @@ class LocalEdit:
         self.field = self._problem.field.plus(self._layer)
 
     def _missed(self, level: int, active: NDArray[np.int32], room: int) -> NDArray[np.int32]:
-        """The active cells (K,) of a level of which more than a share of the surface samples are
-        off, those of which most are where there is no `room` for the nodes of all."""
+        """The active cells (K,) of a level that need a finer one: more than SHARE of their samples
+        are off. Where there is no `room` for the nodes of all, those with the most of these."""
         rows, size = self._rows, len(active)
 
         def count(points: NDArray[np.float32]) -> NDArray[np.intp]:
@@ -272,8 +272,8 @@ def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
 
 
 def _changed(problem: Problem, level: int) -> NDArray[np.int32]:
-    """Of the cells that samples pass which bound nothing in the end, those whose middles change
-    sides: a plug that is carved away, a gap that is filled. Beyond, all stays what it was."""
+    """Cells whose middles change sides, a plug that is carved away or a gap that is filled, among
+    those that samples pass which bound nothing in the end. Beyond, all stays what it was."""
     cells = _passed(*problem.folded.bounding_nothing(), level)
     middles = centres(places(cells, level), level)
     f = values(problem.field, middles)

@@ -13,7 +13,7 @@ things that decide how far the untouched surface drifts (mean drift below in mod
 - How exactly the samples lie on the surface. Ours do to float32, and the slope of |f| does not
   shrink with f: Adam's steps never settle, and whatever the weights, the last iterate drifts by
   0.6e-3 to 0.9e-3, the mean of the last ten by half of that. Noise of 1e-3 in the preserve set cuts
-  the drift by a quarter. Instead, |f| is rounded to a parabola within ROUNDING of zero (Huber's
+  the drift by a quarter. Instead, |f| is rounded to a parabola within HUBER of zero (Huber's
   loss): without noise it does more, and the last iterate drifts by 0.3e-3 to 0.5e-3 after 50
   epochs, a little less than that of the authors' code.
 
@@ -40,7 +40,7 @@ from .adam import Adam
 PRESERVE_SAMPLES = 10_000
 BOX_SAMPLES = 10_000
 LEARNING_RATE = 1e-4
-ROUNDING = 1.5e-3  # of |f| around zero, model space
+HUBER = 1.5e-3  # of |f| around zero, model space
 PART = 2048  # samples
 
 
@@ -134,9 +134,9 @@ def loss_of(value: Tensor, gradient: Tensor, part: Part) -> Tensor:
     eikonal = part.eikonal * (gradient.norm(dim=1) - 1).abs().sum()
     if part.normals is None:
         return eikonal + part.value * torch.exp(-100 * value.abs()).sum()
-    distance = huber_loss(value, torch.zeros_like(value), reduction="sum", delta=ROUNDING)
+    distance = huber_loss(value, torch.zeros_like(value), reduction="sum", delta=HUBER)
     cosine = cosine_similarity(gradient, part.normals, dim=1)
-    return eikonal + part.value * distance / ROUNDING + part.normal * (1 - cosine).sum()
+    return eikonal + part.value * distance / HUBER + part.normal * (1 - cosine).sum()
 
 
 def derivatives(

@@ -71,8 +71,8 @@ def resolution(problem: Problem) -> Resolution:
 
 
 def _feature(problem: Problem) -> float:
-    """Width of the narrowest rise or fall of the profile across the stroke or the modulation along
-    it, if all were alike, or that of the alpha if that is less, in model units."""
+    """Width of the narrowest feature, model units: a rise or fall of the profile across the stroke
+    or of the modulation along it, if all of these were equally wide; or one of the alpha."""
     brush = problem.stroke.brush
     radius = brush.radius * problem.stroke.largest_factor
     rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1

@@ -33,11 +33,13 @@ DAMPING = 0.03
 """Smaller is closer to the rows, larger is smoother where they are few."""
 
 LEAST_TOUCHED = 0.1
-"""Of the mean diagonal: what nodes that few rows touch are damped as if they had."""
+"""Least diagonal that damping reckons with, as a share of the mean: for nodes that few rows
+touch."""
 
 ITERATIONS, SETTLED = 20, 0.003
-"""At most, and the share of the residual that may be left: a coarse level, whose few nodes many
-rows determine, takes half of them. Three times as much makes edits a tenth less close."""
+"""Iterations at most, and the share of the residual at which they end. A coarse level, of which
+many rows determine few nodes, takes half of them. Three times the share makes edits a tenth less
+close."""
 
 PIECE = 1 << 15
 """Rows of a piece, about. Each has its own sum over all nodes, to be added, and is handed to a
@@ -126,8 +128,8 @@ def solve_level(
     parts = -(-len(residuals) // PIECE)
 
     def piece(number: int) -> _Piece:
-        """Of `parts` points in a row always one: of those with a slope as large a share as of the
-        others."""
+        """Every point whose number leaves this remainder by `parts`, so that all pieces have about
+        as many slope rows."""
         sloped = np.flatnonzero(rows.at % parts == number)
         at, along = rows.at[sloped] // parts, rows.along[sloped]
         matrix, value, slope = _matrix(numbers, rows.points[number::parts], at, along, len(index))
@@ -166,8 +168,9 @@ def _each(task: Callable[[T], U], parts: Sequence[T], check: Check) -> Iterator[
 def _matrix(
     numbers: Grid, points: Array, at: NDArray[np.intp], along: Array, nodes: int
 ) -> tuple[csr_array, NDArray[np.intp], NDArray[np.intp]]:
-    """Rows (n, K) of the matrix: the splines at `points` (N, 3), and their slopes `at` (M,) of them
-    in directions `along` (M, 3); beside them which points and which slopes these are.
+    """Rows (n, K) of the matrix: the splines at `points` (N, 3), and below them their slopes, in
+    directions `along` (M, 3) `at` some of the points (M,). With it, which points and which slopes
+    have a row: those that a node reaches.
 
     A slope has the columns of its point.
     """

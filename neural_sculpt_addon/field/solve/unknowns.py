@@ -26,8 +26,8 @@ INPUTS = 80  # directions of W's inputs; more are slower
 
 
 class Activations(NamedTuple):
-    """Residuals, and the inputs of W at their points: those of derivatives have their slopes
-    along the directions in as many rows more."""
+    """Residuals, and the inputs of W at their points. Where the residuals are of derivatives, N
+    more rows have the slopes of the inputs along the directions."""
 
     residuals: Residuals  # N
     inputs: Tensor  # (N or 2 N, A + 1)

@@ -16,8 +16,8 @@ import threading
 from pathlib import Path
 
 from ...common.errors import SculptError
+from ..child import no_window
 from . import environment
-from .interpreter import no_window
 
 
 def main(folder: str) -> None:

@@ -13,9 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..ending import exit_in_words
+from ..child import exit_in_words, start_logged
 from . import environment, interpreter
-from .interpreter import start_logged
 
 logger = logging.getLogger(__name__)
 

@@ -10,12 +10,12 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from ...common.errors import SculptError
+from ..child import clean_environ, no_window
 
 OLDEST = (3, 11)
 NEWEST = (3, 14)
@@ -63,30 +63,6 @@ class Environment:
     def ready(self) -> bool:
         """Whether the worker can run on it as it is."""
         return not self.missing and self.version[:2] >= OLDEST
-
-
-def clean_environ() -> dict[str, str]:
-    """This process's environment without what would bend another Python's imports."""
-    bends = {"PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP", "__PYVENV_LAUNCHER__"}
-    return {name: value for name, value in os.environ.items() if name not in bends}
-
-
-def no_window() -> int:
-    """Popen's creationflags that keep a console from flashing up on Windows; 0 elsewhere."""
-    return getattr(subprocess, "CREATE_NO_WINDOW", 0)
-
-
-def start_logged(command: Sequence[str], log: BinaryIO) -> subprocess.Popen[bytes]:
-    """Start `command` with a pipe to its stdin; what it prints goes into `log`. OSError."""
-    return subprocess.Popen(
-        command,
-        bufsize=0,
-        stdin=subprocess.PIPE,
-        stdout=log,
-        stderr=log,
-        env=clean_environ(),
-        creationflags=no_window(),
-    )
 
 
 def check_python(python: Path | str) -> Environment:

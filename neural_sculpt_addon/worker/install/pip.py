@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ...common.errors import SculptError
-from .interpreter import clean_environ, no_window
+from ..child import clean_environ, no_window
 
 _KEPT = 400  # lines of output that are looked at when a command fails
 

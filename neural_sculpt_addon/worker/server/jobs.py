@@ -2,8 +2,8 @@
 """What the worker can do: one handler per kind of job, fields and arrays in, fields and arrays out.
 
 Jobs name a field by its `state` (see store) and its `revision`, and what shows it by `resolution`
-and `triangles` (see shown). Torch and the rest are imported by
-the job that needs them first, or by `warm_up`.
+and `triangles` (see shown). Torch and the rest are imported by the job that needs them first, or by
+`warm_up`.
 """
 
 from contextlib import suppress

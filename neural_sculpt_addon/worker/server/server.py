@@ -65,12 +65,12 @@ def main(device_name: str) -> None:
     try:
         device = choose(Device(device_name))
     except SculptError as error:
-        server.serve(_refusing(str(error)), {**hello, "device": ""})
+        server.serve(refusing(str(error)), {**hello, "device": ""})
     else:
         server.serve(Jobs(device).handlers(), {**hello, "device": device.type})
 
 
-def _refusing(reason: str) -> dict[JobKind, Handler]:
+def refusing(reason: str) -> dict[JobKind, Handler]:
     """Handlers that can only say why there is nothing to work on."""
 
     def refuse(job: Task, progress: Progress) -> Payload:

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 
 V = TypeVar("V")
 
-BASES, LAYERS, STATES, SOLUTIONS, RESULTS = (n << 20 for n in (64, 128, 512, 128, 128))
+BASE_BYTES, LAYER_BYTES, STATE_BYTES = 64 << 20, 128 << 20, 512 << 20
+SOLUTION_BYTES, RESULT_BYTES = 128 << 20, 128 << 20
 """Bytes of each kind; a state with 100 strokes takes some 50 MB, one without detail 10."""
 
-SAMPLES = 4 << 20
+SAMPLE_BYTES = 4 << 20
 """Bytes of the samples that are drawn of a state when they are needed."""
 
 
@@ -42,11 +43,11 @@ class Store:
     def __init__(self, device: "torch.device") -> None:
         """Nothing is known yet; fields are kept on `device`."""
         self._device = device
-        self.memo: Memo = Cache(SOLUTIONS, _solved_bytes)
-        self.results: Cache[str, State] = Cache(RESULTS, _state_bytes)
-        self._bases: Cache[str, Field] = Cache(BASES, _field_bytes)
-        self._layers: Cache[str, Layer] = Cache(LAYERS, _layer_bytes)
-        self._states: Cache[str, State] = Cache(STATES, _state_bytes)
+        self.memo: Memo = Cache(SOLUTION_BYTES, _solved_bytes)
+        self.results: Cache[str, State] = Cache(RESULT_BYTES, _state_bytes)
+        self._bases: Cache[str, Field] = Cache(BASE_BYTES, _field_bytes)
+        self._layers: Cache[str, Layer] = Cache(LAYER_BYTES, _layer_bytes)
+        self._states: Cache[str, State] = Cache(STATE_BYTES, _state_bytes)
 
     def on_device(self, field: "Field") -> "Field":
         """A field where fields are kept."""
@@ -152,7 +153,7 @@ def preparation_bytes(preparation: "Preparation") -> int:
     field, proxy = preparation.field, preparation.proxy
     mesh = [proxy.vertices, proxy.normals, proxy.triangles, proxy.edges]
     arrays = [proxy.active.index, proxy.active.values, *mesh]
-    return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLES
+    return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLE_BYTES
 
 
 def _field_bytes(field: "Field") -> int:

@@ -80,7 +80,7 @@ def tasks(settings: Settings, folder: Path) -> list[Task]:
             for cell in drawn:
                 rows.setdefault(cell.family, []).append(_cell(cell, family))
             page = sheet.below([sheet.beside(row) for row in rows.values()])
-            sheet.save(folder / f"{name}.jpg", page)
+            sheet.save(folder / f"{name}.png", page)
             return {"pictures": [name]}
 
         return Task(f"figure-{name}", 30, make)

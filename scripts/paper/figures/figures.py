@@ -48,8 +48,8 @@ CAPTIONS = {
     " left of it in a network of 70 kB, and in local detail (table 5a)",
     "methods": "One stroke by all methods: radius 0.08, intensity 0.06, quintic, the first random"
     " edit of the sphere (table 2)",
-    "drift": "The same: how far the surface moved where the stroke does not reach, in model space;"
-    " the stroke is grey",
+    "drift": "The same: how far the surface moved where the stroke does not reach, in model space."
+    " The stroke is grey; where nothing moved the ball is white, in its own shade",
 }
 
 
@@ -65,8 +65,8 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         fields = _edited([stroke, *dns, *ours()], here, edit)
         problem, camera = pose(here.preparation, edit), _camera(edit)
         drift = {n: drift_map(problem, f, camera, size) for n, f in fields.items()}
-        sheet.save(folder / "methods.jpg", _page(_shaded(fields, camera, size)))
-        sheet.save(folder / "drift.jpg", sheet.below([_page(drift), _scale(size)]))
+        sheet.save(folder / "methods.png", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "drift.png", sheet.below([_page(drift), _scale(size)]))
         return {"pictures": ["methods", "drift"]}
 
     def peaks() -> Row:
@@ -75,7 +75,7 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], folder: Path) -> li
         edit = Stroke(points, Brush(WIDE, LOW, peaked(PEAKS)))
         fields = _edited([stroke, *ours()], here, edit)
         camera = _camera(edit)
-        sheet.save(folder / "peaks.jpg", _page(_shaded(fields, camera, size)))
+        sheet.save(folder / "peaks.png", _page(_shaded(fields, camera, size)))
         return {"pictures": ["peaks"]}
 
     epoch = 0.08 + 0.17 + 0.17

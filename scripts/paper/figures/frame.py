@@ -64,7 +64,7 @@ def task(settings: Settings, folder: Path) -> Task:
         labelled = [
             sheet.below([one.picture(), sheet.label(name, size)]) for name, one in panels.items()
         ]
-        sheet.save(folder / "frame.jpg", sheet.beside(labelled))
+        sheet.save(folder / "frame.png", sheet.beside(labelled))
         return {"pictures": ["frame"]}
 
     return Task("figure-frame", 15, make)

@@ -45,7 +45,7 @@ def task(settings: Settings, folder: Path) -> Task:
             now = sculpt(now, stroke).preparation
             shaded = picture(now.field, CAMERA, size, field_picture.EVEN_LIGHT)
             cells += [_step(stroke, size), _state(shaded, f"{number} {stroke.name}")]
-        sheet.save(folder / "sequence.jpg", _page(cells))
+        sheet.save(folder / "sequence.png", _page(cells))
         return {"pictures": ["sequence"]}
 
     return Task("figure-sequence", 90, make)

@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pictures.sheet import Picture
+
 from neural_sculpt_addon.field.edit import edit
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.problem import Problem
@@ -104,12 +106,12 @@ def tables(rows: Mapping[str, Row]) -> list[Table]:
     return found
 
 
-def figures(rows: Mapping[str, Row]) -> dict[str, tuple[str, str]]:
+def figures(rows: Mapping[str, Row]) -> dict[str, tuple[Picture, str]]:
     """Pictures and what they show, by the names of their files."""
     titles = {FIRST: "One epoch of the paper's method as published"}
     titles |= {name: f"One whole edit by {name}" for name in OURS}
     return {
-        f"stages-{name}.svg": (
+        f"stages-{name}.png": (
             gantt(title, [Span(*s) for s in row["spans"]]),
             f"{title}: its stages",
         )

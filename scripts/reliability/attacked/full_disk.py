@@ -73,10 +73,10 @@ class Attack:
 
         AssertionError, LookupError.
         """
-        self.session._ensure_worker()
+        self.session.ensure_worker()
         if later:
-            process = self.session.client._process
-            message = process._answers._count + number
+            process = self.session.client.process
+            message = process.answers.count + number
             (process.folder / FULL).write_text(f"{message} {self.folder}")
         else:
             disk.fill(self.folder, number)

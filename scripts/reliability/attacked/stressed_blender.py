@@ -17,14 +17,14 @@ def install(folder: Path) -> Any:
     imported then.
     """
     os.environ["BLENDER_USER_RESOURCES"] = str(folder)
-    tests = ROOT / "tests"
-    sys.path[:0] = [str(tests), str(tests / "blender"), str(tests / "window")]
-    pack = importlib.import_module("run_in_blender")._pack
+    sys.path.insert(0, str(ROOT / "tests"))
+    suite = importlib.import_module("suite")
+    suite.make_importable("blender", "window")
     import bpy
 
     operators: Any = bpy.ops
     operators.extensions.package_install_files(
-        filepath=str(pack(folder)), repo="user_default", enable_on_install=True
+        filepath=str(suite.pack(folder)), repo="user_default", enable_on_install=True
     )
     return importlib.import_module("harness")
 

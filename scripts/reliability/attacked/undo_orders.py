@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Orders of tests/blender/undo_orders.py by a person's keys; `batches` reads what is printed.
+"""Orders of tests/blender/scene/undo_orders.py by a person's keys; `batches` reads what is printed.
 
     blender --python scripts/in_blender/start.py -- \\
         reliability.attacked.undo_orders FOLDER SEED FIRST COUNT

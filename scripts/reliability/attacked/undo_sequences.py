@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sequences of tests/blender/undo_sequences.py; `batches` reads what is printed.
+"""Sequences of tests/blender/scene/undo_sequences.py; `batches` reads what is printed.
 
     python scripts/in_blender/start.py \\
         reliability.attacked.undo_sequences module FOLDER SEED FIRST COUNT   (a Python with bpy)

@@ -52,7 +52,7 @@ def _answer(client: Any, random: Random) -> str:
     client.start()
     kind = JobKind(random.choice(KINDS))
     job = client.submit(kind, {})
-    process = client._process
+    process = client.process
     _put(process, mutated_frame(_frame(kind, job, random), random))
     finals = _finals(client, process)
     passed_over = not finals
@@ -81,11 +81,11 @@ def _finals(client: Any, process: Any) -> list[Any]:
     from neural_sculpt_addon.worker.protocol import FINAL
 
     end, news = time.monotonic() + PATIENCE, []
-    requests = process._answers
+    requests = process.answers
     while time.monotonic() < end:
-        before = requests._count
+        before = requests.count
         news += [message for message in client.poll_once() if message.kind in FINAL]
-        if not client.alive or (requests._count == before and not requests.amid):
+        if not client.alive or (requests.count == before and not requests.amid):
             return news
     raise TimeoutError("the client hangs")
 
@@ -94,7 +94,7 @@ def _put(process: Any, frame: bytes) -> None:
     """Answer as a worker does."""
     folder = process.folder / "answers"
     (folder / "part").write_bytes(frame)
-    (folder / "part").rename(folder / str(process._answers._count))
+    (folder / "part").rename(folder / str(process.answers.count))
 
 
 def _frame(asked: str, job: int, random: Random) -> bytes:

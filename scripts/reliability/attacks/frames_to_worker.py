@@ -122,11 +122,11 @@ def _is_read(frame: bytes) -> bool:
 
 def _send(worker: Any, frame: bytes) -> None:
     """Put a request as `mailbox.Outbox` does, and ring; a dead worker is no error here."""
-    requests = worker._requests
-    (requests._folder / "part").write_bytes(frame)
-    (requests._folder / "part").rename(requests._folder / str(requests._count))
-    requests._count += 1
-    worker._ring(b".")
+    requests = worker.requests
+    (requests.folder / "part").write_bytes(frame)
+    (requests.folder / "part").rename(requests.folder / str(requests.count))
+    requests.count += 1
+    worker.ring(b".")
 
 
 def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
@@ -164,7 +164,7 @@ def _finals(worker: Any, probe: int) -> list[Any] | None:
         message = worker.take()
         if message is None:
             with suppress(TimeoutExpired):
-                worker._process.wait(TICK)
+                worker.child.wait(TICK)
             continue
         if isinstance(message, Exit):
             _check_end(worker, message)
@@ -182,8 +182,8 @@ def _finals(worker: Any, probe: int) -> list[Any] | None:
 
 def _check_end(worker: Any, ended: Any) -> None:
     """A worker ends by itself and says why."""
-    said = worker._log.read_text(errors="replace")
-    if worker._process.returncode != 1 or "cannot read its requests" not in said:
+    said = worker.log.read_text(errors="replace")
+    if worker.child.returncode != 1 or "cannot read its requests" not in said:
         raise AssertionError(f"{ended.reason}: {ended.log_tail[-300:]}")
 
 

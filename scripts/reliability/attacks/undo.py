@@ -3,8 +3,8 @@
 
 Strokes, edit dialogs, Blender's own tools in each mode, Absorb and results that come late, with a
 toy worker; after each operation weights and meshes must be what the history says (see
-tests/blender/undo_sequences.py). A batch has a process of its own, and a crash is a failure of the
-sequence that it was in. One sequence again, here with seed 1 and number 17:
+tests/blender/scene/undo_sequences.py). A batch has a process of its own, and a crash is a failure
+of the sequence that it was in. One sequence again, here with seed 1 and number 17:
 
     python scripts/in_blender/start.py reliability.attacked.undo_sequences module FOLDER 1 17 1
 """

@@ -2,8 +2,8 @@
 """Random orders of native and neural strokes, Absorb, modes, undo and redo by keys in a window.
 
 Each press of Ctrl Z must take back one thing, byte for byte, and each of Shift Ctrl Z bring it back
-(see tests/blender/undo_orders.py). Keys and mouse are those of the virtual screen, by xdotool; the
-worker is the real one.
+(see tests/blender/scene/undo_orders.py). Keys and mouse are those of the virtual screen, by
+xdotool; the worker is the real one.
 """
 
 from collections.abc import Callable

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.mesh.proxy import extract
-from neural_sculpt_addon.field.problem.lay import MOST_POINTS, POINTS, lay
+from neural_sculpt_addon.field.problem.lay import MOST_POINTS, PATH_POINTS, lay
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -33,12 +33,12 @@ def equator(start, stop, count):
 
 def test_a_great_circle():
     path = lay(ball(0.5), Stroke(equator(0, 2, 7), BRUSH))
-    assert len(path.points) == POINTS
+    assert len(path.points) == PATH_POINTS
     assert path.length == pytest.approx(1.0, rel=1e-4)
-    np.testing.assert_allclose(path.points, equator(0, 2, POINTS), atol=1e-4)
-    np.testing.assert_allclose(path.normals, 2 * equator(0, 2, POINTS), atol=3e-4)
-    np.testing.assert_allclose(path.laterals, np.tile([0, 0, 1], (POINTS, 1)), atol=3e-4)
-    np.testing.assert_allclose(path.u, np.linspace(0, 1, POINTS), atol=1e-4)
+    np.testing.assert_allclose(path.points, equator(0, 2, PATH_POINTS), atol=1e-4)
+    np.testing.assert_allclose(path.normals, 2 * equator(0, 2, PATH_POINTS), atol=3e-4)
+    np.testing.assert_allclose(path.laterals, np.tile([0, 0, 1], (PATH_POINTS, 1)), atol=3e-4)
+    np.testing.assert_allclose(path.u, np.linspace(0, 1, PATH_POINTS), atol=1e-4)
 
 
 def test_a_closed_great_circle():
@@ -73,7 +73,7 @@ def test_control_points_need_not_be_quite_on_the_surface(away):
     """They may have been drawn on a stroke that is no longer there, wider than this one."""
     points = equator(0, 1, 6) * (1 + away / 0.5)
     path = lay(ball(0.5), Stroke(points, Brush(0.02, 0.01)))
-    np.testing.assert_allclose(path.points, equator(0, 1, POINTS), atol=1e-3)
+    np.testing.assert_allclose(path.points, equator(0, 1, PATH_POINTS), atol=1e-3)
 
 
 def test_spacing_is_uniform_on_the_surface_not_on_the_spline():
@@ -116,9 +116,9 @@ def test_a_stroke_from_one_piece_to_another_is_refused():
 
 def test_a_straight_stroke_on_a_plane():
     path = lay(plane(offset=0.2), Stroke(np.array([[-0.5, 0.1, 0.2], [0.5, 0.1, 0.2]]), BRUSH))
-    np.testing.assert_allclose(path.points[:, 0], np.linspace(-0.5, 0.5, POINTS), atol=1e-6)
-    np.testing.assert_allclose(path.points[:, 1:], np.tile([0.1, 0.2], (POINTS, 1)), atol=1e-6)
-    np.testing.assert_allclose(path.tangents, np.tile([1, 0, 0], (POINTS, 1)), atol=1e-5)
+    np.testing.assert_allclose(path.points[:, 0], np.linspace(-0.5, 0.5, PATH_POINTS), atol=1e-6)
+    np.testing.assert_allclose(path.points[:, 1:], np.tile([0.1, 0.2], (PATH_POINTS, 1)), atol=1e-6)
+    np.testing.assert_allclose(path.tangents, np.tile([1, 0, 0], (PATH_POINTS, 1)), atol=1e-5)
 
 
 def on_network(model, points):
@@ -143,7 +143,7 @@ def made_case(model):
     spline = CubicSpline(chord, control)  # not-a-knot
     dense, _ = on_network(model, spline(np.linspace(0, chord[-1], 20_000)))
     length = np.append(0, np.linalg.norm(np.diff(dense, axis=0), axis=1).cumsum())
-    even = np.linspace(0, length[-1], POINTS)
+    even = np.linspace(0, length[-1], PATH_POINTS)
     path = np.stack([np.interp(even, length, axis) for axis in dense.T], axis=1)
     path, normals = on_network(model, path)
     return {"control_points": control, "path_points": path, "path_normals": normals}

@@ -15,9 +15,9 @@ from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.projection import find_surface
 from neural_sculpt_addon.field.solve.paper import (
     BOX_SAMPLES,
+    HUBER,
     PART,
     PRESERVE_SAMPLES,
-    ROUNDING,
     WEIGHTS,
     derivatives,
     loss,
@@ -58,7 +58,7 @@ def total(network, parts):
 
 def rounded(f):
     """|f| but for a constant, with a parabola of the same slope at ROUNDING below that."""
-    return torch.where(f.abs() < ROUNDING, f**2 / (2 * ROUNDING), f.abs() - ROUNDING / 2)
+    return torch.where(f.abs() < HUBER, f**2 / (2 * HUBER), f.abs() - HUBER / 2)
 
 
 def samples(widths, dtype):
@@ -82,7 +82,7 @@ def samples(widths, dtype):
 @pytest.mark.parametrize("widths", [(9,), (8, 7), (5, 6, 4)])
 def test_the_loss_and_its_derivatives_are_those_of_autograd(widths):
     network, tube, preserve, box = samples(widths, torch.float64)
-    near = network.value(preserve[0]).abs() < ROUNDING
+    near = network.value(preserve[0]).abs() < HUBER
     assert near.any() and not near.all()  # both branches of the rounded |f| are seen
     whole = weigh(tube, preserve, box)
     mine, expected = total(network, whole), oracle(network, tube, preserve, box)

@@ -94,8 +94,8 @@ def test_the_small_form_of_the_whole_command(tmp_path):
     page = (tmp_path / "tables" / "README.md").read_text(encoding="utf-8")
     families = "profiles", "modulations", "radius-intensity"
     for name in ("methods", "drift", "peaks", *families, "frame", "sequence"):
-        assert Image.open(tmp_path / "tables" / f"{name}.jpg").width >= 200
-        assert f"![{name}]({name}.jpg)" in page
+        assert Image.open(tmp_path / "tables" / f"{name}.png").width >= 200
+        assert f"![{name}]({name}.png)" in page
     again = subprocess.run(command, check=True, capture_output=True, text=True, timeout=120)
     count = len([*(tmp_path / "rows").glob("*.json")]) - 1  # about.json is no row
     assert f"{count} of {count} rows are finished." in again.stdout

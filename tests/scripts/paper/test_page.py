@@ -100,5 +100,5 @@ def test_pictures_stand_in_rows_with_their_middles_in_line(tmp_path):
     column = below([dark, label("name", 40)])
     assert column.shape[1] == 40 and (column[:10, 10:30] == 0).all()
     assert (np.abs(column[10:].astype(int) - INK).sum(axis=2) < 60).any()
-    save(tmp_path / "page.jpg", column)
-    assert Image.open(tmp_path / "page.jpg").size == column.shape[1::-1]
+    save(tmp_path / "page.png", column)
+    assert Image.open(tmp_path / "page.png").size == column.shape[1::-1]

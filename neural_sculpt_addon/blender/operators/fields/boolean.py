@@ -101,7 +101,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         target, source = ob.session_uid, other.session_uid
         name = iface_(ENTRIES[self.operation]).format(other.name)
         label = self.bl_label
-        settings = self._settings(ob) | {"preview": not session.waits}
+        settings = self._settings(ob)
 
         def request() -> Request:
             shown = shown_as(field_of(found(target)))

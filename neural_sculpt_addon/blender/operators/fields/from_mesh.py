@@ -143,7 +143,6 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "keep_origin": True,
             "resolution": resolution,
             **refinement(),
-            "preview": not session.waits,
         }
         arrays = {"vertices": vertices, "triangles": triangles}
 

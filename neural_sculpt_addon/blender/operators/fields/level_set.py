@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 
 SUFFIX = ".vdb"
-NAME = "surface"  # of the grid, as level sets are called elsewhere
+GRID_NAME = "surface"  # of the grid, as level sets are called elsewhere
 
 
 def check() -> None:
@@ -47,7 +47,7 @@ def write(path: Path, band: NDArray[np.float32], matrix: Matrix, scale: float) -
     grid.copyFromArray(np.where(distance <= -border, border, distance))
     grid.signedFloodFill()  # what lies inside the band is inside
     grid.gridClass = openvdb.GridClass.LEVEL_SET
-    grid.name = NAME
+    grid.name = GRID_NAME
     corner = Matrix.Translation((-1.0, -1.0, -1.0)) @ Matrix.Scale(voxel, 4)
     to_scene = (matrix @ corner).transposed()  # OpenVDB multiplies from the left
     grid.transform = openvdb.createLinearTransform(np.array(to_scene).tolist())

@@ -13,7 +13,7 @@ from ...presets.alpha_choices import IMAGE
 from ...scene.brush.brush_properties import brush_of
 from ..job_operator import FINISHED, REGISTER, Outcome, reports_errors
 
-MOST = 4096 * 4096  # pixels: half a second, and 300 MB meanwhile
+MOST_PIXELS = 4096 * 4096  # pixels: half a second, and 300 MB meanwhile
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)  # of red, green and blue
 
 
@@ -75,7 +75,7 @@ def _grey(image: Image) -> NDArray[np.float32]:
     width, height = image.size  # pyright: ignore[reportGeneralTypeIssues]
     if not width * height * image.channels:
         raise SculptError(f"{image.name:.100} has no pixels. Choose another image.")
-    if width * height > MOST:
+    if width * height > MOST_PIXELS:
         raise SculptError(
             f"{image.name:.100} has {width} x {height} pixels, more than an alpha can use. Scale it"
             " down to 4096 x 4096."

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Change the settings of a stroke that was drawn before; the strokes are replayed with it.
 
-While the dialog is open the surface shows what the stroke would be.
-Radius and intensity are given in model space; the dialog shows them in scene units.
+While the dialog is open the surface shows what the stroke would be. Radius and intensity are given
+in model space; the dialog shows them in scene units.
 """
 
 import math

@@ -23,7 +23,7 @@ from ...presets.alpha_choices import chosen_alpha
 from ...presets.shape_choices import CURVE
 from .brush_properties import brush_of
 
-NARROWEST = 0.05
+NARROWEST_FACTOR = 0.05
 """The least radius factor, for a tube needs some width."""
 
 
@@ -80,7 +80,7 @@ def pressure_factors(context: Context, length: str, pressures: Sequence[float]) 
     table = curve_store.table(word)
     factors = np.interp(np.asarray(pressures, float), np.linspace(0, 1, len(table)), table)
     if length == "radius":
-        factors = np.maximum(factors, NARROWEST)
+        factors = np.maximum(factors, NARROWEST_FACTOR)
     return None if (factors == 1).all() else factors
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Vectors = NDArray[np.float32]
 
-LEAST = 1e-5
+LEAST_MOVE = 1e-5
 """What a vertex must have moved, model units: a tenth of what an absorbed one may be off."""
 
 
@@ -21,7 +21,7 @@ class Part(NamedTuple):
 
     vertices: NDArray[np.intp]  # (P,), rising
     before: Vectors  # (P, 3)
-    after: Vectors  # (P, 3), the same where less than LEAST
+    after: Vectors  # (P, 3), the same where less than LEAST_MOVE
     triangles: NDArray[np.int32]  # (T, 3), of the P
 
 
@@ -31,7 +31,7 @@ def cut(before: Vectors, after: Vectors, corners: NDArray[np.int32]) -> Part | N
     corners: (3, F), each row contiguous: the first corners of all triangles, the second, the third
     """
     way = np.abs(after - before)
-    changed = (way[:, 0] > LEAST) | (way[:, 1] > LEAST) | (way[:, 2] > LEAST)
+    changed = (way[:, 0] > LEAST_MOVE) | (way[:, 1] > LEAST_MOVE) | (way[:, 2] > LEAST_MOVE)
     if not changed.any():
         return None
     within = changed.copy()

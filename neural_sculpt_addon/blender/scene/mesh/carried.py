@@ -28,17 +28,17 @@ from .sources import VERTEX, Sources, Surface
 Vectors = NDArray[np.float32]
 Painted = Mapping[str, NDArray[Any]]
 
-BUDGET = 0.005  # seconds that `foresee` works in
+FORESEE_SECONDS = 0.005  # seconds that `foresee` works in
 
 
 @dataclass(eq=False)
 class _Foreseen:
     """What is found ahead of time, for a mesh that will come.
 
-    key:    its vertices, the very array
-    step:   of Blender's history at which the mesh of now was read; None where nothing hangs on it
-            but what brushes painted, or the history cannot be read
-    result: the attributes of the mesh that will come, when it is whole
+    key:    the vertices of that mesh, the array itself and not one that is equal
+    step:   the step of Blender's history at which the mesh of now was read; None where nothing
+            hangs on it but what brushes painted, or the history cannot be read
+    result: the attributes of the mesh that will come, when all of them are found
     """
 
     key: Vectors
@@ -75,10 +75,10 @@ def foresee(
     ob: Object, positions: Callable[[], Vectors], vertices: Vectors, triangles: NDArray[np.int32]
 ) -> bool:
     """Work for a few milliseconds at what `carried` will need for a mesh that comes; whether there
-    is more to do. It is told by the same array of vertices each time.
+    is more to do. Calls about the same mesh give the same array of vertices.
 
-    positions:           tells the vertices (V, 3) of the object's mesh as it is
-    vertices, triangles: (N, 3), (T, 3) of the one that comes, already looked through
+    positions:           gives the vertices (V, 3) of the object's mesh as it is
+    vertices, triangles: (N, 3), (T, 3) of the one that comes, checked
     """
     ready = next((each for each in _foreseen if each.key is vertices), None)
     step = _step(ob)
@@ -90,7 +90,7 @@ def foresee(
             return False
         _foreseen[:] = [_Foreseen(vertices, sources, step)]
         return True
-    ready.work(ob.session_uid, BUDGET)
+    ready.work(ob.session_uid, FORESEE_SECONDS)
     return True
 
 
@@ -102,10 +102,10 @@ def forget() -> None:
 def carried(
     ob: Object, positions: Callable[[], Vectors], new: Geometry
 ) -> tuple[Painted, Attributes | None]:
-    """What brushes painted on the object's mesh and what else hangs on it, as `new` will have them,
-    without what says nothing.
+    """What brushes painted on the object's mesh and what else hangs on it, as `new` will have them;
+    a mask of zeros, for example, is left out.
 
-    positions: tells the vertices (V, 3) of the mesh, if they are needed
+    positions: gives the vertices (V, 3) of the mesh, if they are needed
 
     Of a whole new mesh of 250,000 triangles it takes up to a second or two, unless it was foreseen.
     """
@@ -158,8 +158,8 @@ def _asked(
 
 
 def _step(ob: Object) -> Step | None:
-    """Of Blender's history, at which what hangs on the mesh was as it is: whatever the artist does
-    to it is a step. None where nothing does."""
+    """The step of Blender's history that is active. While it is the same, so is what hangs on the
+    mesh: whatever the artist does to it is a step. None where nothing hangs on the mesh."""
     return sculpt_steps.active() if _keeps(ob) else None
 
 

@@ -13,7 +13,7 @@ from ....interaction.nearest_points import finish
 from ....worker.client import Message
 from . import attributes
 from .attributes import POINT, Attributes
-from .carried import BUDGET
+from .carried import FORESEE_SECONDS
 from .sources import Sources, Surface
 
 Vectors = NDArray[np.float32]
@@ -49,7 +49,7 @@ class Dress:
         to do."""
         if self._key is not result.arrays["vertices"]:
             self._key, self._steps, self._worn = result.arrays["vertices"], self._find(result), None
-        end = time.perf_counter() + BUDGET
+        end = time.perf_counter() + FORESEE_SECONDS
         while self._worn is None and self._steps is not None and time.perf_counter() < end:
             try:
                 next(self._steps)

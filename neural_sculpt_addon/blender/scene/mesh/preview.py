@@ -25,21 +25,21 @@ from ..tool import holds_tool
 from . import brush_attributes, preview_attributes, proxy_mesh, seen_surface
 from .preview_display import Display
 
-MOST = 8000
-"""Vertices that are looked at in a move of the pen, and when it is lifted, some 3 ms: what takes
-more is shown later, one stroke after another."""
+MOST_LOOKED_AT = 8000
+"""Vertices that are looked at for one move of the pen, and when it is lifted; that takes some 3 ms.
+What takes more is shown later, one stroke after another."""
 SOON = 0.001  # seconds after which the rest is worked on: Blender hears the artist in between
 
 _Strokes = dict[int, tuple[Stroke, ...]]
 _wanted: _Strokes = {}
 """By session_uid of the object."""
 _shown: _Strokes = {}
-"""What of it the meshes show, which costs some 10 ms: so nothing is shown twice."""
+"""Those of them that the meshes show. To show one takes some 10 ms, so none is shown twice."""
 _able: dict[int, bool] = {}
 """Of the wanted ones, whether the object could show them then."""
 _shapes: dict[int, tuple[int, Displaced]] = {}
-"""By session_uid of the object the fingerprint of a mesh, and what strokes make of it: so that each
-is displaced once."""
+"""By session_uid of the object: the fingerprint of a mesh, and what strokes make of that mesh. It
+is kept so that each stroke is displaced once."""
 _drawn: dict[int, Stroke] = {}
 """The one that is being drawn, by session_uid of its object."""
 _displays: dict[int, Display] = {}
@@ -73,7 +73,7 @@ def foresee(
         if len(shape.strokes) == len(strokes):
             return False
         shape.begin(strokes[len(shape.strokes)])
-    shape.advance(MOST)
+    shape.advance(MOST_LOOKED_AT)
     return True
 
 
@@ -109,7 +109,7 @@ def catch_up() -> bool:
             continue
         ob = find(target)
         if ob is not None and display.is_untouched(ob):
-            display.advance(MOST)
+            display.advance(MOST_LOOKED_AT)
             display.show(ob)
             if not display.is_whole:
                 _go_on_later()
@@ -123,11 +123,11 @@ def goes_on() -> bool:
 
 
 def _go_on_later() -> None:
-    if goes_on() and not bpy.app.timers.is_registered(_catch_up_later):
-        bpy.app.timers.register(_catch_up_later, first_interval=SOON)
+    if goes_on() and not bpy.app.timers.is_registered(catch_up_later):
+        bpy.app.timers.register(catch_up_later, first_interval=SOON)
 
 
-def _catch_up_later() -> float | None:
+def catch_up_later() -> float | None:
     return None if catch_up() else SOON
 
 
@@ -195,7 +195,7 @@ def hide() -> None:
 
 def positions_below(ob: Object) -> NDArray[np.float32]:
     """The vertices (V, 3) of a proxy that the next stroke is drawn on: as the mesh shows them, but
-    without the stroke under the pen, or that was until just now."""
+    without the stroke that is under the pen, or was there a moment ago."""
     target = ob.session_uid
     display, waiting = _displays.get(target), len(_wanted.get(target, ()))
     if display and len(display.shape.strokes) > waiting and display.is_untouched(ob):
@@ -245,7 +245,7 @@ def _displace(
             seen_surface.hold(ob)
         shape.begin(drawn, _protection(ob))
     if most is None and goes_on():
-        most = MOST
+        most = MOST_LOOKED_AT
         _go_on_later()
     display.advance(most)
     display.seen = ()
@@ -253,8 +253,8 @@ def _displace(
 
 
 def _protection(ob: Object) -> NDArray[np.float32] | None:
-    """What is masked or hidden on a proxy, which the stroke under the pen gets as its mask in the
-    end."""
+    """What is masked or hidden on a proxy (V,). The stroke under the pen gets it as its mask when
+    it is drawn."""
     mesh = proxy_mesh.mesh_of(ob)
     return brush_attributes.protection(mesh, proxy_mesh.corners_of(mesh))
 
@@ -270,8 +270,8 @@ def _shape(
     triangles: NDArray[np.int32],
     strokes: Sequence[Stroke],
 ) -> Displaced:
-    """A mesh displaced by the first of the strokes, as many of them as were added already; the last
-    of these may have grown since."""
+    """A mesh displaced by those of the strokes, from the first on, that were added already. The
+    last of these may have grown since."""
     mesh = proxy_mesh.fingerprint(positions)
     known = _shapes.get(target)
     if known and known[0] == mesh and 0 < (count := len(known[1].strokes)) <= len(strokes):

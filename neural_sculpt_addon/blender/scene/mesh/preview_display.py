@@ -20,8 +20,8 @@ class Display:
 
     true:    its own values, by the attributes that a preview changes
     written: where its vertices (V, 3) were put
-    todo:    strokes that the shape is to be given after those that it has
-    seen:    strokes of the shape that are in it
+    todo:    strokes that are to be added to the shape, after those that it has
+    seen:    strokes of the shape that the mesh shows
     """
 
     mesh: int  # its session_uid

@@ -22,7 +22,9 @@ from ....stroke.mask import Mask
 from ....stroke.stroke import Stroke
 from . import brush_attributes, preview, proxy_mesh
 
-FINE = 1 / 8  # radii: spacing of a mask; where the proxy is coarser, the length of its edges
+MASK_SPACING = 1 / 8
+"""Radii: spacing of a mask; where the proxy is coarser, the length of its edges."""
+
 SEEN = 64  # points of a stroke, of which its box is found
 
 
@@ -92,5 +94,5 @@ def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32
     edge = float(np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1).mean())
     radius = stroke.brush.radius * stroke.largest_factor
     points = surface.positions[reached]
-    mask = Mask.of(points, protection[reached], max(edge, FINE * radius))
+    mask = Mask.of(points, protection[reached], max(edge, MASK_SPACING * radius))
     return replace(stroke, mask=mask)

@@ -57,8 +57,10 @@ def in_dyntopo(ob: Object) -> bool:
 class Geometry:
     """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
 
-    normals are None, or flat is, as they are shaded; painted is what Blender's brushes painted, and
-    attributes what else hangs on the mesh of an object, which `attributes.write` gives it
+    normals:    None where the mesh is shaded flat
+    flat:       None where it is shaded smooth
+    painted:    what Blender's brushes painted
+    attributes: what else hangs on the mesh of an object; `attributes.write` gives it
     """
 
     vertices: NDArray[np.float32]  # (3 V,)

@@ -62,11 +62,11 @@ class Surface:
 
 @dataclass(frozen=True)
 class Places:
-    """Where (N,) values come from.
+    """Where N values come from: each is a row of an array, or a mean of three rows.
 
     index:          (N,) the row of each
-    rows:           (M,) those that lie between three rows
-    among, weights: (M, 3) these rows, and their shares
+    rows:           (M,) which of the N are means of three rows
+    among, weights: (M, 3) these three rows, and their shares
     """
 
     index: Indices

@@ -2,8 +2,8 @@
 """Update of the active cells after an edit: they are searched for only where the surface moved.
 
 All other cells are kept with the values at their corners. The search takes these values where it
-comes to the same corners, so all cells agree on them and the surface stays closed.
-Cells and points are named as in `lattice`.
+comes to the same corners, so all cells agree on them and the surface stays closed. Cells and points
+are named as in `lattice`.
 """
 
 from typing import NamedTuple

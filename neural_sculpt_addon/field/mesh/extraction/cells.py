@@ -31,7 +31,7 @@ from .lattice import CORNERS, ActiveCells, codes_of, corner_steps, places, steps
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
 WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the descent
-CROSSED, HIDING = 1, 6  # margins of f, in squares of a block's edge, as measured
+CROSSED_MARGIN, HIDING_MARGIN = 1, 6  # margins of f, in squares of a block's edge, as measured
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 
@@ -126,8 +126,10 @@ class Search:
                 found.append(blocks[free < 0])
                 continue
             square = slope * edge**2
-            keep = free < HIDING * square
-            margin = np.where(free[keep] < 0, CROSSED * square, HIDING * square)  # (B',)
+            keep = free < HIDING_MARGIN * square
+            margin = np.where(
+                free[keep] < 0, CROSSED_MARGIN * square, HIDING_MARGIN * square
+            )  # (B',)
             children = blocks[keep] + stride // 2 * self.corners  # (8, B')
             children = children[_expected(value.compress(keep, axis=1)) < margin]
             stack.extend((stride // 2, part) for part in _parts(children))

@@ -19,8 +19,8 @@ from skimage.measure import marching_cubes
 from .lattice import ActiveCells, corner_steps, places, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
-MOST_TRIANGLES = 5  # triangles of a cell
-NEAREST = 0.02  # share of its edge that a vertex keeps from the ends; it is snapped later
+TRIANGLES_PER_CELL = 5  # triangles of a cell
+FROM_ENDS = 0.02  # share of its edge that a vertex keeps from the ends; it is snapped later
 
 # Whether the cell's own edge along each axis is crossed, for each sign code: (256, 3).
 CROSSED = (np.arange(256)[:, None] >> UPPER & 1) != (np.arange(256)[:, None] & 1)
@@ -62,7 +62,7 @@ def march(active: ActiveCells, chosen: NDArray[np.bool_] | None = None) -> RawMe
     normals = gradient / slopes[:, None]
 
     spacing = np.float32(active.spacing)
-    part = np.clip(low / (low - high), NEAREST, 1 - NEAREST)  # (V,)
+    part = np.clip(low / (low - high), FROM_ENDS, 1 - FROM_ENDS)  # (V,)
     point = active.index.take(owner)
     edges = 3 * point.astype(np.int64) + axis
     cap = find_caps(edges, active.cells)
@@ -111,7 +111,9 @@ def _triangles(
     counts = count.take(codes)  # (A,)
     cell = np.repeat(np.arange(len(codes), dtype=np.int32), counts)  # (F,)
     first = np.cumsum(counts, dtype=np.int32) - counts  # (A,)
-    entry = np.repeat(MOST_TRIANGLES * codes.astype(np.int32) - first, counts)  # (F,), of the table
+    entry = np.repeat(
+        TRIANGLES_PER_CELL * codes.astype(np.int32) - first, counts
+    )  # (F,), of the table
     entry += np.arange(len(cell), dtype=np.int32)
     edge = table.reshape(-1, 3).take(entry, axis=0)  # (F, 3)
     corner = edge // 3
@@ -124,12 +126,12 @@ def _triangles(
 
 @cache
 def triangle_table() -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Triangles of each sign code: how many (256,), and their edges (256, MOST_TRIANGLES, 3).
+    """Triangles of each sign code: how many (256,), and their edges (256, TRIANGLES_PER_CELL, 3).
 
     An edge is named 3 * (corner at its lower end) + axis.
     """
     count = np.zeros(256, np.int32)
-    table = np.zeros((256, MOST_TRIANGLES, 3), np.int32)
+    table = np.zeros((256, TRIANGLES_PER_CELL, 3), np.int32)
     for code in range(1, 255):
         cube = np.where(code >> np.arange(8) & 1, -1.0, 1.0).reshape(2, 2, 2)
         middles, triangles, _, _ = marching_cubes(cube, 0.0, method="lorensen")

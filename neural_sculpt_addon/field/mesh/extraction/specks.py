@@ -18,10 +18,10 @@ from ...evaluate import values
 from ...field import Field
 from ..components import Components, signed_volumes
 
-SMALL = 50
+SMALL_PIECE = 50
 """Vertices: a piece with fewer is some three cells wide, and is looked at."""
 
-AROUND, FINER = 1.0, 3
+SPECK_BORDER, SPECK_SAMPLES = 1.0, 3
 """Cells around such a piece that are sampled, and samples along the edge of one."""
 
 
@@ -41,7 +41,7 @@ def find_specks(
     check:     is called now and then, and may raise
     """
     count, labels = pieces
-    small = np.bincount(labels, minlength=count) < SMALL
+    small = np.bincount(labels, minlength=count) < SMALL_PIECE
     if count == 1 or small.all():
         return np.zeros(len(vertices), bool)
     volumes = signed_volumes(vertices, triangles, labels, count)
@@ -62,8 +62,11 @@ def _leads_on(field: Field, piece: NDArray[np.float32], side: float, spacing: fl
 
     side: 1 for what is inside of the surface, -1 for a bubble
     """
-    low, high = piece.min(axis=0) - AROUND * spacing, piece.max(axis=0) + AROUND * spacing
-    counts = np.ceil((high - low) / spacing * FINER).astype(int) + 1
+    low, high = (
+        piece.min(axis=0) - SPECK_BORDER * spacing,
+        piece.max(axis=0) + SPECK_BORDER * spacing,
+    )
+    counts = np.ceil((high - low) / spacing * SPECK_SAMPLES).astype(int) + 1
     axes = [np.linspace(*ends, dtype=np.float32) for ends in zip(low, high, counts, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)  # (X, Y, Z, 3)
     enclosed = (side * values(field, points.reshape(-1, 3)) < 0).reshape(counts)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.levels import Level, cells_of, distinct, linear, quantised, support
-from neural_sculpt_addon.field.mesh.extraction.specks import SMALL
+from neural_sculpt_addon.field.mesh.extraction.specks import SMALL_PIECE
 from neural_sculpt_addon.field.mesh.proxy import extract, update
 from tests.field.analytic import ball, ellipsoid
 
@@ -39,16 +39,16 @@ def sizes(mesh):
 def test_small_pieces_of_what_is_one_piece_are_not_shown(thickness, tilt):
     proxy = extract(disc(thickness, tilt), CELLS)
     torn = sizes(proxy.marched)
-    if max(torn) >= SMALL:
-        assert min(sizes(proxy)) >= SMALL
-        assert sum(sizes(proxy)) == sum(size for size in torn if size >= SMALL)
+    if max(torn) >= SMALL_PIECE:
+        assert min(sizes(proxy)) >= SMALL_PIECE
+        assert sum(sizes(proxy)) == sum(size for size in torn if size >= SMALL_PIECE)
     np.testing.assert_allclose(np.linalg.norm(proxy.normals, axis=1), 1, atol=1e-5)
 
 
 def test_a_thin_disc_does_come_apart_on_the_lattice():
     """Else the test above would say nothing."""
     torn = [sizes(extract(disc(0.7, tilt), CELLS).marched) for tilt in ((0.3, -0.2, 0),)]
-    assert all(min(pieces) < SMALL <= max(pieces) for pieces in torn)
+    assert all(min(pieces) < SMALL_PIECE <= max(pieces) for pieces in torn)
 
 
 def drop(place, amount):
@@ -69,7 +69,7 @@ def test_drops_and_bubbles_are_shown(place, amount):
         update(extract(ball(0.5), CELLS), field, support(layer)),
     ):
         assert len(sizes(proxy)) == 2
-        assert min(sizes(proxy)) < SMALL
+        assert min(sizes(proxy)) < SMALL_PIECE
 
 
 def test_an_update_starts_from_the_mesh_with_its_specks():

@@ -1,0 +1,423 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Brush strokes that wait for the scene get there one at a time, whatever comes between them."""
+
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+
+import os
+import signal
+from contextlib import AbstractContextManager
+from unittest.mock import patch
+
+import bpy
+import numpy as np
+from bpy.types import Object
+from harness import arc, module, push_undo, redo, state, stroke, undo, vertices
+from test_live_absorption import BrushCase, brush
+
+STROKES = (("Clay", -50), ("Grab", -20), ("Clay", 20), ("Grab", 50))
+NAMES = [name for name, _ in STROKES]
+
+
+class BrushResults(BrushCase):
+    def setUp(self) -> None:
+        super().setUp()
+        self.session.waits = False
+        self.addCleanup(setattr, self.session, "waits", True)
+        self.addCleanup(setattr, self.results, "TAKE_SECONDS", self.results.TAKE_SECONDS)
+        self.results.TAKE_SECONDS = 0.0  # one piece in each poll
+
+    def brush_all(self) -> None:
+        """Strokes without a rest, until all have their results and none is in the scene."""
+        self.before = state(self.ob())
+        with self.at_work():
+            for each in STROKES:
+                brush(*each)
+                self.look()
+            self.pump(lambda: not self.session.jobs)
+        self.sculpted = vertices(self.ob())
+        self.assertEqual(self.names(), [])
+
+    def at_work(self) -> AbstractContextManager[object]:
+        """While the artist's hand does not rest."""
+        return patch.object(self.results, "is_at_work", lambda: True)
+
+    def come_in(self, count: int) -> None:
+        """All are brushed, and so many in the scene; with -1 the first step is taken back."""
+        self.brush_all()
+        self.session.poll_once()
+        self.pump(lambda: len(self.names()) >= count)
+
+    def steps(self) -> int:
+        """How many steps Blender's history has up to the scene's."""
+        return len(module("blender.scene.sculpt_steps").steps()[0])
+
+    def assert_all_are_steps(self, names: list[str]) -> None:
+        """The field has these entries, each is one undo step, and nothing else is to be undone."""
+        self.assertEqual(self.names(), names)
+        self.assertFalse(self.edited())
+        self.assertFalse(self.session.jobs)
+        whole = state(self.ob())
+        for count in reversed(range(len(names))):
+            undo()
+            self.assertEqual(self.names(), names[:count])
+            self.assertFalse(self.edited())
+        self.assertEqual(state(self.ob()), self.before)
+        for _ in names:
+            redo()
+        self.assertEqual(state(self.ob()), whole)
+
+    def test_one_at_a_time_and_nothing_is_seen_of_it(self) -> None:
+        self.brush_all()
+        polls, whole = 0, self.steps()
+        while not self.session.rests:
+            entries, steps = len(self.names()), self.steps()
+            np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+            self.session.poll_once()
+            polls += 1
+            self.assertLessEqual(len(self.names()) - entries, 1)
+            self.assertLessEqual(abs(self.steps() - steps), 1)
+        self.assertEqual(polls, 2 * len(STROKES))
+        self.assertEqual(self.steps(), whole)
+        self.assert_is(self.sculpted)
+        self.assert_all_are_steps(NAMES)
+
+    def test_one_alone_comes_in_at_once(self) -> None:
+        before, steps = state(self.ob()), self.steps()
+        brush("Clay", 0)
+        self.sculpted = vertices(self.ob())
+        self.look()
+        with self.at_work():
+            self.pump(lambda: not self.session.jobs)
+        self.assertEqual(self.names(), [])
+        self.session.poll_once()
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertEqual(self.steps(), steps + 1)
+        self.assert_is(self.sculpted)
+        undo()
+        self.assertEqual(state(self.ob()), before)
+
+    def test_upon_a_step_of_sculpt_mode(self) -> None:
+        """A border is made of what the mesh was before them, not of what is shown meanwhile."""
+        brush("Mask", 0)
+        self.look()
+        before = vertices(self.ob())
+        self.brush_all()
+        self.finish()
+        for _ in NAMES:
+            undo()
+        self.assertEqual(self.names(), [])
+        np.testing.assert_array_equal(vertices(self.ob()), before)
+        self.assertFalse(self.edited())
+
+    def test_undo_has_the_rest_come_in_first(self) -> None:
+        for count in (-1, 0, 2, 3):
+            with self.subTest(count=count):
+                self.come_in(count)
+                undo()
+                self.assertEqual(self.names(), NAMES[:-1])
+                self.assertFalse(self.edited())
+                redo()
+                self.assert_is(self.sculpted)
+                self.assert_all_are_steps(NAMES)
+                for _ in NAMES:
+                    undo()
+
+    def test_redo_has_the_rest_come_in_first(self) -> None:
+        """The brushes' steps that were taken back are not redone."""
+        self.come_in(-1)
+        redo()
+        self.assert_is(self.sculpted)
+        self.assert_all_are_steps(NAMES)
+
+    def test_a_file_has_all_of_them(self) -> None:
+        """What has not come in yet is on the mesh, from which it is absorbed."""
+        self.come_in(2)
+        self.save_and_open(2)
+
+    def test_a_file_that_is_saved_as_steps_are_taken_back(self) -> None:
+        self.come_in(-1)
+        self.save_and_open(0)
+
+    def save_and_open(self, count: int) -> None:
+        """Save, go on, and open what was saved when `count` of them were there."""
+        path = str(self.folder / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+        self.finish()
+        self.assert_all_are_steps(NAMES)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(self.names(), NAMES[:count])
+        np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+        self.assertTrue(self.edited())
+        self.look()
+        self.finish()
+        self.assertFalse(self.edited())
+        self.assertEqual(self.names(), [*NAMES[:count], "Sculpted"])
+
+    def test_a_stroke_between_them_follows(self) -> None:
+        for count in (-1, 2):
+            with self.subTest(count=count):
+                self.come_in(count)
+                with self.at_work():
+                    brush("Smooth", 10)
+                self.look()
+                self.assertEqual(len(self.session.jobs), 1)
+                sculpted = vertices(self.ob())
+                self.session.poll_once()
+                self.assertEqual(self.names(), NAMES[: max(count, 0)])  # one has no result
+                self.finish()
+                self.assert_is(sculpted)
+                self.assert_all_are_steps([*NAMES, "Smooth"])
+                for _ in range(len(NAMES) + 1):
+                    undo()
+
+    def test_strokes_between_them_as_the_hand_goes_on(self) -> None:
+        self.come_in(-1)
+        for right in (-20, 0, 20, 40):
+            with self.at_work():
+                brush("Smooth", right)
+            self.look()
+            self.session.poll_once()
+        sculpted = vertices(self.ob())
+        self.finish()
+        self.assert_is(sculpted)
+        self.assert_all_are_steps([*NAMES, *["Smooth"] * 4])
+
+    def test_a_stroke_between_them_is_undone(self) -> None:
+        """It can be redone, and what has a result is what the next undo takes back."""
+        self.come_in(2)
+        brush("Smooth", 10)
+        smooth = vertices(self.ob())
+        self.look()
+        undo()
+        np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+        self.finish()
+        redo()
+        np.testing.assert_array_equal(vertices(self.ob()), smooth)
+        self.look()
+        self.assertEqual(self.names(), NAMES[:2])
+        undo()
+        self.assertEqual(self.names(), NAMES)
+        undo()
+        self.assertEqual(self.names(), NAMES[:-1])
+        for _ in range(2):
+            redo()
+        self.assert_all_are_steps([*NAMES, "Smooth"])
+
+    def test_a_stroke_after_one_that_was_undone_or_redone(self) -> None:
+        for is_redone in (False, True):
+            with self.subTest(is_redone=is_redone):
+                self.come_in(2)
+                brush("Smooth", 10)
+                self.look()
+                undo()
+                if is_redone:
+                    redo()
+                brush("Grab", 50)
+                sculpted = vertices(self.ob())
+                self.look()
+                self.finish()
+                self.assert_is(sculpted)
+                names = [*NAMES, *["Smooth"] * is_redone, "Grab"]
+                self.assert_all_are_steps(names)
+                for _ in names:
+                    undo()
+
+    def test_a_stroke_that_is_cancelled_between_them(self) -> None:
+        """The others keep their results; it goes on with the next one, looked at before or not."""
+        for is_looked_at in (False, True):
+            with self.subTest(is_looked_at=is_looked_at):
+                self.come_in(2)
+                brush("Smooth", 10)
+                self.look()
+                self.session.cancel()
+                if is_looked_at:
+                    self.look()
+                brush("Grab", 50)
+                sculpted = vertices(self.ob())
+                self.look()
+                self.finish()
+                self.assert_is(sculpted)
+                self.assert_all_are_steps([*NAMES, "Grab"])
+                for _ in range(len(NAMES) + 1):
+                    undo()
+
+    def test_the_worker_dies(self) -> None:
+        self.come_in(2)
+        brush("Smooth", 10)
+        self.look()
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        os.kill(self.session.client.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+        self.finish()
+        self.assert_all_are_steps([*NAMES, "Smooth"])
+
+    def test_a_job_waits_for_them(self) -> None:
+        self.come_in(2)
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.assertEqual(self.session.jobs[0].status, "queued")
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assert_all_are_steps([*NAMES, "Neural"])
+
+    def test_a_job_waits_for_a_stroke_that_came_after_it(self) -> None:
+        self.come_in(2)
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        brush("Smooth", 10)
+        self.look()
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assert_all_are_steps([*NAMES, "Smooth", "Neural"])
+
+    def test_a_stroke_while_a_job_is_computed_comes_first(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        brush("Clay")
+        self.look()
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assert_all_are_steps(["Clay", "Neural"])
+
+    def test_a_stroke_just_after_a_result_is_one_of_its_brush(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        brush("Clay")  # no look came before it
+        self.look()
+        self.finish()
+        self.assert_all_are_steps(["Neural", "Clay"])
+
+    def test_of_both_undo_takes_back_the_last_first(self) -> None:
+        self.before = state(self.ob())
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        brush("Clay")
+        sculpted = vertices(self.ob())
+        self.look()
+        self.pump(lambda: self.names() == ["Clay"])
+        undo()
+        self.assertFalse(self.session.jobs)
+        self.assert_is(sculpted)
+        undo()
+        self.assertEqual(state(self.ob()), self.before)
+        redo()
+        redo()
+        self.finish()
+        self.assert_all_are_steps(["Clay", "Neural"])
+
+    def test_a_job_that_waits_for_them_is_undone(self) -> None:
+        self.come_in(2)
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        undo()
+        self.assertEqual(self.names(), NAMES)
+        self.assertFalse(self.session.jobs)
+        redo()  # it is asked for again
+        self.finish()
+        self.assert_all_are_steps([*NAMES, "Neural"])
+
+    def test_the_history_is_changed(self) -> None:
+        self.come_in(2)
+        first = self.ob().neural_sculpt.strokes[0].uid
+        bpy.ops.neural_sculpt.mute_stroke(uid=first)
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        self.assertTrue(self.ob().neural_sculpt.strokes[0].muted)
+        self.assertFalse(self.edited())
+        undo()
+        self.assert_all_are_steps(NAMES)
+
+    def test_in_object_mode_they_come_in(self) -> None:
+        self.come_in(2)
+        self.leave_sculpt_mode()
+
+    def test_in_object_mode_they_come_in_without_taking_steps_back(self) -> None:
+        self.come_in(-1)
+        self.leave_sculpt_mode()
+
+    def leave_sculpt_mode(self) -> None:
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        self.assertFalse(self.edited())
+        self.assert_is(self.sculpted)
+
+    def test_in_edit_mode_they_wait(self) -> None:
+        self.come_in(2)
+        self.toggle_edit_mode()
+        self.session.poll_once()
+        self.assertEqual(self.names(), NAMES[:2])
+        self.toggle_edit_mode()
+        self.assertEqual(self.names(), NAMES[:2])
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        self.assertFalse(self.edited())
+        self.assert_is(self.sculpted)
+
+    def test_edit_mode_is_left_by_undo(self) -> None:
+        for count in (-1, 2):
+            with self.subTest(count=count):
+                self.come_in(count)
+                self.toggle_edit_mode()
+                undo()
+                self.assertNotEqual(self.ob().mode, "EDIT")
+                np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+                undo()
+                self.assertEqual(self.names(), NAMES[:-1])
+                redo()
+                self.assert_all_are_steps(NAMES)
+                for _ in NAMES:
+                    undo()
+
+    def toggle_edit_mode(self) -> None:
+        """As Tab does."""
+        bpy.ops.object.mode_set(mode="EDIT", toggle=True)
+        push_undo("Toggle Edit Mode")
+
+    def test_the_oldest_of_the_brushes_steps_are_gone(self) -> None:
+        """More strokes than Blender remembers steps: the rest of them gives way to ours."""
+        limit = bpy.context.preferences.edit.undo_steps
+        self.addCleanup(setattr, bpy.context.preferences.edit, "undo_steps", limit)
+        bpy.context.preferences.edit.undo_steps = 3
+        self.brush_all()
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        self.assertFalse(self.edited())
+        self.assert_is(self.sculpted)
+        undo()
+        self.assertEqual(self.names(), NAMES[:-1])
+        self.assertFalse(self.edited())
+
+    def test_only_the_last_brings_another_proxy(self) -> None:
+        """Where brushes have stretched it; until then each is a step with the triangles it had."""
+        self.before = state(self.ob())
+        count = len(vertices(self.ob()))
+        with self.at_work():
+            for right in (0.0, 0.3, -0.3):
+                self.pull(right)
+                self.look()
+            self.pump(lambda: not self.session.jobs)
+        self.finish()
+        self.assertEqual(len(self.names()), 3)
+        self.assertFalse(self.edited())
+        self.assertNotEqual(len(vertices(self.ob())), count)
+        for left in (2, 1):
+            undo()
+            self.assertEqual(len(self.names()), left)
+            self.assertEqual(len(vertices(self.ob())), count)
+            self.assertFalse(self.edited())
+        brush("Clay", 0)  # the triangles still are stretched, which the next stroke ends
+        self.look()
+        self.finish()
+        self.assertNotEqual(len(vertices(self.ob())), count)
+        self.assertEqual(self.names()[1:], ["Clay"])
+
+    def pull(self, right: float) -> None:
+        """What a brush would do that grabs far."""
+        points = vertices(self.ob())
+        axis = np.array([np.sin(right), -np.cos(right), 0])
+        share = np.linalg.norm(points - 0.6 * axis, axis=1) / 0.12
+        points += 0.2 * (np.clip(1 - share**2, 0, None) ** 2)[:, None] * axis
+        self.ob().data.vertices.foreach_set("co", points.astype(np.float32).ravel())
+
+    def ob(self) -> Object:
+        return bpy.data.objects["Sphere"]
