@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, IntProperty
 
 DEFAULT_RESOLUTION = 128
 
-REFINED, MOST_TRIANGLES = False, 300_000
+REFINED, MOST_TRIANGLES = True, 300_000
 """Whether a new proxy is refined, and to how many triangles at most."""
 
 

@@ -58,7 +58,7 @@ def refine(
     if len(whole.triangles) >= most:
         tolerance = np.inf
     while True:
-        growth = Growth(field, coarse.vertices, coarse.normals, len(coarse.vertices))
+        growth = Growth(field, coarse.vertices, coarse.normals)
         parts = growth.grow(whole, tolerance * coarse.active.spacing, most, progress)
         if parts is not None:
             return _numbered(growth, parts, coarse, tolerance)
@@ -98,7 +98,6 @@ def again(
         field,
         np.concatenate([coarse.vertices, before.vertices[used]]),
         np.concatenate([coarse.normals, before.normals[used]]),
-        count,
         renamed(before.splits, number),
     )
     fresh = np.ones(len(coarse.triangles), bool)
