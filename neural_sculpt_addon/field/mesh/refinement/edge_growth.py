@@ -78,7 +78,9 @@ class Growth:
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
                 sub_progress(share, 0, 0.5),
             )
-            number = self._split(parts.triangles, edges, middles, limit, sub_progress(share, 0.5, 1))
+            number = self._split(
+                parts.triangles, edges, middles, limit, sub_progress(share, 0.5, 1)
+            )
             middle = edges.at_corners(number)
             marked = (middle >= 0).any(axis=1)
             count += np.count_nonzero(middle >= 0)

@@ -63,7 +63,7 @@ class Edges(NamedTuple):
     def at_corners(
         self, number: NDArray[np.int32], triangles: NDArray[np.intp] | slice = slice(None)
     ) -> NDArray[np.int32]:
-        """What `number` (E,) has for the edges of triangles (F, 3), -1 for those that are settled."""
+        """What `number` (E,) has for the edges of triangles (F, 3); -1 for what is settled."""
         return np.append(number, np.int32(-1)).take(self.corners[triangles])
 
 
