@@ -105,8 +105,9 @@ def again(
     parts = Parts.whole(coarse.triangles[fresh], np.flatnonzero(fresh).astype(np.int32))
     limit = before.tolerance * coarse.active.spacing
     parts = growth.grow(parts, limit, most - len(triangles), progress)
-    could_be_finer = before.tolerance > TOLERANCE and len(before.triangles) < most / 3
-    if parts is None or could_be_finer:
+    if parts is None:
+        return refine(field, coarse, most, 2 * before.tolerance, progress)
+    if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
     kept_parts = Parts(triangles, of_kept, np.ones(triangles.shape, bool))
     return _numbered(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
