@@ -4,12 +4,12 @@
     edges whose middle is off the surface -> split there, vertices onto f = 0 -> their halves again
 
 The lattice's proxy knows the topology. Its edges, their halves and the edges between them are split
-when their middles are farther than a tolerance from f = 0. That rule sees the edge alone: both of
-its triangles split alike, so no crack can come, and a closed mesh stays closed.
+when their middles are farther than a tolerance from f = 0, unless a triangle would come out thin or
+turned over. Both triangles of an edge split it alike, so no crack can come, and a closed mesh stays
+closed.
 
-So what becomes of a triangle of the proxy depends on that triangle alone. After an edit `again`
-takes over what was made of the triangles that the edit left as they were, and splits their edges
-as they are split already. Model space.
+After an edit `again` takes over what was made of the triangles that the edit left as they were, and
+splits their edges as they are split already. Model space.
 """
 
 from dataclasses import dataclass
