@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ....common.progress import Progress, silent
 from ...field import Field
+from ...geometry import all_true
 from ...levels import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..proxy import Proxy
 from .edge_growth import Growth, Splits, renamed
@@ -142,7 +143,7 @@ def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> 
     elsewhere now, or so near to the cells `reached` that the field at an edge may have changed."""
     place = np.searchsorted(coarse.edges, before.edges).clip(max=len(coarse.edges) - 1)
     same = coarse.edges.take(place) == before.edges
-    same &= (coarse.vertices.take(place, axis=0) == before.vertices).all(axis=1)
+    same &= all_true(coarse.vertices.take(place, axis=0) == before.vertices)
     near = np.zeros(cells_per_axis(SUPPORT) ** 3, bool)
     near[dilated(reached, SUPPORT)] = True
     same &= ~near.take(linear(cells_of(before.vertices, SUPPORT), SUPPORT))
@@ -157,12 +158,12 @@ def _same_triangles(
     number: (V,) of its vertices, as of `_same_vertices`
     """
     old = number.take(before.triangles)
-    some = np.flatnonzero((old >= 0).all(axis=1))
+    some = np.flatnonzero(all_true(old >= 0))
     there = _first_edges(coarse.triangles)
     order = np.argsort(there)
     wanted = _first_edges(old[some])
     place = order.take(np.searchsorted(there, wanted, sorter=order), mode="clip")
-    same = (coarse.triangles.take(place, axis=0) == old[some]).all(axis=1)
+    same = all_true(coarse.triangles.take(place, axis=0) == old[some])
     kept = np.zeros(len(old), bool)
     kept[some[same]] = True
     parents = np.full(len(old), -1, np.int32)
