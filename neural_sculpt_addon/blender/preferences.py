@@ -15,7 +15,13 @@ from ..worker.install.environment import Device
 from . import ADDON
 from .folders import environment_folder
 from .layouts import draw_installation
-from .scene.proxy_properties import DEFAULT_RESOLUTION, resolution_property
+from .scene.proxy_properties import (
+    USUAL,
+    ShownAs,
+    most_triangles_property,
+    refine_property,
+    resolution_property,
+)
 
 Color = tuple[float, float, float, float]
 
@@ -63,6 +69,8 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
     resolution: resolution_property(
         "Cells along an edge of the box in which the proxy of a new field is meshed"
     )
+    refine: refine_property()
+    most_triangles: most_triangles_property()
 
     color_cursor: _color_property(
         "Brush Color", "Of the circle under the mouse", OverlayColors().cursor
@@ -79,6 +87,10 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
         layout = self.layout
         layout.use_property_split = True
         layout.prop(self, "resolution")
+        layout.prop(self, "refine")
+        row = layout.row()
+        row.enabled = self.refine
+        row.prop(self, "most_triangles")
         layout.prop(self, "worker_python")
         layout.prop(self, "device")
         layout.prop(self, "color_cursor")
@@ -121,10 +133,10 @@ def lacks_worker() -> bool:
     return not environment.installed(environment_folder())
 
 
-def resolution() -> int:
-    """Resolution of a new proxy."""
-    preferences = _preferences()
-    return DEFAULT_RESOLUTION if preferences is None else preferences.resolution
+def new_proxy() -> ShownAs:
+    """How a new field is shown."""
+    own = _preferences()
+    return USUAL if own is None else ShownAs(own.resolution, own.refine, own.most_triangles)
 
 
 def overlay_colors() -> OverlayColors:

@@ -7,7 +7,8 @@ degrees; turned the triangles that look the other way than the field at their mi
 the time of the refinement without that of the uniform proxy; stroke that of its update after the
 last stroke; with a tolerance that is wider than usual all is made anew, and it is left out. share
 is that of the triangles that a uniform proxy of the same p99 would have, interpolated between those
-of 128, 256, 384 and 512 cells by powers; none beyond these. Each time is the best of three.
+of 128, 256, 384 and 512 cells by powers; none beyond these. Each time is the processor's, of all
+threads together, the least of three: so other work beside it changes little.
 """
 
 import argparse
@@ -135,12 +136,12 @@ def _share(row: dict[str, Any], uniform: list[dict[str, Any]]) -> float | None:
 
 
 def _time(make: "Callable[[], Refined]") -> "tuple[float, Refined]":
-    """The fewest seconds of three times, and what was made."""
+    """The fewest seconds of the processor of three times, and what was made."""
     best, made = float("inf"), None
     for _ in range(3):
-        start = time.perf_counter()
+        start = time.process_time()
         made = make()
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.process_time() - start)
     assert made is not None
     return best, made
 

@@ -44,7 +44,8 @@ class SculptCase(unittest.TestCase):
 
     def setUp(self) -> None:
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        bpy.context.preferences.addons[EXTENSION].preferences.resolution = RESOLUTION
+        preferences = bpy.context.preferences.addons[EXTENSION].preferences
+        preferences.resolution, preferences.refine = RESOLUTION, True
         temporary = TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)

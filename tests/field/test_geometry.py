@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Angles against those by which vectors were turned."""
 
+import itertools
+
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.geometry import angles, lengths, search_tree, unit
+from neural_sculpt_addon.field.geometry import all_true, angles, lengths, search_tree, unit
 
 SMALL = np.geomspace(1e-6, 0.1, 26)  # radians
 TURNS = np.concatenate([[0], SMALL, np.linspace(0.1, 3, 30), np.pi - SMALL[::-1], [np.pi]])
@@ -53,3 +55,9 @@ def test_the_nearest_point_is_found():
     distance, nearest = search_tree(points).query(asked)
     assert (nearest == every.argmin(axis=1)).all()
     np.testing.assert_allclose(distance, every.min(axis=1))
+
+
+def test_rows_that_are_true_throughout():
+    flags = np.array(list(itertools.product([True, False], repeat=3)))
+    np.testing.assert_array_equal(all_true(flags), [True] + 7 * [False])
+    assert all_true(flags[:0]).shape == (0,)

@@ -23,7 +23,8 @@ from . import stroke_list, succession
 from .mesh import attributes, proxy_mesh
 from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
-from .properties import LOCAL, field_of
+from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
+from .proxy_properties import ShownAs
 from .results import State, bytes_of, computed, edited, geometry_of, next_geometry
 from .stroke_list import Entry
 from .undo_step import begin_change, in_window, push_undo
@@ -45,19 +46,9 @@ class NewField:
     name: str
     source: str
     matrix: Matrix
-    resolution: int
+    shown: ShownAs
     solver: str = LOCAL
     scale: float | None = None
-
-
-@dataclass(frozen=True)
-class ShownAs:
-    """How a field is shown: the properties of the same names."""
-
-    resolution: int
-    refine: bool
-    most_triangles: int
-    smooth: bool
 
 
 def create_field(
@@ -88,7 +79,7 @@ def create_field(
     group = field_of(ob)
     group.base_weights, group.base_id = base, result.fields["id"]
     group.source, group.solver = new.source, new.solver
-    group.resolution = new.resolution
+    _show_as(group, new.shown)
     _write(ob, state)
     if replaced is not None:
         succession.inherit(ob, replaced)
@@ -207,9 +198,13 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     geometry = next_geometry(ob, result, shown.smooth)
     begin_change()
     _fill(ob, geometry)
+    _show_as(group, shown)
+    push_undo("Remesh Proxy")
+
+
+def _show_as(group: NEURAL_SCULPT_PG_field, shown: ShownAs) -> None:
     group.resolution, group.smooth = shown.resolution, shown.smooth
     group.refine, group.most_triangles = shown.refine, shown.most_triangles
-    push_undo("Remesh Proxy")
 
 
 def _write(ob: Object, state: State) -> None:

@@ -20,6 +20,7 @@ from bpy.types import Object, PropertyGroup
 from ..locale.translations import OURS
 from . import chosen
 from .proxy_properties import (
+    ShownAs,
     most_triangles_property,
     refine_property,
     resolution_property,
@@ -36,8 +37,8 @@ LOCAL, NETWORK = "LOCAL", "NETWORK"
 
 def shown_as(group: "NEURAL_SCULPT_PG_field") -> dict[str, Any]:
     """What a job is told of the proxy that it makes of a field."""
-    most = group.most_triangles if group.refine else 0
-    return {"resolution": group.resolution, "triangles": most}
+    shown = ShownAs(group.resolution, group.refine, group.most_triangles, group.smooth)
+    return shown.asked()
 
 
 def strength_property(**given: Any) -> Any:

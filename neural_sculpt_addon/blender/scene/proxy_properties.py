@@ -1,17 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a proxy is made of a field: properties of fields, of operators and of the preferences."""
 
+from dataclasses import dataclass
 from typing import Any
 
 from bpy.props import BoolProperty, IntProperty
 
-DEFAULT_RESOLUTION = 128
 
-REFINED, MOST_TRIANGLES = False, 300_000
-"""Whether a new proxy is refined, and to how many triangles at most."""
+@dataclass(frozen=True)
+class ShownAs:
+    """How a field is shown: the properties of the same names."""
+
+    resolution: int = 128
+    refine: bool = True
+    most_triangles: int = 300_000
+    smooth: bool = True
+
+    def asked(self) -> dict[str, Any]:
+        """What a job is told of the proxy that it makes."""
+        return {
+            "resolution": self.resolution,
+            "triangles": self.most_triangles if self.refine else 0,
+        }
 
 
-def resolution_property(description: str, default: int = DEFAULT_RESOLUTION) -> Any:
+USUAL = ShownAs()
+
+
+def resolution_property(description: str, default: int = USUAL.resolution) -> Any:
     """A property that says how fine a proxy is."""
     return IntProperty(
         name="Resolution",
@@ -29,7 +45,7 @@ def refine_property() -> Any:
         name="Refine",
         description="Split the triangles of the proxy where they are off the surface, so that"
         " strokes finer than the resolution are seen",
-        default=REFINED,
+        default=USUAL.refine,
     )
 
 
@@ -39,7 +55,7 @@ def most_triangles_property() -> Any:
         name="Most Triangles",
         description="What a refined proxy has at most, but for those that the resolution makes:"
         " where strokes need more, all of them are shown more coarsely",
-        default=MOST_TRIANGLES,
+        default=USUAL.most_triangles,
         min=10_000,
         soft_max=1_000_000,
         max=5_000_000,
@@ -51,10 +67,5 @@ def smooth_property() -> Any:
     return BoolProperty(
         name="Smooth",
         description="Shade the proxy by the normals of the field; otherwise triangles are seen",
-        default=True,
+        default=USUAL.smooth,
     )
-
-
-def refinement() -> dict[str, int]:
-    """What a job is told of the refinement of a new proxy."""
-    return {"triangles": MOST_TRIANGLES if REFINED else 0}

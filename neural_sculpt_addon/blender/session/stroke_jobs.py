@@ -22,7 +22,7 @@ def prepare_job(ob: Object) -> Job:
     def request() -> Request:
         if (ob := find(target)) is None:
             raise SculptError("Preparing was dropped: the object is gone.")
-        return states.request(ob)
+        return states.request(ob, **shown_as(field_of(ob)))
 
     return Job(JobKind.PREPARE, "Preparing", request, lambda _: None)
 

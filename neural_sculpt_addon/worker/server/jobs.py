@@ -259,8 +259,9 @@ class Jobs:
         return Payload({}, {"band": band})
 
     def prepare(self, job: Payload, progress: Progress) -> Payload:
-        """state -> nothing; the next edit of it starts at once."""
-        self._store.state(job, progress)
+        """state, resolution -> nothing; the next edit of it, and its mesh, start at once."""
+        state = self._store.state(job, sub_progress(progress, 0.0, 0.5))
+        self._shown.state(state, job, sub_progress(progress, 0.5, 1.0))
         return Payload()
 
     def flatten(self, job: Payload, progress: Progress) -> Payload:

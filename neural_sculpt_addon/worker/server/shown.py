@@ -51,6 +51,8 @@ class Shown:
         progress = sub_progress(progress, 0.5, 1.0)
         field, last = state.preparation.field, self._refined
         if last is not None and (last.state.base, last.most) == (state.base, most):
+            if last.state is state and last.refined.coarse is proxy:
+                return last.refined
             reached = support(difference(last.state.terms, state.terms))
             refined = again(field, proxy, last.refined, reached, most, progress)
         else:

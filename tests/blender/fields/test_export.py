@@ -83,7 +83,9 @@ class Export(SculptCase):
     def test_a_mesh_finer_than_the_proxy_with_its_material_and_modifier(self) -> None:
         self.ob.data.materials.append(bpy.data.materials.new("Clay"))
         self.ob.modifiers.new("Twice", "ARRAY").count = 2
-        bpy.ops.wm.obj_import(filepath=self.export("fine.obj", resolution=2 * RESOLUTION))
+        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION, refine=False)
+        path = self.export("fine.obj", resolution=2 * RESOLUTION, refine=False)
+        bpy.ops.wm.obj_import(filepath=path)
         ob = bpy.context.active_object
         self.assertAlmostEqual(
             len(ob.data.polygons) / len(self.ob.data.polygons) / 2, 4.0, delta=0.2

@@ -141,13 +141,14 @@ class Stroke(Drawn):
 
     def test_survives_save_and_load_and_goes_on(self) -> None:
         self.stroke(self.path)
+        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION, refine=False)
         before = state(self.ob)
         path = str(self.folder / "field.blend")
         bpy.ops.wm.save_as_mainfile(filepath=path)
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertEqual(state(field("Sphere")), before)
-        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION)
+        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION, refine=False)
         ob = field("Sphere")
         self.assertEqual(state(ob)[:5], before[:5], "base and layer give the same proxy")
         proxy = np.frombuffer(before[5], np.float32).reshape(-1, 3)

@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 from harness import (
+    EXTENSION,
     SculptCase,
     add,
     arc,
@@ -43,7 +44,8 @@ class History(SculptCase):
         self.drawn = state(self.ob)
 
     def draw(self) -> str:
-        """The file in which all tests begin."""
+        """The file in which all tests begin; its proxies are uniform, so their vertices compare."""
+        bpy.context.preferences.addons[EXTENSION].preferences.refine = False
         folder = TemporaryDirectory()
         self.addClassCleanup(folder.cleanup)
         ob = add("SPHERE")

@@ -8,6 +8,7 @@ import trimesh
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.mesh.refinement import refine as refinement
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.worker.protocol import JobKind
@@ -77,3 +78,26 @@ def test_a_senseless_budget_is_refused_in_a_sentence(senseless):
     ob = Object(primitive("sphere"))
     with pytest.raises(SculptError, match="refined to at most"):
         run(Jobs(CPU), JobKind.MESH, ob.fields(triangles=senseless), ob.bytes)
+
+
+def test_after_a_preparation_a_stroke_refines_its_surroundings_alone(monkeypatch):
+    ob = Object(primitive("sphere"))
+    whole = []
+    refine = refinement.refine
+    monkeypatch.setattr(
+        refinement, "refine", lambda *given, **more: whole.append(given) or refine(*given, **more)
+    )
+    for prepared in (True, False):
+        jobs = Jobs(CPU)
+        if prepared:
+            run(jobs, JobKind.PREPARE, ob.fields(triangles=MANY), ob.bytes)
+        whole.clear()
+        fields = ob.fields(
+            stroke=stroke(radius=0.03, intensity=0.015),
+            solver="local",
+            result_revision="new",
+            triangles=MANY,
+        )
+        result = run(jobs, JobKind.EDIT, fields, ob.bytes)
+        assert len(whole) == (0 if prepared else 1)
+        assert mesh_of(result).is_watertight

@@ -12,7 +12,6 @@ from ....worker.client import JobKind, Message
 from ... import preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
-from ...scene.proxy_properties import refinement
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, fail
 from ..jobs.install_worker import launch_when_installed
@@ -56,18 +55,18 @@ class NEURAL_SCULPT_OT_add(Operator):
 
     def execute(self, context: Context) -> Outcome:
         """Make the field in the worker; the object appears when it is there."""
-        resolution = preferences.resolution()
+        shown = preferences.new_proxy()
         matrix = Matrix.Translation(context.scene.cursor.location)
         if self.kind == FILE:
             path = Path(bpy.path.abspath(self.filepath))
             if not path.is_file():
                 return fail(self, f"There is no file {path}. Choose a .safetensors or .pth file.")
-            new = NewField(path.stem, path.name, matrix, resolution)
-            fields = {"path": str(path), "resolution": resolution, **refinement()}
+            new = NewField(path.stem, path.name, matrix, shown)
+            fields = {"path": str(path), **shown.asked()}
             kind = JobKind.LOAD
         else:
-            new = NewField(self.kind.title(), self.kind.title(), matrix, resolution)
-            fields = {"primitive": self.kind.lower(), "resolution": resolution, **refinement()}
+            new = NewField(self.kind.title(), self.kind.title(), matrix, shown)
+            fields = {"primitive": self.kind.lower(), **shown.asked()}
             kind = JobKind.FIT
 
         def add(result: Message) -> None:

@@ -21,7 +21,6 @@ from ...scene.mesh import proxy_mesh
 from ...scene.mesh.dress import Dress
 from ...scene.objects import find
 from ...scene.properties import LOCAL, solver_property
-from ...scene.proxy_properties import refinement
 from ...scene.succession import has_maps, left_behind
 from ...session.job import Job, Request
 from ...session.worker_session import session
@@ -126,7 +125,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         assert source is not None
         vertices, triangles, frame = read_source(source, context)
         dress = read_dress(source, context, vertices)
-        resolution = preferences.resolution()
+        shown = preferences.new_proxy()
         name, uid, solver, scale = source.name, source.session_uid, self.solver, kept_scale(source)
 
         def place(message: Message) -> Matrix:
@@ -141,14 +140,13 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "thickness": (self.thickness or None) if self.open_parts == "THICKNESS" else None,
             "seed": self.seed,
             "keep_origin": True,
-            "resolution": resolution,
-            **refinement(),
+            **shown.asked(),
         }
         arrays = {"vertices": vertices, "triangles": triangles}
 
         def add(result: Message) -> None:
             place_now = place(result)
-            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, resolution, solver, scale)
+            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, shown, solver, scale)
             report, replaced = result.fields["report"], find(uid)
             ob = create_field(new, result, report, replaced, dress.worn(result))
             if replaced is not None and replaced.parent is not None and ob.parent is None:

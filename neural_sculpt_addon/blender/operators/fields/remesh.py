@@ -5,11 +5,12 @@ from bpy.types import Context, Event, Operator
 
 from ....worker.client import JobKind, Message
 from ...panels import estimate
-from ...scene.commit import ShownAs, set_proxy
+from ...scene.commit import set_proxy
 from ...scene.mesh import native_edits
 from ...scene.objects import found
 from ...scene.properties import field_of
 from ...scene.proxy_properties import (
+    ShownAs,
     most_triangles_property,
     refine_property,
     resolution_property,
@@ -58,12 +59,12 @@ class NEURAL_SCULPT_OT_remesh(Operator):
     def execute(self, context: Context) -> Outcome:
         """Have the worker mesh the field."""
         ob = active_field(context)
-        target, most = ob.session_uid, self.most_triangles if self.refine else 0
+        target = ob.session_uid
         shown = ShownAs(self.resolution, self.refine, self.most_triangles, self.smooth)
         dropped = native_edits.mark(ob) if native_edits.edited(ob) else None
 
         def request() -> Request:
-            return states.request(found(target), resolution=shown.resolution, triangles=most)
+            return states.request(found(target), **shown.asked())
 
         def apply(result: Message) -> None:
             ob = found(target)

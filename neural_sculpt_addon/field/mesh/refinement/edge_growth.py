@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Growth of a mesh by its edges: those whose middles are off the surface are split there.
 
-The new vertices go onto f = 0 by Newton steps across their edges; thin and turned triangles are
-mended by flips and by moving vertices. Each edge is judged by itself (`edge_middles`), so the
-triangles on both sides of it split it alike. Model space. See docs/method.md, section 8.
+The new vertices go onto f = 0 by Newton steps across their edges. Where a triangle would come out
+thin or turned over, its edges stay as they are. How far an edge is off is judged by itself
+(`edge_middles`), and the triangles on both sides of it split it alike. Model space. See
+docs/method.md, section 8.
 """
 
 from typing import NamedTuple
@@ -15,9 +16,9 @@ from ....common.progress import Progress, sub_progress
 from ...evaluate import values_and_gradients
 from ...field import Field
 from ...geometry import lengths
-from ..proxy import BATCH, FLAT, RELAXATION
+from ..proxy import BATCH, FLAT
 from .edge_middles import Middles, find_middles
-from .flip import find_poor, flip
+from .quality import find_poor
 from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
 
 ROUNDS = 4
@@ -36,9 +37,6 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-MENDED = 4
-"""How often thin and turned triangles are mended at most."""
-
 STEPS, SETTLED = 3, 0.01
 """Newton steps of a new vertex at most; one that moved less, in edges, needs no further step."""
 
@@ -53,7 +51,6 @@ class Splits(NamedTuple):
 class Growth:
     """A mesh while its edges are split.
 
-    count: of its vertices, those of the coarse triangles, which come first
     known: splits of edges on the border of what is split, which are to be as they are; None where
            there is no border
     """
@@ -63,11 +60,9 @@ class Growth:
         field: Field,
         vertices: NDArray[np.float32],
         normals: NDArray[np.float32],
-        count: int,
         known: Splits | None = None,
     ) -> None:
         self.field, self.vertices, self.normals, self.known = field, vertices, normals, known
-        self.count = count
         self.splits = [in_order(np.empty(0, np.int64), np.empty(0, np.int32))]
         if known is not None:
             self.splits.append(known)
@@ -75,7 +70,7 @@ class Growth:
     def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
-        done, count, fixed = [], len(parts.triangles), len(self.vertices)
+        done, count = [], len(parts.triangles)
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
             edges = open_edges(parts)
@@ -83,86 +78,41 @@ class Growth:
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
                 sub_progress(share, 0, 0.5),
             )
-            number = self._split(edges, middles, limit, sub_progress(share, 0.5, 1))
-            middle = np.append(number, np.int32(-1)).take(edges.corners)  # (F, 3)
+            number = self._split(
+                parts.triangles, edges, middles, limit, sub_progress(share, 0.5, 1)
+            )
+            middle = edges.at_corners(number)
             marked = (middle >= 0).any(axis=1)
             count += np.count_nonzero(middle >= 0)
             if count > most and marked.any():
                 return None
             done.append(parts.where(~marked))
             parts = divided(parts.where(marked), middle[marked], self.vertices)
-        return self._mended(Parts.together([*done, parts]), fixed)
-
-    def _mended(self, parts: Parts, fixed: int) -> Parts:
-        """`parts` with better triangles where some are thin or turned: edges are flipped, and
-        vertices but for the first `fixed` moved towards the mean of their neighbours."""
-        poor = find_poor(parts.triangles, self.vertices, self.normals)
-        if not poor.any():
-            return parts
-        sides = self._sides(parts.triangles[np.isin(parts.parents, parts.parents[poor])])
-        moving = np.empty(0, np.int32)
-        for _ in range(MENDED):
-            if len(moving):
-                self._relax(moving, parts.triangles)
-            place = np.flatnonzero(np.isin(parts.parents, parts.parents[poor], kind="table"))
-            some = parts.triangles[place]
-            flip(some, parts.parents[place], self.vertices, self.normals, sides, self.count)
-            parts.triangles[place] = some
-            poor = place[find_poor(some, self.vertices, self.normals)]
-            moving = np.unique(parts.triangles[poor])
-            moving = moving[moving >= fixed]
-            if not len(moving):
-                break
-        return parts
-
-    def _sides(self, triangles: NDArray[np.int32]) -> NDArray[np.int64]:
-        """The names (V,) of the coarse edges that vertices of these triangles (F, 3) lie on, or -1:
-        a vertex is on the one that its edge was a part of."""
-        used = np.zeros(len(self.vertices), bool)
-        used[triangles] = True
-        edges, middles = (np.concatenate(each) for each in zip(*self.splits, strict=True))
-        some = used.take(middles)
-        ends, middles = ends_of(edges[some]), middles[some]
-        corner = ends < self.count  # (S, 2)
-        sides = np.full(len(self.vertices), -1, np.int64)
-        sides[middles[corner.all(axis=1)]] = names(ends[corner.all(axis=1)])
-        for _ in range(ROUNDS - 1):  # a round's edges have vertices of those before
-            side = sides.take(ends)  # (S, 2)
-            line = side.max(axis=1)
-            at_end = corner & (ends[..., None] == ends_of(line)[:, None]).any(axis=2)
-            on = (side == line[:, None]) | at_end
-            some = (line >= 0) & on.all(axis=1)
-            sides[middles[some]] = line[some]
-        return sides
-
-    def _relax(self, moving: NDArray[np.int32], triangles: NDArray[np.int32]) -> None:
-        """Move vertices (M,) towards the mean of their neighbours, and back onto f = 0."""
-        row = np.full(len(self.vertices), -1, np.int32)
-        row[moving] = np.arange(len(moving), dtype=np.int32)
-        triangle, corner = np.nonzero(row.take(triangles) >= 0)
-        total, count = np.zeros((len(moving), 3)), np.zeros((len(moving), 1))
-        place = row[triangles[triangle, corner]]
-        for step in (1, 2):
-            np.add.at(total, place, self.vertices[triangles[triangle, (corner + step) % 3]])
-            np.add.at(count, place, 1)
-        points, outward = self.vertices[moving], self.normals[moving]
-        move = (RELAXATION * (total / count - points)).astype(np.float32)
-        move -= np.einsum("na,na->n", move, outward)[:, None] * outward
-        points += move
-        for _ in range(STEPS):
-            points, _, outward = _onto(self.field, points, np.zeros_like(points), lengths(move))
-        self.vertices[moving], self.normals[moving] = points, outward
+        return Parts.together([*done, parts])
 
     def _split(
-        self, edges: Edges, middles: Middles, limit: float, progress: Progress
+        self,
+        triangles: NDArray[np.int32],
+        edges: Edges,
+        middles: Middles,
+        limit: float,
+        progress: Progress,
     ) -> NDArray[np.int32]:
-        """Put vertices on the edges that are farther off than `limit`; their numbers, or -1 (E,).
+        """Put vertices on the edges of `triangles` (F, 3) that are farther off than `limit`; their
+        numbers, or -1 (E,).
 
         Edges on the border have those that they had. One whose new vertex looks away from an end
-        stays: the vertex is on another side of a thin wall or groove.
+        stays: the vertex is on another side of a thin wall or groove. So do those of a triangle
+        that would come out thin or turned over.
         """
-        number = np.full(len(edges.ends), -1, np.int32)
-        chosen = np.flatnonzero(middles.off > limit)
+        number, count = np.full(len(edges.ends), -1, np.int32), len(self.vertices)
+        if self.known is not None and len(self.known.edges):
+            border = np.flatnonzero(edges.alone)
+            name = names(edges.ends[border])
+            place = np.searchsorted(self.known.edges, name)
+            found = self.known.edges.take(place, mode="clip") == name
+            number[border[found]] = self.known.middles[place[found]]
+        chosen = np.flatnonzero((middles.off > limit) & (number < 0))
         points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
         beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
         same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
@@ -170,16 +120,15 @@ class Growth:
         way, length = points - ends.mean(axis=1), lengths(ends[:, 1] - ends[:, 0])
         same &= (lengths(way) < FARTHEST * length)[:, 0]
         chosen, points, normals = chosen[same], points[same], normals[same]
-        number[chosen] = len(self.vertices) + np.arange(len(chosen), dtype=np.int32)
-        self.vertices = np.concatenate([self.vertices, points])
-        self.normals = np.concatenate([self.normals, normals])
+        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
+        vertices = np.concatenate([self.vertices, points])
+        _refuse(number, count, triangles, edges, vertices, np.concatenate([self.normals, normals]))
+        split = number.take(chosen) >= 0
+        chosen = chosen[split]
+        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
+        self.vertices = np.concatenate([self.vertices, points[split]])
+        self.normals = np.concatenate([self.normals, normals[split]])
         self.splits.append(in_order(names(edges.ends[chosen]), number[chosen]))
-        if self.known is not None and len(self.known.edges):
-            border = np.flatnonzero(edges.alone)
-            name = names(edges.ends[border])
-            place = np.searchsorted(self.known.edges, name)
-            found = self.known.edges.take(place, mode="clip") == name
-            number[border[found]] = self.known.middles[place[found]]
         return number
 
     def _settled(
@@ -224,6 +173,37 @@ def _onto(
     distance = lengths(step)
     step *= np.minimum(1, reach / np.maximum(distance, FLAT))
     return np.clip(points - step, -1, 1), np.minimum(distance, reach)[:, 0], normals
+
+
+def _refuse(
+    number: NDArray[np.int32],
+    first: int,
+    triangles: NDArray[np.int32],
+    edges: Edges,
+    vertices: NDArray[np.float32],
+    normals: NDArray[np.float32],
+) -> None:
+    """Leave edges of `triangles` (F, 3) as they are, in place, until no triangle of which some were
+    split comes out thin or turned over.
+
+    number:            (E,) of the vertex in the middle of each edge, or -1; those below `first`
+                       are on the border, and remain
+    vertices, normals: (V, 3), the new ones, too
+    """
+    looked_at = np.arange(len(triangles))
+    while len(looked_at):
+        middle = edges.at_corners(number, looked_at)  # (L, 3)
+        marked = (middle >= 0).any(axis=1)
+        looked_at, middle = looked_at[marked], middle[marked]
+        whole = Parts.whole(triangles[looked_at], np.arange(len(looked_at), dtype=np.int32))
+        parts = divided(whole, middle, vertices)
+        poor = np.unique(parts.parents[find_poor(parts.triangles, vertices, normals)])
+        left = np.zeros(len(number) + 1, bool)  # the last one is no edge
+        left[edges.corners[looked_at[poor]]] = True
+        left[:-1] &= number >= first
+        left[-1] = False
+        number[left[:-1]] = -1
+        looked_at = looked_at[left.take(edges.corners[looked_at]).any(axis=1)]
 
 
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:

@@ -18,11 +18,11 @@ from ...levels import BRICK, cells_of, spacing
 from ..proxy import BATCH
 from .subdivide import Edges
 
-PLACES = np.array([0.25, 0.5, 0.75], np.float32)
+PLACES = np.array([0.35, 0.65], np.float32)
 """Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
 
-JOINS = -0.2
-"""Cosine of the normals at both ends, 100 degrees, below which an edge joins two sides of something
+JOINS = -0.6
+"""Cosine of the normals at both ends, 127 degrees, below which an edge joins two sides of something
 thinner than the lattice's cells: what it is split into turns over as often as not."""
 
 

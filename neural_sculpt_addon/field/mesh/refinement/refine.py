@@ -4,12 +4,12 @@
     edges whose middle is off the surface -> split there, vertices onto f = 0 -> their halves again
 
 The lattice's proxy knows the topology. Its edges, their halves and the edges between them are split
-when their middles are farther than a tolerance from f = 0. That rule sees the edge alone: both of
-its triangles split alike, so no crack can come, and a closed mesh stays closed.
+when their middles are farther than a tolerance from f = 0, unless a triangle would come out thin or
+turned over. Both triangles of an edge split it alike, so no crack can come, and a closed mesh stays
+closed.
 
-So what becomes of a triangle of the proxy depends on that triangle alone. After an edit `again`
-takes over what was made of the triangles that the edit left as they were, and splits their edges
-as they are split already. Model space.
+After an edit `again` takes over what was made of the triangles that the edit left as they were, and
+splits their edges as they are split already. Model space.
 """
 
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ....common.progress import Progress, silent
 from ...field import Field
+from ...geometry import all_true
 from ...levels import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..proxy import Proxy
 from .edge_growth import Growth, Splits, renamed
@@ -58,7 +59,7 @@ def refine(
     if len(whole.triangles) >= most:
         tolerance = np.inf
     while True:
-        growth = Growth(field, coarse.vertices, coarse.normals, len(coarse.vertices))
+        growth = Growth(field, coarse.vertices, coarse.normals)
         parts = growth.grow(whole, tolerance * coarse.active.spacing, most, progress)
         if parts is not None:
             return _numbered(growth, parts, coarse, tolerance)
@@ -98,7 +99,6 @@ def again(
         field,
         np.concatenate([coarse.vertices, before.vertices[used]]),
         np.concatenate([coarse.normals, before.normals[used]]),
-        count,
         renamed(before.splits, number),
     )
     fresh = np.ones(len(coarse.triangles), bool)
@@ -106,8 +106,9 @@ def again(
     parts = Parts.whole(coarse.triangles[fresh], np.flatnonzero(fresh).astype(np.int32))
     limit = before.tolerance * coarse.active.spacing
     parts = growth.grow(parts, limit, most - len(triangles), progress)
-    could_be_finer = before.tolerance > TOLERANCE and len(before.triangles) < most / 3
-    if parts is None or could_be_finer:
+    if parts is None:
+        return refine(field, coarse, most, 2 * before.tolerance, progress)
+    if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
     kept_parts = Parts(triangles, of_kept, np.ones(triangles.shape, bool))
     return _numbered(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
@@ -142,7 +143,7 @@ def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> 
     elsewhere now, or so near to the cells `reached` that the field at an edge may have changed."""
     place = np.searchsorted(coarse.edges, before.edges).clip(max=len(coarse.edges) - 1)
     same = coarse.edges.take(place) == before.edges
-    same &= (coarse.vertices.take(place, axis=0) == before.vertices).all(axis=1)
+    same &= all_true(coarse.vertices.take(place, axis=0) == before.vertices)
     near = np.zeros(cells_per_axis(SUPPORT) ** 3, bool)
     near[dilated(reached, SUPPORT)] = True
     same &= ~near.take(linear(cells_of(before.vertices, SUPPORT), SUPPORT))
@@ -157,12 +158,12 @@ def _same_triangles(
     number: (V,) of its vertices, as of `_same_vertices`
     """
     old = number.take(before.triangles)
-    some = np.flatnonzero((old >= 0).all(axis=1))
+    some = np.flatnonzero(all_true(old >= 0))
     there = _first_edges(coarse.triangles)
     order = np.argsort(there)
     wanted = _first_edges(old[some])
     place = order.take(np.searchsorted(there, wanted, sorter=order), mode="clip")
-    same = (coarse.triangles.take(place, axis=0) == old[some]).all(axis=1)
+    same = all_true(coarse.triangles.take(place, axis=0) == old[some])
     kept = np.zeros(len(old), bool)
     kept[some[same]] = True
     parents = np.full(len(old), -1, np.int32)

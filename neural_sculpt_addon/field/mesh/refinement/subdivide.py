@@ -60,6 +60,12 @@ class Edges(NamedTuple):
     alone: NDArray[np.bool_]
     corners: NDArray[np.int32]
 
+    def at_corners(
+        self, number: NDArray[np.int32], triangles: NDArray[np.intp] | slice = slice(None)
+    ) -> NDArray[np.int32]:
+        """What `number` (E,) has for the edges of triangles (F, 3); -1 for what is settled."""
+        return np.append(number, np.int32(-1)).take(self.corners[triangles])
+
 
 def open_edges(parts: Parts) -> Edges:
     """The open edges of `parts`, each once."""

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from neural_sculpt_addon.common.errors import Cancelled
 from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.fit.fit import fit_mesh
 from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
@@ -217,3 +218,26 @@ def test_it_can_be_cancelled():
 
     with pytest.raises(Cancelled):
         refine(ball(), extract(ball(), 32), MANY, progress=cancel)
+
+
+def test_creases_of_a_fitted_cube_are_as_sharp_as_its_field():
+    cube = trimesh.creation.box((1.2, 1.0, 0.8))
+    field = fit_mesh(cube.vertices, cube.faces, preset="draft").field
+    coarse = extract(field, 32)
+    refined = refine(field, coarse, MANY)
+    assert_closed_as(refined, coarse)
+    fine = extract(field, 160)
+    beside = np.sort(fine.vertices.max(axis=0) - np.abs(fine.vertices), axis=1)[:, 1]
+    crease = fine.vertices[beside < 0.02].astype(float)  # two coordinates are those of sides
+    assert len(crease) > 1000
+
+    def missed(mesh):
+        given = mesh.vertices.astype(float), mesh.triangles.astype(np.int64)
+        square, face, _ = igl.point_mesh_squared_distance(crease, *given)
+        turned = trimesh.Trimesh(*given, process=False).face_normals[face]
+        cosine = (turned * fine.normals[beside < 0.02]).sum(axis=1)
+        return np.sqrt(square).mean(), np.degrees(np.arccos(cosine.clip(-1, 1))).mean()
+
+    (off, turned), (before, turned_before) = missed(refined), missed(coarse)
+    assert off < TOLERANCE * coarse.active.spacing / 2 < before / 5
+    assert turned < turned_before / 2
