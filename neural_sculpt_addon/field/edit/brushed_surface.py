@@ -22,7 +22,7 @@ from ..levels import cells_of, linear
 from ..mesh.edges import find_edges
 from ..mesh.refinement.subdivide import divide, rows
 from ..projection import ARRIVED, project
-from .patch import EDGE_PER_CELL, Patch, bend, finest_level
+from .patch import HELD, Patch, bend, finest_level
 
 Array = NDArray[np.float32]
 
@@ -68,9 +68,7 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
 
     def is_long(one: _Vertices, other: _Vertices) -> NDArray[np.bool_]:
         edge = np.linalg.norm(one.before - other.before, axis=1)
-        return edge > EDGE_PER_CELL * 2.0 ** -field.detail.finest_at(
-            (one.before + other.before) / 2
-        )
+        return edge > HELD * 2.0 ** -field.detail.finest_at((one.before + other.before) / 2)
 
     def middles(one: _Vertices, other: _Vertices) -> _Vertices:
         return _middles(field, one, other)

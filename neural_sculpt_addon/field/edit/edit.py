@@ -33,7 +33,7 @@ from .reshape import reshape
 REPAIRS = 8
 """How often at most islands are looked for and solved away."""
 
-HELD = 0.05
+FLOOR = 0.05
 """Cells of the finest level: how close a layer can come at best."""
 
 
@@ -78,7 +78,7 @@ class Edit:
         """
         reached, floor = None, 0.0
         if self.layer is not None:
-            reached, floor = support(self.layer), HELD * spacing(max(self.layer))
+            reached, floor = support(self.layer), FLOOR * spacing(max(self.layer))
         tell = rising(progress)
         problem = replace(self.problem, check=lambda: tell(0.0, metrics.MEASURING))
         if self.goal is None:

@@ -20,7 +20,8 @@ from .proxy import Proxy
 MATCHED = 0.25  # of the samples that a piece of its size would attract, if it were asked for
 LEAST = 0.01  # distance that is asked for where an island was, however near the surface it was
 CRUMB = 50  # vertices; a smaller piece of what was one piece was torn off, not cut off
-HELD = 5e-3  # how near to an untouched sample a piece comes that has some of the old surface
+AT_OLD_SURFACE = 5e-3
+"""How near to an untouched sample a piece comes that has some of the old surface."""
 
 
 def components(proxy: Proxy) -> int:
@@ -65,7 +66,7 @@ def find_islands(proxy: Proxy, asked: Asked) -> Islands:
     known = asked.before.components
     held = known.labels[search_tree(asked.before.vertices).query(asked.held)[1]]
     if len(np.unique(held)) == known.total:
-        distance, nearest = tree.query(asked.held, distance_upper_bound=HELD)
+        distance, nearest = tree.query(asked.held, distance_upper_bound=AT_OLD_SURFACE)
         near = np.isfinite(distance)
         shared = np.zeros((known.total, count), int)  # samples, of old pieces and new ones
         np.add.at(shared, (held[near], labels[np.asarray(nearest)[near]]), 1)

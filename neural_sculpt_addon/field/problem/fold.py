@@ -144,8 +144,8 @@ class SweptVolume:
 def bounding(
     field: Field, swept: SweptVolume, before: Samples, after: Samples, check: Check
 ) -> NDArray[np.bool_]:
-    """Which samples (N,) of a displaced surface bound the shape: those just outside of which is the
-    outside. Not so are samples that face inward, have run through a wall, or are buried."""
+    """Which samples (N,) of a displaced surface bound the shape: not those that face inward, that
+    have run through a wall, or are buried, so that just outside of them is no outside."""
     buried = swept.near(after.points)
     some = np.flatnonzero(buried)
     outside = (after.points + np.float32(swept.beside) * after.normals)[some]
