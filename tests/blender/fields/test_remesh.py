@@ -57,7 +57,7 @@ class Remesh(SculptCase):
         self.ob.scale = (2.0, 2.0, 2.0)
         bpy.context.view_layer.update()
         place = in_world(self.ob).mean(0)
-        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION + 16)
+        bpy.ops.neural_sculpt.remesh(resolution=RESOLUTION + 16, refine=False)
         stroke(arc(self.ob))
         ob = bpy.context.active_object
         self.assertEqual([slot.material.name for slot in ob.material_slots], ["Clay"])

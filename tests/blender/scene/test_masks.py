@@ -166,8 +166,8 @@ class Masks(SphereCase):
         self.sculpt()
         paint(self.ob(), half(self.ob()))
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")
-        x = vertices(self.ob())[:, 0]
-        self.assertLess(np.abs(self.raised()[x > NEW_EDGES]).max(), 2e-4)
+        x = vertices(self.ob())[:, 0]  # the mask lies where the stroke was, and its border is wider
+        self.assertLess(np.abs(self.raised()[x > NEW_EDGES]).max(), 1e-3)
         self.assertGreater(self.raised().max(), 0.05)
         paint(self.ob(), 0 * half(self.ob()))
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")

@@ -91,7 +91,8 @@ def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32
     if under.any() and (protection[under] == 1).all():
         return None
     a, b, _ = surface.fans.around(reached).T
-    edge = float(np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1).mean())
+    edges = np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1)
+    edge = float(np.average(edges, weights=edges**2))  # by area: most may be where it is refined
     radius = stroke.brush.radius * stroke.largest_factor
     points = surface.positions[reached]
     mask = Mask.of(points, protection[reached], max(edge, MASK_SPACING * radius))
