@@ -55,8 +55,8 @@ MODULES = {
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER", "STRETCHED"),
     "problem.copies": ("STEP", "BEND"),
-    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "REACH"),
-    "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES"),
+    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "CLIFF", "REACH"),
+    "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES", "MOST_CUT"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
     "edit.edit": ("REPAIRS",),
 }

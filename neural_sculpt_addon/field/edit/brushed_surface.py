@@ -66,15 +66,16 @@ class BrushedSurface(NamedTuple):
 def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
     """What a brush asks of a field."""
 
-    def is_long(one: _Vertices, other: _Vertices) -> NDArray[np.bool_]:
+    def excess(one: _Vertices, other: _Vertices) -> Array:
         edge = np.linalg.norm(one.before - other.before, axis=1)
-        return edge > HELD * 2.0 ** -field.detail.finest_at((one.before + other.before) / 2)
+        finest = field.detail.finest_at((one.before + other.before) / 2)
+        return np.where(edge > HELD * 2.0**-finest, edge, 0)
 
     def middles(one: _Vertices, other: _Vertices) -> _Vertices:
         return _middles(field, one, other)
 
     triangles, vertices = divide(
-        brushed.triangles, _vertices(field, brushed), is_long, middles, MOST_VERTICES
+        brushed.triangles, _vertices(field, brushed), excess, middles, MOST_VERTICES
     )
     fine = Brushed(vertices.before, vertices.after, triangles)
     moved = fine.changed

@@ -101,10 +101,10 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
         FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.laid
     )
 
-    def is_long(one: _Places, other: _Places) -> NDArray[np.bool_]:
+    def excess(one: _Places, other: _Places) -> NDArray[np.floating]:
         finest = field.detail.finest_at((one.points + other.points) / 2)
         edge = np.linalg.norm(one.points - other.points, axis=1)
-        return edge > np.minimum(usual, PER_CELL * 2.0**-finest)
+        return np.where(edge > np.minimum(usual, PER_CELL * 2.0**-finest), edge, 0)
 
     def middles(one: _Places, other: _Places) -> _Places:
         start = (one.points + other.points) / 2
@@ -116,7 +116,7 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
 
     triangles = corners.reshape(-1, 3).astype(np.int32)
     triangles, (points,) = divide(
-        triangles, _Places(proxy.vertices[used]), is_long, middles, MOST_VERTICES
+        triangles, _Places(proxy.vertices[used]), excess, middles, MOST_VERTICES
     )
     return Samples(points, normals(field, points)), triangles.astype(np.int64)
 

@@ -25,6 +25,7 @@ WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one 
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
 BESIDE = 1 / 64  # radii: how far outside of a sample the winding number is taken
 NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
+CLIFF = 8  # times as far apart as before are neighbours between which the displacement jumps
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is seen by it: within 0.05
@@ -88,6 +89,7 @@ class SweptVolume:
         self._check, self._reach = check, NEAR * radius
         self.beside = BESIDE * radius
         crossed = crossings(field, before, after, check)
+        crossed[triangles[steep(before, after, triangles).any(axis=1)]] = True
         start, way = before.points[crossed], (after.points - before.points)[crossed]
         longest = np.linalg.norm(way, axis=1).max(initial=0)
         shares = np.linspace(0, 1, int(longest / self._reach) + 2, dtype=np.float32)
@@ -144,14 +146,20 @@ class SweptVolume:
 def bounding(
     field: Field, swept: SweptVolume, before: Samples, after: Samples, check: Check
 ) -> NDArray[np.bool_]:
-    """Which samples (N,) of a displaced surface bound the shape: not those that face inward, that
-    have run through a wall, or are buried, so that just outside of them is no outside."""
-    buried = swept.near(after.points)
-    some = np.flatnonzero(buried)
-    outside = (after.points + np.float32(swept.beside) * after.normals)[some]
-    shape = in_pieces(lambda part: values(field, outside[part]) < 0, len(some), check)
-    buried[some] = np.abs(shape + swept.winding(outside)) > BOUND
-    return ~(buried | _through(field, before, after, check) | _turned_over(before, after))
+    """Which samples (N,) of a displaced surface bound the shape: just outside of them is no part of
+    it, and just inside is one."""
+    bounds = ~swept.near(after.points)
+    some = np.flatnonzero(~bounds)
+    for side, wanted in (1, 0), (-1, 1):
+        beside = after.points[some] + np.float32(side * swept.beside) * after.normals[some]
+        some = some[np.abs(_shape(field, beside, check) + swept.winding(beside) - wanted) < BOUND]
+    bounds[some] = True
+    return bounds
+
+
+def _shape(field: Field, points: NDArray[np.float32], check: Check) -> NDArray[np.bool_]:
+    """Which points (N, 3) lie inside of a field."""
+    return in_pieces(lambda part: values(field, points[part]) < 0, len(points), check)
 
 
 def _through(
@@ -176,6 +184,17 @@ def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
 def _outward(before: Samples, after: Samples) -> NDArray[np.floating]:
     """1 of samples (N,) that were raised, -1 of those that were carved, 0 of those left there."""
     return np.sign(((after.points - before.points) * before.normals).sum(axis=1))
+
+
+def steep(before: Samples, after: Samples, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which edges (T, 3) of triangles, from each corner to the next, become walls: the displacement
+    jumps between their ends."""
+    following = np.roll(triangles, -1, axis=1)
+    was, now = (
+        np.linalg.norm(some.points[triangles] - some.points[following], axis=2)
+        for some in (before, after)
+    )
+    return now > CLIFF * was
 
 
 def _rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -22,12 +22,12 @@ from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples, SurfaceMesh
 from ..projection import ARRIVED, project
 from ..threads import SEARCHED, in_pieces, join
-from .fold import SweptVolume, bounding
+from .fold import SweptVolume, bounding, steep
 
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
 SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
-MOST_VERTICES = 15_000  # vertices of those, about
+MOST_VERTICES, MOST_CUT = 12_000, 15_000  # of those, the longest edges first, and once they are cut
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
@@ -88,9 +88,9 @@ class Folded:
         the other one does not: such a triangle would hang over."""
         finest = CUT * self._radius
 
-        def is_cut(one: _Bounding, other: _Bounding) -> NDArray[np.bool_]:
+        def excess(one: _Bounding, other: _Bounding) -> Array:
             length = np.linalg.norm(one.moved - other.moved, axis=1)
-            return (one.bounds != other.bounds) & (length > finest)
+            return np.where((one.bounds != other.bounds) & (length > finest), length, 0)
 
         def middles(one: _Bounding, other: _Bounding) -> _Bounding:
             return with_bounds(self._halfway(one.points, other.points))
@@ -100,7 +100,7 @@ class Folded:
             return _Bounding(*some, self.bounding(before, after))
 
         triangles, found = self._divided
-        triangles, found = divide(triangles, with_bounds(found), is_cut, middles, MOST_VERTICES)
+        triangles, found = divide(triangles, with_bounds(found), excess, middles, MOST_CUT)
         before, after = Samples(*found[:2]), Samples(*found[2:4])
         return Under(before, after, found.bounds, triangles.astype(np.int64))
 
@@ -114,10 +114,11 @@ class Folded:
         """
         finest = FINE_EDGE * self._radius
 
-        def is_long(one: _Moved, other: _Moved) -> NDArray[np.bool_]:
+        def excess(one: _Moved, other: _Moved) -> Array:
             was = np.linalg.norm(one.points - other.points, axis=1)
-            is_now = np.linalg.norm(one.moved - other.moved, axis=1)
-            return (was > finest) | (is_now > finest) & (was > finest * SHORTEST)
+            now = np.linalg.norm(one.moved - other.moved, axis=1)
+            length = np.maximum(was, np.where(was > finest * SHORTEST, now, 0))
+            return np.where(length > finest, length, 0)
 
         def middles(one: _Moved, other: _Moved) -> _Moved:
             return self._halfway(one.points, other.points)
@@ -126,7 +127,7 @@ class Folded:
         vertices = self._below.vertices.points[some]
         found = self._moved(Samples(vertices, normals(self._field, vertices)))
         triangles = corners.reshape(-1, 3).astype(np.int32)
-        return divide(triangles, found, is_long, middles, MOST_VERTICES)
+        return divide(triangles, found, excess, middles, MOST_VERTICES)
 
     def _halfway(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> _Moved:
         """The middles of edges, brought to the surface."""
@@ -165,6 +166,26 @@ class Folded:
     def bounding(self, before: Samples, after: Samples) -> NDArray[np.bool_]:
         """Which displaced samples (N,) bound something."""
         return bounding(self._field, self.swept, before, after, self._check)
+
+    def walls(self, apart: float, random: np.random.Generator) -> tuple[Samples, Samples]:
+        """Samples of the walls where the displacement jumps, which no samples of the surface come
+        to: where they were, and where they are, about so far `apart`."""
+        before, after, _, triangles = self.under
+        walls = triangles[steep(before, after, triangles).any(axis=1)]
+        corners = after.points[walls]  # (W, 3, 3)
+        turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        twice = np.linalg.norm(turned, axis=1)
+        count = np.floor(twice / 2 / apart**2 + random.uniform(size=len(walls))).astype(int)
+        count[twice == 0] = 0
+        chosen = np.repeat(np.arange(len(walls)), count)
+        share = random.dirichlet((1, 1, 1), len(chosen)).astype(np.float32)[:, :, None]
+        normal = (turned[chosen] / twice[chosen, None]).astype(np.float32)
+        start, goal = (
+            Samples(np.sum(share * some.points[walls[chosen]], axis=1), normal)
+            for some in (before, after)
+        )
+        bounds = self.bounding(start, goal)
+        return start.where(bounds), goal.where(bounds)
 
     def bounding_nothing(self) -> tuple[Samples, Samples]:
         """Vertices of `under` that bound nothing once they are displaced, and where they are then.

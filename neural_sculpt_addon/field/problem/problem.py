@@ -159,6 +159,7 @@ class Problem:
         else:
             others = self.beside(before.where(stretched), apart, jitter)
             gaps = self._gaps_at_folds(after, gap_at_folds)
+            gaps = join([gaps, self.folded.walls(apart, jitter)])
         added = join([others, gaps])
         values = values_and_gradients(self.field, added[1].points)
         return DisplacedSurface(*join([(before, after, f, gradient), (*added, *values)]), swept)

@@ -156,7 +156,7 @@ class EditedSurface:
         kept = np.flatnonzero(~moved)
         wanted[kept] = was(kept)
         if self._swept is not None:
-            near = np.flatnonzero(self._swept.near(points))
+            near = np.flatnonzero(self._swept.near(points) | (np.abs(wanted) > spacing(level)))
             f0_near = was(near)
             sides = np.where(self._problem.folded.inside(points[near], f0_near), -1, 1)
             most = np.maximum(sides * f0_near, spacing(level))

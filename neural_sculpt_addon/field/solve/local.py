@@ -37,6 +37,7 @@ from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
+from .loose import loose_parts
 from .resolution import COARSEST, DENSITY, NODES, resolution
 from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
 
@@ -119,6 +120,7 @@ class LocalEdit:
         beyond = np.setdiff1d(coarse, _parents(self._active, level))
         progress(0.3, "Sculpting")
         self._problem, self._random, self._coarse = problem, random, coarse
+        self._swept = displaced.swept
         self.field = problem.field
         self._surface = EditedSurface(
             problem, displaced, self._active, coarse, beyond, level, random
@@ -164,19 +166,33 @@ class LocalEdit:
             if not wrong.any():
                 break
             self._rows.weights[wrong] *= HEAVIER
-            near = dilated(dilated(numbers(self._rows.points[wrong], level), level), level)
-            self._add(level, np.intersect1d(near, self._active, assume_unique=True))
+            self._add_near(self._rows.points[wrong])
+        if self._swept is not None:
+            self._clear()
         return self._layer
 
-    def forbid(self, islands: Islands) -> Coefficients:
+    def _clear(self) -> None:
+        """Solve away what is loose where the displaced surface runs through itself."""
+        level, problem = self.resolution.level, self._problem
+        cells = dilated(self._active, level)
+        held = problem.preparation.surface.where(problem.known_untouched)
+        for _ in range(REPAIRS):
+            loose = loose_parts(self.field, cells, level, held, problem.check)
+            if not len(loose.points):
+                break
+            self.forbid(loose, 2 * float(np.abs(loose.distance).max()))
+
+    def forbid(self, islands: Islands, size: float | None = None) -> Coefficients:
         """The layer without surface where `islands` are, which it has but nobody asked for.
+
+        size: of the cells in which they were found, if not of those of the stroke
 
         Rows are added at their vertices, and those that lie close by are brought to the same side.
         Coarse nodes alone could not change the field there and leave it as it is around: fine ones
         are added.
         """
         level, rows = self.resolution.level, self._rows
-        h, field = spacing(level), self.field
+        h, field = size or spacing(level), self.field
         added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
         self._active = np.union1d(self._active, added)
         middles = centres(places(added, level), level)
@@ -192,8 +208,14 @@ class LocalEdit:
         targets = np.float32(CLEAR * h) * side
         before = values(field, islands.points)
         rows.add(islands.points, targets, targets - before, HEAVIER)
-        self._add(level, self._active)
+        self._add_near(islands.points)
         return self._layer
+
+    def _add_near(self, points: NDArray[np.float32]) -> None:
+        """Solve the stroke's level once more, by nodes within two cells of points (N, 3)."""
+        level = self.resolution.level
+        near = dilated(dilated(numbers(points, level), level), level)
+        self._add(level, np.intersect1d(near, self._active, assume_unique=True))
 
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""

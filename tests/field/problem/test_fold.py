@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.common.progress import go_on
-from neural_sculpt_addon.field.evaluate import normals
+from neural_sculpt_addon.field.evaluate import normals, values
 from neural_sculpt_addon.field.mesh.surface import Samples
 from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings
 from neural_sculpt_addon.field.problem.pose import pose
@@ -159,3 +159,34 @@ def test_a_carve_through_a_thin_part_swallows_its_far_side():
     away = np.array([0, 0.05, 0.1, 0.17, 0.3])
     lower = np.stack([away, 0 * away, -0.05 * np.sqrt(1 - 4 * away**2)], axis=1)
     np.testing.assert_array_equal(volume.swallows(np.float32(lower)), away < 0.12)
+
+
+def test_inside_is_where_the_displaced_curve_runs_around(preparation):
+    """Also far from what crosses, and within what the curve runs around twice or backwards."""
+    brush = Brush(0.15, -0.16)
+    problem = pose(preparation, equator(brush))
+    random = np.random.default_rng(3)
+    away, height, turn = random.uniform((0.2, -0.25, 0), (0.6, 0.25, 2 * np.pi), (400, 3)).T
+    points = np.stack([away * np.cos(turn), away * np.sin(turn), height], axis=1)
+    plane, curve = np.stack([away, height], axis=1), meridian(brush)
+    clear = np.linalg.norm(plane[:, None] - curve, axis=2).min(axis=1) > 3e-3
+    points = points[clear].astype(np.float32)
+    inside = problem.folded.inside(points, values(problem.field, points))
+    np.testing.assert_array_equal(inside, winding(curve, plane[clear]) > 0.5)
+    assert 0.1 < inside.mean() < 0.9
+
+
+def test_walls_get_samples_where_the_displacement_jumps():
+    """A flat dab without sides: around its pole a frustum of height 0.1 joins rim and ball."""
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, 0.1, Profile(table=(1, 1))))
+    folded = pose(prepare(ball(0.5)), stroke).folded
+    before, after = folded.walls(0.01, np.random.default_rng(0))
+    angle = 2 * np.arcsin(0.2)  # of a chord of 0.2 in a circle of radius 0.5
+    area = 2 * np.pi * 0.55 * np.sin(angle) * 0.1
+    assert len(after.points) == pytest.approx(area / 0.01**2, rel=0.2)  # it has a jagged rim
+    height = np.linalg.norm(after.points, axis=1)
+    assert np.ptp(height) > 0.09 and height.min() > 0.495 and height.max() < 0.605
+    across = np.hypot(*after.points[:, :2].T) / height
+    np.testing.assert_allclose(across, np.sin(angle), atol=0.01)
+    assert np.abs((after.normals * after.points).sum(axis=1) / height).max() < 0.3
+    np.testing.assert_allclose(np.linalg.norm(before.points, axis=1), 0.5, atol=1e-3)

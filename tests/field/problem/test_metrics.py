@@ -365,7 +365,7 @@ def test_a_hole_is_measured_by_its_walls(lens):
     report = drilled(lens, 0.2).report()
     assert report["components_after"] == 1
     assert report["drift_p99"] < 1e-3
-    assert report["drift_max"] < 5e-3
+    assert report["drift_max"] < 6e-3  # 0.4 cells
     assert report["reverse_p95"] < 2e-3
 
 

@@ -11,9 +11,11 @@ from paper.measures.surface import FieldSurface, MeshSurface
 from paper.methods.mesh_edit import decimated
 
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball, ellipsoid
 
@@ -139,6 +141,20 @@ def test_the_ground_truth_of_a_carve_through_a_thin_part_ends_at_its_other_side(
     cell = 2 / 128  # of the far side's triangles; those under the dab are a quarter as large
     assert points[:, 2].min() > -0.05 - 3 * cell / 4  # the wall is as steep as three to one
     assert hole - 1.5 * cell < np.hypot(*points[:, :2].T).min() < hole + cell
+
+
+def test_the_ground_truth_has_no_hollow_that_nothing_opens():
+    """Two ridges close the hole of the torus, 0.3 wide, 0.06 above and below its middle."""
+    ridges = Profile(points=((-1, 0), (-0.6, 1), (0, 0.4), (0.6, 1), (1, 0)))
+    torus = prepare(primitive("torus"))
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    points = 0.3 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    problem = pose(torus, Stroke(points, Brush(0.1, 0.33, ridges), closed=True))
+    truth = displaced_mesh(problem, torus.proxy)
+    used = truth.vertices[np.unique(truth.triangles)]
+    within = (np.hypot(*used[:, :2].T) < 0.25) & (np.abs(used[:, 2]) < 0.04)
+    assert not within.any()
+    assert (np.hypot(*used[:, :2].T) < 0.1).any()
 
 
 def test_the_ground_truth_has_no_distance_from_itself(preparation, problem):

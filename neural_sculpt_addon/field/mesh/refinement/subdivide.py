@@ -142,21 +142,26 @@ def halved(
 def divide(
     triangles: NDArray[np.int32],
     vertices: T,
-    is_long: Callable[[T, T], NDArray[np.bool_]],
+    excess: Callable[[T, T], NDArray[Any]],
     middles: Callable[[T, T], T],
     most: int,
 ) -> tuple[NDArray[np.int32], T]:
-    """Triangles (T, 3) and vertices after edges were halved, time and again, until none is long.
+    """Triangles (T, 3) and vertices after edges were halved, time and again, until none is too long
+    or there are too many: the longest first.
 
     vertices: a tuple of arrays with a row for each, the first one (V, 3) their places
-    is_long:  which edges (E,) are, by the vertices at both ends, with a row for each edge
+    excess:   lengths (E,) of edges, 0 of those that are short enough, by the vertices at both ends,
+              with a row for each edge
     middles:  the vertices in the middle of edges, by those at both ends
-    most:     vertices at most, about
+    most:     vertices at most
     """
     for _ in range(DIVISIONS):
         ends, of_corners = find_edges(triangles)
-        long = is_long(*(rows(vertices, end) for end in ends.T))
-        if not long.any() or len(vertices[0]) + np.count_nonzero(long) > most:
+        length = excess(*(rows(vertices, end) for end in ends.T))
+        longest = np.argsort(-length, kind="stable")[: max(most - len(vertices[0]), 0)]
+        long = np.zeros(len(ends), bool)
+        long[longest] = length[longest] > 0
+        if not long.any():
             break
         new = middles(*(rows(vertices, end) for end in ends[long].T))
         triangles = halved(triangles, of_corners, long, vertices[0], new[0])

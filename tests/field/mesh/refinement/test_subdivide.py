@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Subdivision of flat triangles: closed meshes stay closed, area and volume the same."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 import trimesh
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 from neural_sculpt_addon.field.mesh.refinement.subdivide import (
     Parts,
+    divide,
     divided,
     ends_of,
     names,
@@ -70,3 +73,27 @@ def test_names_of_edges_tell_their_ends_in_either_order():
     ends = np.array([[3, 1], [1, 3], [2**30, 5]], np.int32)
     assert names(ends)[0] == names(ends)[1]
     assert ends_of(names(ends)).tolist() == [[1, 3], [1, 3], [5, 2**30]]
+
+
+class Places(NamedTuple):
+    points: np.ndarray
+
+
+@pytest.mark.parametrize(
+    ("most", "added"), [(4, []), (5, [(1, 0.5)]), (7, [(1, 0.5), (1, 0), (1, 1)])]
+)
+def test_the_longest_edges_are_halved_first(most, added):
+    """Of a strip of 2 x 1 the diagonal, then its sides of 2; those of 1 are short enough."""
+    corners = np.float32([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
+    triangles = np.int32([[0, 1, 2], [0, 2, 3]])
+
+    def excess(one, other):
+        length = np.linalg.norm(one.points - other.points, axis=1)
+        return np.where(length > 1.05, length, 0)
+
+    def middles(one, other):
+        return Places((one.points + other.points) / 2)
+
+    found, (points,) = divide(triangles, Places(corners), excess, middles, most)
+    assert {tuple(point) for point in points[4:, :2].tolist()} == set(added)
+    assert trimesh.Trimesh(points, found, process=False).area == pytest.approx(2)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Loose parts: solid or hollow without a connection to the rest, left where a stroke folds the
+surface over (docs/method.md, section 4.4).
+
+A stroke displaces the surface and tears nothing off, so nobody asked for them. Most are smaller
+than the proxy's cells, so they are looked for in those of the stroke and in finer ones, by the sign
+of the field in their middles. Model space.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ...common.progress import Check
+from ..evaluate import values
+from ..field import Field
+from ..levels import block, cells_of, centres, children, linear, places, spacing
+from ..mesh.pieces import Islands
+from ..mesh.surface import Samples
+from ..threads import in_pieces
+
+SMALLEST = 8  # level of cells in which they are looked for last
+HALF = 13  # of the 26 cells that touch one: those before it
+
+
+def loose_parts(
+    field: Field, cells: NDArray[np.int32], level: int, held: Samples, check: Check
+) -> Islands:
+    """The middles of cells in loose parts, and half a cell of the other side.
+
+    cells: (N,) of a level, rising, that are looked at: what goes on beyond them is not loose
+    held:  samples of the untouched surface: a part that has some of it is not loose
+
+    Of those that the surface may pass the children are looked at, too, unless some are loose.
+    """
+    place, h = places(cells, level), spacing(level)
+    middles = centres(place, level)
+    f = in_pieces(lambda part: values(field, middles[part]), len(cells), check)
+    chosen = _is_loose(cells, f < 0, level, held, check)
+    if chosen.any() or level >= SMALLEST:
+        return Islands(middles[chosen], np.where(f[chosen] < 0, h, -h) / 2)
+    return loose_parts(field, children(cells[np.abs(f) < h], level), level + 1, held, check)
+
+
+def _is_loose(
+    cells: NDArray[np.int32],
+    inside: NDArray[np.bool_],
+    level: int,
+    held: Samples,
+    check: Check,
+) -> NDArray[np.bool_]:
+    """Which of the cells (N,), of which some are `inside`, are of a loose part."""
+    pairs = [np.zeros((2, 0), np.intp)]
+    for step in linear(block(-1, 2)[:HALF], level):
+        check()
+        before = np.searchsorted(cells, cells + step)
+        there = cells.take(before, mode="clip") == cells + step
+        pairs.append(np.stack([np.flatnonzero(there), before[there]]))
+    touching = np.concatenate(pairs, axis=1)
+    whole = np.bincount(touching.ravel(), minlength=len(cells)) == 2 * HALF
+    one, other = touching[:, inside[touching[0]] == inside[touching[1]]]
+    graph = coo_array((np.ones(len(one), bool), (one, other)), (len(cells), len(cells)))
+    total, part = connected_components(graph, directed=False)
+    loose = np.ones(total, bool)
+    loose[part[~whole]] = False
+    for side in (-1, 1):
+        step = np.float32(side * spacing(level)) * held.normals
+        beside = linear(cells_of(held.points + step, level), level)
+        loose[part[np.isin(cells, beside)]] = False
+    return loose[part]
