@@ -23,9 +23,9 @@ from ..threads import SEARCHED, in_pieces
 
 WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
-BESIDE = 1 / 64  # radii: how far outside of a sample the winding number is taken
+BESIDE = 1 / 64  # radii: how far outside and inside of a sample winding numbers are taken
 NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
-CLIFF = 8  # times as far apart as before are neighbours between which the displacement jumps
+CLIFF = 8  # times its length before: an edge that grows so much becomes a wall
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is seen by it: within 0.05
@@ -152,13 +152,13 @@ def bounding(
     some = np.flatnonzero(~bounds)
     for side, wanted in (1, 0), (-1, 1):
         beside = after.points[some] + np.float32(side * swept.beside) * after.normals[some]
-        some = some[np.abs(_shape(field, beside, check) + swept.winding(beside) - wanted) < BOUND]
+        some = some[np.abs(_inside(field, beside, check) + swept.winding(beside) - wanted) < BOUND]
     bounds[some] = True
     return bounds
 
 
-def _shape(field: Field, points: NDArray[np.float32], check: Check) -> NDArray[np.bool_]:
-    """Which points (N, 3) lie inside of a field."""
+def _inside(field: Field, points: NDArray[np.float32], check: Check) -> NDArray[np.bool_]:
+    """Which points (N, 3) lie inside the shape of a field."""
     return in_pieces(lambda part: values(field, points[part]) < 0, len(points), check)
 
 

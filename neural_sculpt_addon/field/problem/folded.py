@@ -27,7 +27,8 @@ from .fold import SweptVolume, bounding, steep
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
 SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
-MOST_VERTICES, MOST_CUT = 12_000, 15_000  # of those, the longest edges first, and once they are cut
+MOST_VERTICES = 12_000  # of triangles with edges of FINE_EDGE; the longest edges are halved first
+MOST_CUT = 15_000  # vertices once edges longer than CUT are halved, too
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
@@ -168,8 +169,8 @@ class Folded:
         return bounding(self._field, self.swept, before, after, self._check)
 
     def walls(self, apart: float, random: np.random.Generator) -> tuple[Samples, Samples]:
-        """Samples of the walls where the displacement jumps, which no samples of the surface come
-        to: where they were, and where they are, about so far `apart`."""
+        """Samples of the walls that open where the displacement jumps, before and after it, `apart`
+        from each other in the mean. Samples of the surface leave these walls empty."""
         before, after, _, triangles = self.under
         walls = triangles[steep(before, after, triangles).any(axis=1)]
         corners = after.points[walls]  # (W, 3, 3)
