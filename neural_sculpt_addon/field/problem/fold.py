@@ -29,7 +29,7 @@ CLIFF = 8  # times its length before: an edge that grows so much becomes a wall
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is seen by it: within 0.05
-FEW = 32  # points at a time: where a stroke lies many times upon itself, each takes up to 0.5 ms
+WOUND = 2048  # points at a time: igl shares more than a thousand among threads of its own
 
 
 def crossings(
@@ -133,7 +133,7 @@ class SweptVolume:
             halves = [np.asarray(half.winding_number(place, REACH)) for half in self._trees]
             return np.sum(halves, axis=0)
 
-        return in_pieces(wind, len(points), self._check, light=True, size=FEW)
+        return in_pieces(wind, len(points), self._check, light=True, size=WOUND)
 
     def swallows(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which of points (N, 3) of the surface lie in it, where it may run through itself: a part
