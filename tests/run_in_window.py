@@ -6,10 +6,10 @@ Started by `scripts/test.py --window`, on a virtual screen:
     blender --enable-event-simulate --python tests/run_in_window.py -- \\
         EXTENSION.zip PICTURES [--short] [-k PATTERN ...]
 
-Without --enable-event-simulate only test_person.py runs: Blender then takes no other input. A test
-is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at the
-end of each test goes to the folder PICTURES. --short leaves out tests marked `long`. The last line
-reads as in run_in_blender.py.
+Without --enable-event-simulate tests/person runs instead, for Blender then takes other input. A
+test is a generator: each `yield seconds` lets Blender's main loop run. A picture of the window at
+the end of each test goes to the folder PICTURES. --short leaves out tests marked `long`. The last
+line reads as in run_in_blender.py.
 """
 
 import sys
@@ -26,11 +26,11 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "scripts")]
 from in_blender import simulated_input  # noqa: E402 - found by the paths above
 from suite import EXTENSION, make_importable, tests_of  # noqa: E402
 
-make_importable("blender", "window")
+make_importable("blender", "window", "person")
 
 from durations import Durations  # noqa: E402
 
-FILES = "test_[!p]*.py" if bpy.app.use_event_simulate else "test_person.py"
+ROOM = "window" if bpy.app.use_event_simulate else "person"
 
 
 def steps() -> simulated_input.Steps:
@@ -41,7 +41,7 @@ def steps() -> simulated_input.Steps:
         filepath=given[0], repo="user_default", enable_on_install=True
     )
     count, durations = {"passed": 0, "failed": 0, "skipped": 0}, Durations()
-    for case in tests_of("window", patterns, "--short" in given, FILES):
+    for case in tests_of(ROOM, patterns, "--short" in given):
         durations.begin()
         outcome, reason = yield from run(case, Path(given[1]))
         count[outcome] += 1

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tests that run in a Blender: where they are, which of them, and the extension they test.
 
-Standard library only. Modules of tests/blender and tests/window import each other by their bare
-names, from whatever folder of these rooms they are in; so no two have the same name.
+Standard library only. Modules of tests/blender, tests/window and tests/person import each other by
+their bare names, from whatever folder of these rooms they are in; so no two have the same name.
 """
 
 import sys
@@ -21,15 +21,13 @@ def make_importable(*rooms: str) -> None:
         sys.path[:0] = map(str, _folders(room))
 
 
-def tests_of(
-    room: str, patterns: list[str], short: bool, files: str = "test_*.py"
-) -> list[unittest.TestCase]:
+def tests_of(room: str, patterns: list[str], short: bool) -> list[unittest.TestCase]:
     """The tests of a room that `-k` patterns take in; `short`: none that is long."""
     found = []
     for folder in _folders(room):
         loader = unittest.TestLoader()
         loader.testNamePatterns = [p if "*" in p else f"*{p}*" for p in patterns] or None
-        found += _each(loader.discover(str(folder), files, str(folder)))
+        found += _each(loader.discover(str(folder), "test_*.py", str(folder)))
     return [case for case in found if not (short and _is_long(case))]
 
 

@@ -13,13 +13,13 @@ from workshop import ROOT
 def install(folder: Path) -> Any:
     """Install the sources into a user folder under `folder`; the harness of tests/blender.
 
-    Once in a process, before anything imports bpy. Modules of tests/blender and tests/window can be
-    imported then.
+    Once in a process, before anything imports bpy. Modules of tests/blender, tests/window and
+    tests/person can be imported then.
     """
     os.environ["BLENDER_USER_RESOURCES"] = str(folder)
     sys.path.insert(0, str(ROOT / "tests"))
     suite = importlib.import_module("suite")
-    suite.make_importable("blender", "window")
+    suite.make_importable("blender", "window", "person")
     import bpy
 
     operators: Any = bpy.ops
