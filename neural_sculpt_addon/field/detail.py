@@ -79,6 +79,17 @@ class Grid:
         bricks.reshape(-1)[flat[home] * _HALO**3 + spot] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
 
+    def reaches(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Whether a node that is not zero reaches each of `points` (N, 3) of the box."""
+        table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy()
+        cells = cells_of(points, self.level)
+        rows = table[tuple((cells // BRICK).T)]
+        found = rows >= 0
+        x, y, z = (cells[found] % BRICK).T
+        first = rows[found] * _HALO**3 + (x * _HALO + y) * _HALO + z
+        found[found] = bricks.ravel().take(first[:, None] + OFFSETS).any(axis=1)
+        return found
+
     def nodes(self) -> Level:
         """The nodes that are not zero."""
         if not len(self.bricks):

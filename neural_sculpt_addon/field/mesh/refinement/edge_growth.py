@@ -67,6 +67,10 @@ class Growth:
         if known is not None:
             self.splits.append(known)
 
+    def all_splits(self) -> Splits:
+        """Those of the border, and those that were made."""
+        return in_order(*map(np.concatenate, zip(*self.splits, strict=True)))
+
     def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
@@ -207,12 +211,14 @@ def _refuse(
 
 
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
-    order = np.argsort(edges)
+    order = np.argsort(edges, kind="stable")  # quick, because they are a few rising runs
     return Splits(edges.take(order), middles.take(order))
 
 
 def renamed(splits: Splits, number: NDArray[np.int32]) -> Splits:
-    """Splits after the vertices got another `number` (V,), of which those with -1 are gone."""
+    """Splits after the vertices got another `number` (V,), in the same order, of which those with
+    -1 are gone."""
     ends, middles = number.take(ends_of(splits.edges)), number.take(splits.middles)
-    left = (ends >= 0).all(axis=1) & (middles >= 0)
-    return in_order(names(ends[left]), middles[left])
+    low, high = ends.T
+    left = np.flatnonzero((low >= 0) & (high >= 0) & (middles >= 0))
+    return Splits(names(ends.take(left, axis=0)), middles.take(left))

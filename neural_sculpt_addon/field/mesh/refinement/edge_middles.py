@@ -14,7 +14,7 @@ from ....common.progress import Progress
 from ...evaluate import values
 from ...field import Field
 from ...geometry import lengths
-from ...levels import BRICK, cells_of, spacing
+from ...levels import spacing
 from ..proxy import BATCH
 from .subdivide import Edges
 
@@ -71,9 +71,9 @@ def find_middles(
     for begin in range(0, len(straight), BATCH):
         progress(begin / len(straight), "Refining the mesh")
         part = straight[begin : begin + BATCH]
-        for share in PLACES:
-            value = values(field, low[part] + share * along[part])
-            off[part] = np.maximum(off[part], np.abs(value))
+        places = low[part] + PLACES[:, None, None] * along[part]  # (2, N, 3)
+        value = values(field, places.reshape(-1, 3)).reshape(places.shape[:2])
+        off[part] = np.maximum(off[part], np.abs(value).max(axis=0))
     return Middles(points, off)
 
 
@@ -93,7 +93,6 @@ def _may_hide(
     """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
     found = np.zeros(len(points), bool)
     for grid in field.detail.grids:
-        some = np.flatnonzero(lengths > spacing(grid.level))
-        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
-        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+        some = np.flatnonzero((lengths > spacing(grid.level)) & ~found)
+        found[some] = grid.reaches(points.take(some, axis=0))
     return found
