@@ -37,8 +37,9 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-STEPS, SETTLED = 3, 0.01
-"""Newton steps of a new vertex at most; one that moved less, in edges, needs no further step."""
+STEPS = 3
+"""Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
+step: what is left falls with the square."""
 
 
 class Splits(NamedTuple):
@@ -117,7 +118,9 @@ class Growth:
             found = self.known.edges.take(place, mode="clip") == name
             number[border[found]] = self.known.middles[place[found]]
         chosen = np.flatnonzero((middles.off > limit) & (number < 0))
-        points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
+        points, normals = self._settled(
+            edges.ends[chosen], middles.points[chosen], limit, progress
+        )
         beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
         same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
         ends = self.vertices.take(edges.ends[chosen], axis=0)
@@ -136,9 +139,12 @@ class Growth:
         return number
 
     def _settled(
-        self, ends: NDArray[np.int32], points: NDArray[np.float32], progress: Progress
+        self, ends: NDArray[np.int32], points: NDArray[np.float32], enough: float, progress: Progress
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges."""
+        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges.
+
+        enough: a step that is shorter is the last one
+        """
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         along, normals = high - low, np.empty_like(points)
         left = np.arange(len(points))
@@ -151,7 +157,7 @@ class Growth:
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )
-            left = left[off > SETTLED * lengths(along[left])[:, 0]]
+            left = left[off > enough]
         return points, normals
 
 
