@@ -129,7 +129,8 @@ class Growth:
         chosen, points, normals = chosen[same], points[same], normals[same]
         number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
         vertices = np.concatenate([self.vertices, points])
-        _refuse(number, count, triangles, edges, vertices, np.concatenate([self.normals, normals]))
+        whole = vertices, np.concatenate([self.normals, normals])
+        _refuse(self.field, number, count, triangles, edges, *whole)
         split = number.take(chosen) >= 0
         chosen = chosen[split]
         number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
@@ -186,6 +187,7 @@ def _onto(
 
 
 def _refuse(
+    field: Field,
     number: NDArray[np.int32],
     first: int,
     triangles: NDArray[np.int32],
@@ -207,7 +209,7 @@ def _refuse(
         looked_at, middle = looked_at[marked], middle[marked]
         whole = Parts.whole(triangles[looked_at], np.arange(len(looked_at), dtype=np.int32))
         parts = divided(whole, middle, vertices)
-        poor = np.unique(parts.parents[find_poor(parts.triangles, vertices, normals)])
+        poor = np.unique(parts.parents[find_poor(field, parts.triangles, vertices, normals)])
         left = np.zeros(len(number) + 1, bool)  # the last one is no edge
         left[edges.corners[looked_at[poor]]] = True
         left[:-1] &= number >= first
