@@ -37,7 +37,7 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-STEPS = 3
+STEPS = 2
 """Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
 step: what is left falls with the square."""
 
@@ -75,7 +75,7 @@ class Growth:
     def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
-        done, count = [], len(parts.triangles)
+        done, count = [], 0
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
             edges = open_edges(parts)
@@ -83,61 +83,94 @@ class Growth:
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
                 sub_progress(share, 0, 0.5),
             )
-            number = self._split(
-                parts.triangles, edges, middles, limit, sub_progress(share, 0.5, 1)
-            )
-            middle = edges.at_corners(number)
-            marked = (middle >= 0).any(axis=1)
-            count += np.count_nonzero(middle >= 0)
-            if count > most and marked.any():
+            whole, parts = self._split(parts, edges, middles, limit, sub_progress(share, 0.5, 1))
+            done.append(whole)
+            count += len(whole.triangles)
+            if count + len(parts.triangles) > most and len(parts.triangles):
                 return None
-            done.append(parts.where(~marked))
-            parts = divided(parts.where(marked), middle[marked], self.vertices)
         return Parts.together([*done, parts])
 
     def _split(
-        self,
-        triangles: NDArray[np.int32],
-        edges: Edges,
-        middles: Middles,
-        limit: float,
-        progress: Progress,
-    ) -> NDArray[np.int32]:
-        """Put vertices on the edges of `triangles` (F, 3) that are farther off than `limit`; their
-        numbers, or -1 (E,).
+        self, parts: Parts, edges: Edges, middles: Middles, limit: float, progress: Progress
+    ) -> tuple[Parts, Parts]:
+        """Put vertices on the edges of `parts` that are farther off than `limit`; the triangles
+        that stay whole, and what the others are divided into.
 
-        Edges on the border have those that they had. One whose new vertex looks away from an end
-        stays: the vertex is on another side of a thin wall or groove. So do those of a triangle
+        Edges on the border have the vertices that they had. One whose new vertex looks away from an
+        end stays: the vertex is on another side of a thin wall or groove. So do those of a triangle
         that would come out thin or turned over.
         """
-        number, count = np.full(len(edges.ends), -1, np.int32), len(self.vertices)
+        first = len(self.vertices)
+        number = self._on_border(edges)
+        chosen = np.flatnonzero((middles.off > limit) & (number < 0))
+        ends = edges.ends.take(chosen, axis=0)
+        points, normals = self._settled(ends, middles.points[chosen], limit, progress)
+        low, high = (self.vertices.take(end, axis=0) for end in ends.T)
+        way = lengths(points - (low + high) / 2)
+        stays = (way >= FARTHEST * lengths(high - low))[:, 0]
+        for end in ends.T:
+            stays |= np.einsum("sa,sa->s", self.normals.take(end, axis=0), normals) <= AWAY
+        chosen, points, normals = (rows[~stays] for rows in (chosen, points, normals))
+        number[chosen] = first + np.arange(len(chosen), dtype=np.int32)
+        self._add(points, normals)
+        whole, fine = self._divided(parts, edges, number, first)
+        split = number.take(chosen) >= 0
+        if not split.all():
+            self.vertices, self.normals = self.vertices[:first], self.normals[:first]
+            self._add(points[split], normals[split])
+            chosen = chosen[split]
+            renumbered = np.arange(first + len(split), dtype=np.int32)
+            renumbered[first:] = first - 1 + np.cumsum(split)
+            fine = fine._replace(triangles=renumbered.take(fine.triangles))
+        middles_of = first + np.arange(len(chosen), dtype=np.int32)
+        self.splits.append(in_order(names(edges.ends.take(chosen, axis=0)), middles_of))
+        return whole, fine
+
+    def _add(self, points: NDArray[np.float32], normals: NDArray[np.float32]) -> None:
+        """Add vertices (N, 3)."""
+        self.vertices = np.concatenate([self.vertices, points])
+        self.normals = np.concatenate([self.normals, normals])
+
+    def _on_border(self, edges: Edges) -> NDArray[np.int32]:
+        """The vertex (E,) in the middle of each edge on the border that has one; -1 for others."""
+        number = np.full(len(edges.ends), -1, np.int32)
         if self.known is not None and len(self.known.edges):
             border = np.flatnonzero(edges.alone)
             name = names(edges.ends[border])
             place = np.searchsorted(self.known.edges, name)
             found = self.known.edges.take(place, mode="clip") == name
             number[border[found]] = self.known.middles[place[found]]
-        chosen = np.flatnonzero((middles.off > limit) & (number < 0))
-        points, normals = self._settled(
-            edges.ends[chosen], middles.points[chosen], limit, progress
-        )
-        beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
-        same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
-        ends = self.vertices.take(edges.ends[chosen], axis=0)
-        way, length = points - ends.mean(axis=1), lengths(ends[:, 1] - ends[:, 0])
-        same &= (lengths(way) < FARTHEST * length)[:, 0]
-        chosen, points, normals = chosen[same], points[same], normals[same]
-        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
-        vertices = np.concatenate([self.vertices, points])
-        whole = vertices, np.concatenate([self.normals, normals])
-        _refuse(self.field, number, count, triangles, edges, *whole)
-        split = number.take(chosen) >= 0
-        chosen = chosen[split]
-        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
-        self.vertices = np.concatenate([self.vertices, points[split]])
-        self.normals = np.concatenate([self.normals, normals[split]])
-        self.splits.append(in_order(names(edges.ends[chosen]), number[chosen]))
         return number
+
+    def _divided(
+        self, parts: Parts, edges: Edges, number: NDArray[np.int32], first: int
+    ) -> tuple[Parts, Parts]:
+        """Those of `parts` that stay whole, and what the others are divided into.
+
+        number: (E,) of the vertex in the middle of each edge, or -1; those below `first` are on the
+                border, and remain. Of the others some are taken away, in place, until no triangle
+                of which some edges are split comes out thin or turned over
+        """
+        made, last = list[Parts](), np.full(len(parts.triangles), -1)  # the last time it was divided
+        looked_at = np.arange(len(parts.triangles))
+        while len(looked_at) or not made:
+            middle = edges.at_corners(number, looked_at)  # (L, 3)
+            marked = (middle >= 0).any(axis=1)
+            last[looked_at] = np.where(marked, len(made), -1)
+            looked_at, middle = looked_at.compress(marked), middle.compress(marked, axis=0)
+            given = parts.triangles.take(looked_at, axis=0), looked_at.astype(np.int32)
+            new = divided(Parts.whole(*given), middle, self.vertices)
+            poor = find_poor(self.field, new.triangles, self.vertices, self.normals)
+            stays = np.zeros(len(number) + 1, bool)  # the last one is no edge
+            stays[edges.corners[new.parents[poor]]] = True
+            stays[:-1] &= number >= first
+            stays[-1] = False
+            number[stays[:-1]] = -1
+            made.append(new)
+            looked_at = np.flatnonzero(stays.take(edges.corners).any(axis=1))
+        valid = [each.where(last.take(each.parents) == turn) for turn, each in enumerate(made)]
+        fine = Parts.together(valid)
+        return parts.where(last < 0), fine._replace(parents=parts.parents.take(fine.parents))
 
     def _settled(
         self, ends: NDArray[np.int32], points: NDArray[np.float32], enough: float, progress: Progress
@@ -184,38 +217,6 @@ def _onto(
     distance = lengths(step)
     step *= np.minimum(1, reach / np.maximum(distance, FLAT))
     return np.clip(points - step, -1, 1), np.minimum(distance, reach)[:, 0], normals
-
-
-def _refuse(
-    field: Field,
-    number: NDArray[np.int32],
-    first: int,
-    triangles: NDArray[np.int32],
-    edges: Edges,
-    vertices: NDArray[np.float32],
-    normals: NDArray[np.float32],
-) -> None:
-    """Leave edges of `triangles` (F, 3) as they are, in place, until no triangle of which some were
-    split comes out thin or turned over.
-
-    number:            (E,) of the vertex in the middle of each edge, or -1; those below `first`
-                       are on the border, and remain
-    vertices, normals: (V, 3), the new ones, too
-    """
-    looked_at = np.arange(len(triangles))
-    while len(looked_at):
-        middle = edges.at_corners(number, looked_at)  # (L, 3)
-        marked = (middle >= 0).any(axis=1)
-        looked_at, middle = looked_at[marked], middle[marked]
-        whole = Parts.whole(triangles[looked_at], np.arange(len(looked_at), dtype=np.int32))
-        parts = divided(whole, middle, vertices)
-        poor = np.unique(parts.parents[find_poor(field, parts.triangles, vertices, normals)])
-        left = np.zeros(len(number) + 1, bool)  # the last one is no edge
-        left[edges.corners[looked_at[poor]]] = True
-        left[:-1] &= number >= first
-        left[-1] = False
-        number[left[:-1]] = -1
-        looked_at = looked_at[left.take(edges.corners[looked_at]).any(axis=1)]
 
 
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
