@@ -227,7 +227,8 @@ def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
 def renamed(splits: Splits, number: NDArray[np.int32]) -> Splits:
     """Splits after the vertices got another `number` (V,), in the same order, of which those with
     -1 are gone."""
-    ends, middles = number.take(ends_of(splits.edges)), number.take(splits.middles)
-    low, high = ends.T
+    low, high = (number.take(end) for end in ends_of(splits.edges).T)
+    middles = number.take(splits.middles)
     left = np.flatnonzero((low >= 0) & (high >= 0) & (middles >= 0))
-    return Splits(names(ends.take(left, axis=0)), middles.take(left))
+    ends = np.stack([low.take(left), high.take(left)], axis=1)
+    return Splits(names(ends), middles.take(left))

@@ -83,33 +83,35 @@ def again(
         return refine(field, coarse, most, progress=progress)
     number = _same_vertices(coarse, before.coarse, reached)
     parents = _same_triangles(coarse, before.coarse, number)
-    of_kept = parents.take(before.parents)
-    kept = of_kept >= 0
-    of_kept, triangles = of_kept.compress(kept), before.triangles.compress(kept, axis=0)
+    of_all = parents.take(before.parents)
+    kept = np.flatnonzero(of_all >= 0)
+    triangles = before.triangles.take(kept, axis=0)
 
     count, old = len(coarse.vertices), len(before.coarse.vertices)
-    used = np.zeros(len(before.vertices), bool)
-    used[triangles] = True
-    used[:old] = False
-    number = np.concatenate([number, np.where(used, 0, -1)[old:]]).astype(np.int32)
-    number[used] = count + np.arange(np.count_nonzero(used), dtype=np.int32)
+    is_used = np.zeros(len(before.vertices), bool)
+    is_used[triangles] = True
+    used = old + np.flatnonzero(is_used[old:])
+    number = np.append(number, np.full(len(before.vertices) - old, -1, np.int32))
+    number[used] = count + np.arange(len(used), dtype=np.int32)
 
     growth = Growth(
         field,
-        np.concatenate([coarse.vertices, before.vertices[used]]),
-        np.concatenate([coarse.normals, before.normals[used]]),
+        np.concatenate([coarse.vertices, before.vertices.take(used, axis=0)]),
+        np.concatenate([coarse.normals, before.normals.take(used, axis=0)]),
         renamed(before.splits, number),
     )
-    fresh = np.ones(len(coarse.triangles), bool)
-    fresh[parents[parents >= 0]] = False
-    parts = Parts.whole(coarse.triangles[fresh], np.flatnonzero(fresh).astype(np.int32))
+    is_fresh = np.ones(len(coarse.triangles), bool)
+    is_fresh[parents[parents >= 0]] = False
+    fresh = np.flatnonzero(is_fresh).astype(np.int32)
+    parts = Parts.whole(coarse.triangles.take(fresh, axis=0), fresh)
     limit = before.tolerance * coarse.active.spacing
     parts = growth.grow(parts, limit, most - len(triangles), progress)
     if parts is None:
         return refine(field, coarse, most, 2 * before.tolerance, progress)
     if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
-    kept_parts = Parts(number.take(triangles), of_kept, np.ones(triangles.shape, bool))
+    triangles = number.take(triangles)
+    kept_parts = Parts(triangles, of_all.take(kept), np.ones(triangles.shape, bool))
     return _result(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
 
 
