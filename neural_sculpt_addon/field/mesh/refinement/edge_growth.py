@@ -151,7 +151,10 @@ class Growth:
                 border, and remain. Of the others some are taken away, in place, until no triangle
                 of which some edges are split comes out thin or turned over
         """
-        made, last = list[Parts](), np.full(len(parts.triangles), -1)  # the last time it was divided
+        made, last = (
+            list[Parts](),
+            np.full(len(parts.triangles), -1),
+        )  # the last time it was divided
         looked_at = np.arange(len(parts.triangles))
         while len(looked_at) or not made:
             middle = edges.at_corners(number, looked_at)  # (L, 3)
@@ -173,7 +176,11 @@ class Growth:
         return parts.where(last < 0), fine._replace(parents=parts.parents.take(fine.parents))
 
     def _settled(
-        self, ends: NDArray[np.int32], points: NDArray[np.float32], enough: float, progress: Progress
+        self,
+        ends: NDArray[np.int32],
+        points: NDArray[np.float32],
+        enough: float,
+        progress: Progress,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges.
 

@@ -132,8 +132,8 @@ def _result(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> Re
 def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> NDArray[np.int32]:
     """The number (V,) in `coarse` of each vertex of the proxy before it; -1 for those that are
     elsewhere now, or so near to the cells `reached` that the field at an edge may have changed."""
-    place = _places(before.edges, coarse.edges)
-    same = place >= 0
+    place = np.searchsorted(coarse.edges, before.edges)
+    same = coarse.edges.take(place, mode="clip") == before.edges
     same &= all_true(coarse.vertices.take(place, axis=0, mode="clip") == before.vertices)
     near = np.zeros(cells_per_axis(SUPPORT) ** 3, bool)
     near[dilated(reached, SUPPORT)] = True
@@ -141,9 +141,7 @@ def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> 
     return np.where(same, place, -1).astype(np.int32)
 
 
-def _same_triangles(
-    coarse: Proxy, before: Proxy, number: NDArray[np.int32]
-) -> NDArray[np.int32]:
+def _same_triangles(coarse: Proxy, before: Proxy, number: NDArray[np.int32]) -> NDArray[np.int32]:
     """The number (F,) in `coarse` of each triangle of the proxy before it; -1 for those that are
     not there any more.
 
@@ -154,35 +152,18 @@ def _same_triangles(
     there = np.flatnonzero(all_true(known.take(coarse.triangles)))
     old = number.take(before.triangles)
     some = np.flatnonzero(all_true(old >= 0))
-    old, now = old.take(some, axis=0), coarse.triangles.take(there, axis=0)
-    place = _places(_first_edges(old), _first_edges(now))
-    same = (place >= 0) & all_true(now.take(place, axis=0, mode="clip") == old)
+    old = old.take(some, axis=0)
+    # Both are in the order of the lattice's cells, so hardly ever does one have to be searched for.
+    if not np.array_equal(coarse.triangles.take(there, axis=0), old):
+        name = _first_edges(coarse.triangles)
+        order = np.argsort(name)
+        place = np.searchsorted(name, _first_edges(old), sorter=order)
+        there = order.take(place, mode="clip")
+        same = all_true(coarse.triangles.take(there, axis=0) == old)
+        some, there = some[same], there[same]
     parents = np.full(len(before.triangles), -1, np.int32)
-    parents[some[same]] = there[place[same]]
+    parents[some] = there
     return parents
-
-
-def _places(wanted: NDArray[np.int64], there: NDArray[np.int64]) -> NDArray[np.intp]:
-    """Where each of the numbers `wanted` (N,) is in `there`, -1 where it is not. They are searched
-    for only between where both begin and where they end alike."""
-    begin = _alike(wanted, there)
-    end = _alike(wanted[begin:][::-1], there[begin:][::-1])
-    place = np.arange(len(wanted))
-    place[len(wanted) - end :] += len(there) - len(wanted)
-    between, among = slice(begin, len(wanted) - end), there[begin : len(there) - end]
-    if not len(among):
-        place[between] = -1
-        return place
-    order = np.argsort(among, kind="stable")
-    found = order.take(np.searchsorted(among, wanted[between], sorter=order), mode="clip")
-    place[between] = np.where(among.take(found) == wanted[between], begin + found, -1)
-    return place
-
-
-def _alike(some: NDArray[np.int64], others: NDArray[np.int64]) -> int:
-    """How many numbers both begin with."""
-    count = min(len(some), len(others))
-    return int(np.argmin(np.append(some[:count] == others[:count], False)))
 
 
 def _first_edges(triangles: NDArray[np.int32]) -> NDArray[np.int64]:
