@@ -2,7 +2,7 @@
 """Growth of a mesh by its edges: those whose middles are off the surface are split there.
 
 The new vertices go onto f = 0 by Newton steps across their edges. Where a triangle would come out
-thin or turned over, its edges stay as they are. How far an edge is off is judged by itself
+thin or turned over, an edge of it stays as it is. How far an edge is off is judged by itself
 (`edge_middles`), and the triangles on both sides of it split it alike. Model space. See
 docs/method.md, section 8.
 """
@@ -47,6 +47,17 @@ class Splits(NamedTuple):
 
     edges: NDArray[np.int64]  # (S,), rising
     middles: NDArray[np.int32]  # (S,)
+
+
+class _New(NamedTuple):
+    """New vertices.
+
+    edges: (S,), in the middle of which each is
+    stray: (S,), how far from there, in lengths of the edge
+    """
+
+    edges: NDArray[np.intp]
+    stray: NDArray[np.float32]
 
 
 class Growth:
@@ -97,7 +108,7 @@ class Growth:
         that stay whole, and what the others are divided into.
 
         Edges on the border have the vertices that they had. One whose new vertex looks away from an
-        end stays: the vertex is on another side of a thin wall or groove. So do those of a triangle
+        end stays: the vertex is on another side of a thin wall or groove. So does one at a triangle
         that would come out thin or turned over.
         """
         first = len(self.vertices)
@@ -107,13 +118,14 @@ class Growth:
         points, normals = self._settled(ends, middles.points[chosen], limit, progress)
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         way = lengths(points - (low + high) / 2)
-        stays = (way >= FARTHEST * lengths(high - low))[:, 0]
+        stray = (way / np.maximum(lengths(high - low), FLAT))[:, 0]
+        stays = stray >= FARTHEST
         for end in ends.T:
             stays |= np.einsum("sa,sa->s", self.normals.take(end, axis=0), normals) <= AWAY
-        chosen, points, normals = (rows[~stays] for rows in (chosen, points, normals))
+        chosen, points, normals = chosen[~stays], points[~stays], normals[~stays]
         number[chosen] = first + np.arange(len(chosen), dtype=np.int32)
         self._add(points, normals)
-        whole, fine = self._divided(parts, edges, number, first)
+        whole, fine = self._divided(parts, edges, number, first, _New(chosen, stray[~stays]))
         split = number.take(chosen) >= 0
         if not split.all():
             self.vertices, self.normals = self.vertices[:first], self.normals[:first]
@@ -143,13 +155,14 @@ class Growth:
         return number
 
     def _divided(
-        self, parts: Parts, edges: Edges, number: NDArray[np.int32], first: int
+        self, parts: Parts, edges: Edges, number: NDArray[np.int32], first: int, new: _New
     ) -> tuple[Parts, Parts]:
         """Those of `parts` that stay whole, and what the others are divided into.
 
         number: (E,) of the vertex in the middle of each edge, or -1; those below `first` are on the
-                border, and remain. Of the others some are taken away, in place, until no triangle
-                of which some edges are split comes out thin or turned over
+                border, and remain. Of the `new` ones some are taken away, in place: while there is
+                a triangle that comes out thin or turned over, that corner of it which is farthest
+                from its edge, or all of the whole one's where none of its corners is new
         """
         made, last = (
             list[Parts](),
@@ -162,14 +175,17 @@ class Growth:
             last[looked_at] = np.where(marked, len(made), -1)
             looked_at, middle = looked_at.compress(marked), middle.compress(marked, axis=0)
             given = parts.triangles.take(looked_at, axis=0), looked_at.astype(np.int32)
-            new = divided(Parts.whole(*given), middle, self.vertices)
-            poor = find_poor(self.field, new.triangles, self.vertices, self.normals)
+            found = divided(Parts.whole(*given), middle, self.vertices)
+            poor = found.where(find_poor(self.field, found.triangles, self.vertices, self.normals))
             stays = np.zeros(len(number) + 1, bool)  # the last one is no edge
-            stays[edges.corners[new.parents[poor]]] = True
+            row = np.maximum(poor.triangles - first, -1)  # (P, 3), of the new ones, or -1
+            row = row[np.arange(len(row)), np.append(new.stray, -1)[row].argmax(axis=1)]
+            stays[new.edges[row[row >= 0]]] = True
+            stays[edges.corners[poor.parents[row < 0]]] = True
             stays[:-1] &= number >= first
             stays[-1] = False
             number[stays[:-1]] = -1
-            made.append(new)
+            made.append(found)
             looked_at = np.flatnonzero(stays.take(edges.corners).any(axis=1))
         valid = [each.where(last.take(each.parents) == turn) for turn, each in enumerate(made)]
         fine = Parts.together(valid)
