@@ -13,7 +13,7 @@ evaluated: bricks of 8^3 cells with a halo of one node, found through a dense ta
 """
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +35,7 @@ from .levels import (
     spacing,
 )
 
+_SHIFT = BRICK.bit_length() - 1  # torch shifts whole numbers six times as fast as it divides them
 _HALO = BRICK + 2  # nodes along the edge of a brick with its halo
 OFFSETS = block(0, 3) @ (_HALO * _HALO, _HALO, 1)  # (27,), from a cell to the nodes around it
 
@@ -79,6 +80,17 @@ class Grid:
         bricks.reshape(-1)[flat[home] * _HALO**3 + spot] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
 
+    def reaches(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Whether a node that is not zero reaches each of `points` (N, 3) of the box."""
+        table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy()
+        cells = cells_of(points, self.level)
+        rows = table[tuple((cells // BRICK).T)]
+        found = rows >= 0
+        x, y, z = (cells[found] % BRICK).T
+        first = rows[found] * _HALO**3 + (x * _HALO + y) * _HALO + z
+        found[found] = bricks.ravel().take(first[:, None] + OFFSETS).any(axis=1)
+        return found
+
     def nodes(self) -> Level:
         """The nodes that are not zero."""
         if not len(self.bricks):
@@ -114,22 +126,29 @@ def around(grids: Sequence[Grid], x: Tensor) -> Around:
 
     All grids together: so few points fit the cache that the number of operations decides.
     """
-    sizes = torch.tensor([[len(grid.table)] for grid in grids], device=x.device)  # (L, 1)
-    scales = torch.tensor([1 / spacing(grid.level) for grid in grids], device=x.device)  # (L,)
+    sizes, scales = _layout(tuple(grid.level for grid in grids), x.device)
     ends = BRICK * sizes[:, :, None]  # no node reaches there, so points beyond see zeros, too
     place = torch.minimum(((x.T + 1) * scales[:, None, None] + MARGIN).clamp_(min=0), ends)
     cell = torch.minimum(place.to(torch.int64), ends - 1)  # (L, 3, N)
-    bx, by, bz = (cell // BRICK).unbind(1)  # (L, N) each
+    bx, by, bz = (cell >> _SHIFT).unbind(1)  # (L, N) each
     homes = (bx * sizes + by) * sizes + bz
-    rows = torch.stack([g.table.reshape(-1)[home] for g, home in zip(grids, homes, strict=True)])
+    rows = torch.stack([torch.take(g.table, home) for g, home in zip(grids, homes, strict=True)])
     grid, point = torch.nonzero(rows >= 0, as_tuple=True)
     cell, place = cell[grid, :, point].T, place[grid, :, point].T  # (3, M)
-    ix, iy, iz = cell % BRICK
+    ix, iy, iz = cell & (BRICK - 1)
     base = rows[grid, point].to(torch.int64) * _HALO**3 + (ix * _HALO + iy) * _HALO + iz
     index = base + torch.as_tensor(OFFSETS, device=x.device)[:, None]  # (27, M)
     each = index.split((rows >= 0).sum(dim=1).tolist(), dim=1)
     nodes = [torch.take(g.bricks, part) for g, part in zip(grids, each, strict=True)]
     return Around(point, scales[grid], place - cell - 0.5, torch.cat(nodes, dim=1))
+
+
+@cache
+def _layout(levels: tuple[int, ...], device: torch.device) -> tuple[Tensor, Tensor]:
+    """Bricks along an axis (L, 1) and cells in a unit of length (L,) of the grids of `levels`."""
+    with torch.inference_mode(False):  # autograd may come across them later
+        sizes = torch.tensor([[cells_per_axis(level) // BRICK] for level in levels], device=device)
+        return sizes, torch.tensor([1 / spacing(level) for level in levels], device=device)
 
 
 def weights(offset: Tensor) -> Tensor:

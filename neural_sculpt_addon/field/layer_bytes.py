@@ -12,6 +12,7 @@ checked.
 
 import struct
 import zlib
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +113,12 @@ def _checked(level: int, index: NDArray[np.int64], units: NDArray[np.int64]) -> 
         raise SculptError("This layer's nodes lie on the border of the grid; it is damaged.")
     if np.abs(units).max() > MOST_UNITS:
         raise SculptError(f"This layer's coefficients are beyond {MOST_UNITS * UNIT:g}.")
-    made = np.zeros((n // BRICK,) * 3, bool)
-    for corner in np.ndindex(2, 2, 2):  # a node at the border of a brick is in its neighbour's halo
-        made[tuple((cells + 2 * np.array(corner) - 1).T // BRICK)] = True
+    size = n // BRICK
+    made = np.zeros(size**3, bool)
+    # A node at the border of a brick is in its neighbour's halo, too.
+    ends = [(cells + side) // BRICK * np.array([size * size, size, 1]) for side in (-1, 1)]
+    for x, y, z in product(*zip(*(end.T for end in ends), strict=True)):
+        made[x + y + z] = True
     return np.count_nonzero(made)
 
 

@@ -66,8 +66,11 @@ def submit(task: Callable[[S], T], part: S) -> Future[T]:
 
 
 def parallel(task: Callable[[S], T], parts: Iterable[S]) -> list[T]:
-    """What the pool's threads make of `parts`, in order."""
-    return [task(part) for part in parts] if in_pool() else list(_ahead(task, list(parts)))
+    """What the pool's threads make of `parts`, in order. A single one is not worth handing over."""
+    parts = list(parts)
+    if in_pool() or (len(parts) == 1 and torch.get_num_threads() == 1):
+        return [task(part) for part in parts]
+    return list(_ahead(task, parts))
 
 
 def shares(count: int, size: int) -> list[slice]:

@@ -272,3 +272,20 @@ def test_a_strength_scales_all_coefficients(terms, strength):
         np.testing.assert_array_equal(part.values, quantised(part.values))
     assert same(scaled(terms, 1.0), terms)
     assert not Detail.of(scaled(terms, 0.0)).coefficients
+
+
+def test_a_grid_says_where_its_nodes_reach():
+    """A node reaches the 27 cells around its own; one whose coefficient is zero none."""
+    level, random = 6, np.random.default_rng(4)
+    cells = cells_of(random.uniform(-0.5, 0.5, (40, 3)), level)
+    index = np.unique(linear(cells, level))
+    units = np.where(np.arange(len(index)) % 3, 1.0, 0.0).astype(np.float32)
+    (grid,) = Detail.of({level: Level(index, units)}).grids
+    points = random.uniform(-1, 1, (20_000, 3)).astype(np.float32)
+    points[::2] *= 0.5
+    reaching = centres(places(index[units > 0], level), level)
+    middles = centres(cells_of(points, level), level)
+    away = np.abs(middles[:, None] - reaching).max(axis=2).min(axis=1)
+    wanted = away < 1.5 * spacing(level)
+    np.testing.assert_array_equal(grid.reaches(points), wanted)
+    assert 0.001 < wanted.mean() < 0.9

@@ -30,7 +30,7 @@ from ...common.progress import Progress, silent, sub_progress
 from ...stroke.stroke import Stroke
 from ..field import Field
 from ..layer_bytes import layer_from_bytes, layer_to_bytes
-from ..levels import SUPPORT, Coefficients, Level, cells_per_axis, scaled, support
+from ..levels import SUPPORT, Coefficients, Level, cells_per_axis, merged, scaled, support
 from ..mesh.proxy import update
 from ..problem.prepare import Preparation, prepare
 from .brushed import AbsorbedStroke
@@ -232,6 +232,14 @@ def difference(before: Sequence[Term], after: Sequence[Term]) -> Coefficients:
                 parts.setdefault(level, []).append(Level(part.index, sign * part.values))
     sums = {level: Level.sum(some) for level, some in sorted(parts.items())}
     return {level: part for level, part in sums.items() if len(part.index)}
+
+
+def reached(before: Sequence[Term], after: Sequence[Term]) -> NDArray[np.int32]:
+    """The cells (S,), as of `levels.support`, outside of which the sums of both are the same."""
+    layers = {term.layer.id: term.layer for term in (*before, *after)}
+    counts = _counts(before, after).items()
+    supports = [layers[name].support for (name, strength), sign in counts if sign and strength]
+    return merged(np.concatenate([np.empty(0, np.int32), *supports]))
 
 
 def _counts(before: Sequence[Term], after: Sequence[Term]) -> Counter[tuple[str, float]]:

@@ -14,24 +14,27 @@ def find_edges(triangles: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray
     following = triangles.take([1, 2, 0], axis=1)
     low = np.minimum(triangles, following).astype(np.int64).ravel()
     high = np.maximum(triangles, following).ravel()  # (3F,)
-    order = _order(low, high)
-    low, high = low.take(order), high.take(order)
-    first = np.append(True, (low[1:] != low[:-1]) | (high[1:] != high[:-1]))[: len(low)]
-    of_corners = np.empty(len(low), np.int32)
+    of_vertex = int(high.max(initial=0)).bit_length()
+    name, order = _sorted(low << of_vertex | high, 2 * of_vertex)
+    first = np.append(True, name[1:] != name[:-1])[: len(name)]
+    of_corners = np.empty(len(name), np.int32)
     of_corners[order] = np.cumsum(first, dtype=np.int32) - 1
-    vertices = np.stack([low.compress(first), high.compress(first)], axis=1).astype(np.int32)
+    name = name.compress(first)
+    vertices = np.empty((len(name), 2), np.int32)
+    vertices[:, 0], vertices[:, 1] = name >> of_vertex, name & ((1 << of_vertex) - 1)
     return vertices, of_corners.reshape(triangles.shape)
 
 
-def _order(low: NDArray[np.int64], high: NDArray[np.int32]) -> NDArray[np.int64]:
-    """The order (N,) of pairs, those that are the same as they come.
+def _sorted(numbers: NDArray[np.int64], bits: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers (N,) of so many `bits` in order, and where each was before.
 
-    Both and their place are packed into one number where they fit: numbers are sorted in half of
-    the time that their order takes.
+    A number and its place are packed into one where they fit: numbers are sorted in half of the
+    time that their order takes.
     """
-    of_vertex, of_place = int(high.max(initial=0)).bit_length(), len(low).bit_length()
-    if 2 * of_vertex + of_place >= 64:
-        return np.argsort(low << 32 | high, kind="stable")
-    packed = (low << of_vertex | high) << of_place | np.arange(len(low))
+    of_place = len(numbers).bit_length()
+    if bits + of_place >= 64:
+        order = np.argsort(numbers, kind="stable")
+        return numbers.take(order), order
+    packed = numbers << of_place | np.arange(len(numbers))
     packed.sort()
-    return packed & (1 << of_place) - 1
+    return packed >> of_place, packed & ((1 << of_place) - 1)

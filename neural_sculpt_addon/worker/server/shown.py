@@ -40,8 +40,7 @@ class Shown:
 
     def state(self, state: "State", job: Payload, progress: Progress) -> "Proxy | Refined":
         """The mesh of a state."""
-        from ...field.edit.layers import difference
-        from ...field.levels import support
+        from ...field.edit.layers import reached
         from ...field.mesh.refinement.refine import again, refine
 
         most = _most(job)
@@ -53,8 +52,8 @@ class Shown:
         if last is not None and (last.state.base, last.most) == (state.base, most):
             if last.state is state and last.refined.coarse is proxy:
                 return last.refined
-            reached = support(difference(last.state.terms, state.terms))
-            refined = again(field, proxy, last.refined, reached, most, progress)
+            changed = reached(last.state.terms, state.terms)
+            refined = again(field, proxy, last.refined, changed, most, progress)
         else:
             refined = refine(field, proxy, most, progress=progress)
         self._refined = _Last(state, refined, most)
@@ -65,8 +64,7 @@ class Shown:
 
         At another one the last proxy is updated, if both states have the same base.
         """
-        from ...field.edit.layers import difference
-        from ...field.levels import support
+        from ...field.edit.layers import reached
         from ...field.mesh.proxy import extract, update
         from ...field.problem.prepare import CELLS
 
@@ -75,8 +73,8 @@ class Shown:
             return state.preparation.proxy
         shown, last = self._coarse or (state, state.preparation.proxy)
         if shown.base == state.base and last.active.cells == cells:
-            reached = support(difference(shown.terms, state.terms))
-            proxy = update(last, state.preparation.field, reached, progress)
+            changed = reached(shown.terms, state.terms)
+            proxy = update(last, state.preparation.field, changed, progress)
         else:
             proxy = extract(state.preparation.field, cells, progress)
         self._coarse = state, proxy

@@ -19,13 +19,17 @@ from neural_sculpt_addon.field.edit.layers import (
     Term,
     context,
     digest,
+    reached,
     replay,
+    summed,
 )
+from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.levels import SUPPORT, UNIT, Level, cells_of, centres, linear, scaled
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
+from tests.field.random_layers import random_layer
 
 NORTH, BESIDE, SOUTH, EAST = (0, 0, 1), (0.15, 0, 1), (0, 0, -1), (1, 0, 0)
 
@@ -95,6 +99,21 @@ def test_a_support_is_where_the_layer_is_not_zero(levels):
     Detail.of(coefficients).add_value(torch.from_numpy(points), value)
     reached = np.unique(linear(cells_of(points[value.numpy() > 0], SUPPORT), SUPPORT))
     np.testing.assert_array_equal(Layer.of(coefficients).support, reached)
+
+
+def test_outside_of_the_cells_reached_two_sums_are_the_same(base):
+    """Of layers moved, faded, muted and added, in other places each."""
+    one, two, three, four = (Layer.of(random_layer(seed)) for seed in range(4))
+    before = [Term(one, 1.0), Term(two, 1.0), Term(three, 0.0)]
+    after = [Term(three, 0.0), Term(two, 0.5), Term(one, 1.0), Term(four, 1.0)]
+    changed = reached(before, after)
+    assert set(changed) == set(two.support) | set(four.support)
+    points = np.random.default_rng(0).uniform(-1, 1, (60_000, 3)).astype(np.float32)
+    away = ~np.isin(linear(cells_of(points, SUPPORT), SUPPORT), changed)
+    sums = [values(summed(base.preparation.field, terms), points) for terms in (before, after)]
+    np.testing.assert_array_equal(sums[0][away], sums[1][away])
+    assert (sums[0][~away] != sums[1][~away]).mean() > 0.5
+    assert not len(reached(before, before[::-1]))
 
 
 def test_layers_touch_when_their_supports_do(base, sculpted):

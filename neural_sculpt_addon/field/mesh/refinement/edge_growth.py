@@ -2,7 +2,7 @@
 """Growth of a mesh by its edges: those whose middles are off the surface are split there.
 
 The new vertices go onto f = 0 by Newton steps across their edges. Where a triangle would come out
-thin or turned over, its edges stay as they are. How far an edge is off is judged by itself
+thin or turned over, an edge of it stays as it is. How far an edge is off is judged by itself
 (`edge_middles`), and the triangles on both sides of it split it alike. Model space. See
 docs/method.md, section 8.
 """
@@ -37,8 +37,9 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-STEPS, SETTLED = 3, 0.01
-"""Newton steps of a new vertex at most; one that moved less, in edges, needs no further step."""
+STEPS = 2
+"""Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
+step: what is left falls with the square."""
 
 
 class Splits(NamedTuple):
@@ -46,6 +47,17 @@ class Splits(NamedTuple):
 
     edges: NDArray[np.int64]  # (S,), rising
     middles: NDArray[np.int32]  # (S,)
+
+
+class _New(NamedTuple):
+    """New vertices.
+
+    edges: (S,), in the middle of which each is
+    stray: (S,), how far from there, in lengths of the edge
+    """
+
+    edges: NDArray[np.intp]
+    stray: NDArray[np.float32]
 
 
 class Growth:
@@ -67,10 +79,14 @@ class Growth:
         if known is not None:
             self.splits.append(known)
 
+    def all_splits(self) -> Splits:
+        """Those of the border, and those that were made."""
+        return in_order(*map(np.concatenate, zip(*self.splits, strict=True)))
+
     def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
-        done, count = [], len(parts.triangles)
+        done, count = [], 0
         for turn in range(ROUNDS):
             share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
             edges = open_edges(parts)
@@ -78,63 +94,114 @@ class Growth:
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
                 sub_progress(share, 0, 0.5),
             )
-            number = self._split(
-                parts.triangles, edges, middles, limit, sub_progress(share, 0.5, 1)
-            )
-            middle = edges.at_corners(number)
-            marked = (middle >= 0).any(axis=1)
-            count += np.count_nonzero(middle >= 0)
-            if count > most and marked.any():
+            whole, parts = self._split(parts, edges, middles, limit, sub_progress(share, 0.5, 1))
+            done.append(whole)
+            count += len(whole.triangles)
+            if count + len(parts.triangles) > most and len(parts.triangles):
                 return None
-            done.append(parts.where(~marked))
-            parts = divided(parts.where(marked), middle[marked], self.vertices)
         return Parts.together([*done, parts])
 
     def _split(
-        self,
-        triangles: NDArray[np.int32],
-        edges: Edges,
-        middles: Middles,
-        limit: float,
-        progress: Progress,
-    ) -> NDArray[np.int32]:
-        """Put vertices on the edges of `triangles` (F, 3) that are farther off than `limit`; their
-        numbers, or -1 (E,).
+        self, parts: Parts, edges: Edges, middles: Middles, limit: float, progress: Progress
+    ) -> tuple[Parts, Parts]:
+        """Put vertices on the edges of `parts` that are farther off than `limit`; the triangles
+        that stay whole, and what the others are divided into.
 
-        Edges on the border have those that they had. One whose new vertex looks away from an end
-        stays: the vertex is on another side of a thin wall or groove. So do those of a triangle
+        Edges on the border have the vertices that they had. One whose new vertex looks away from an
+        end stays: the vertex is on another side of a thin wall or groove. So does one at a triangle
         that would come out thin or turned over.
         """
-        number, count = np.full(len(edges.ends), -1, np.int32), len(self.vertices)
+        first = len(self.vertices)
+        number = self._on_border(edges)
+        chosen = np.flatnonzero((middles.off > limit) & (number < 0))
+        ends = edges.ends.take(chosen, axis=0)
+        points, normals = self._settled(ends, middles.points[chosen], limit, progress)
+        low, high = (self.vertices.take(end, axis=0) for end in ends.T)
+        way = lengths(points - (low + high) / 2)
+        stray = (way / np.maximum(lengths(high - low), FLAT))[:, 0]
+        stays = stray >= FARTHEST
+        for end in ends.T:
+            stays |= np.einsum("sa,sa->s", self.normals.take(end, axis=0), normals) <= AWAY
+        chosen, points, normals = chosen[~stays], points[~stays], normals[~stays]
+        number[chosen] = first + np.arange(len(chosen), dtype=np.int32)
+        self._add(points, normals)
+        whole, fine = self._divided(parts, edges, number, first, _New(chosen, stray[~stays]))
+        split = number.take(chosen) >= 0
+        if not split.all():
+            self.vertices, self.normals = self.vertices[:first], self.normals[:first]
+            self._add(points[split], normals[split])
+            chosen = chosen[split]
+            renumbered = np.arange(first + len(split), dtype=np.int32)
+            renumbered[first:] = first - 1 + np.cumsum(split)
+            fine = fine._replace(triangles=renumbered.take(fine.triangles))
+        middles_of = first + np.arange(len(chosen), dtype=np.int32)
+        self.splits.append(in_order(names(edges.ends.take(chosen, axis=0)), middles_of))
+        return whole, fine
+
+    def _add(self, points: NDArray[np.float32], normals: NDArray[np.float32]) -> None:
+        """Add vertices (N, 3)."""
+        self.vertices = np.concatenate([self.vertices, points])
+        self.normals = np.concatenate([self.normals, normals])
+
+    def _on_border(self, edges: Edges) -> NDArray[np.int32]:
+        """The vertex (E,) in the middle of each edge on the border that has one; -1 for others."""
+        number = np.full(len(edges.ends), -1, np.int32)
         if self.known is not None and len(self.known.edges):
             border = np.flatnonzero(edges.alone)
             name = names(edges.ends[border])
             place = np.searchsorted(self.known.edges, name)
             found = self.known.edges.take(place, mode="clip") == name
             number[border[found]] = self.known.middles[place[found]]
-        chosen = np.flatnonzero((middles.off > limit) & (number < 0))
-        points, normals = self._settled(edges.ends[chosen], middles.points[chosen], progress)
-        beside = self.normals.take(edges.ends[chosen], axis=0)  # (S, 2, 3)
-        same = (np.einsum("sea,sa->se", beside, normals) > AWAY).all(axis=1)
-        ends = self.vertices.take(edges.ends[chosen], axis=0)
-        way, length = points - ends.mean(axis=1), lengths(ends[:, 1] - ends[:, 0])
-        same &= (lengths(way) < FARTHEST * length)[:, 0]
-        chosen, points, normals = chosen[same], points[same], normals[same]
-        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
-        vertices = np.concatenate([self.vertices, points])
-        _refuse(number, count, triangles, edges, vertices, np.concatenate([self.normals, normals]))
-        split = number.take(chosen) >= 0
-        chosen = chosen[split]
-        number[chosen] = count + np.arange(len(chosen), dtype=np.int32)
-        self.vertices = np.concatenate([self.vertices, points[split]])
-        self.normals = np.concatenate([self.normals, normals[split]])
-        self.splits.append(in_order(names(edges.ends[chosen]), number[chosen]))
         return number
 
+    def _divided(
+        self, parts: Parts, edges: Edges, number: NDArray[np.int32], first: int, new: _New
+    ) -> tuple[Parts, Parts]:
+        """Those of `parts` that stay whole, and what the others are divided into.
+
+        number: (E,) of the vertex in the middle of each edge, or -1; those below `first` are on the
+                border, and remain. Of the `new` ones some are taken away, in place: while there is
+                a triangle that comes out thin or turned over, that corner of it which is farthest
+                from its edge, or all of the whole one's where none of its corners is new
+        """
+        made, last = (
+            list[Parts](),
+            np.full(len(parts.triangles), -1),
+        )  # the last time it was divided
+        looked_at = np.arange(len(parts.triangles))
+        while len(looked_at) or not made:
+            middle = edges.at_corners(number, looked_at)  # (L, 3)
+            marked = (middle >= 0).any(axis=1)
+            last[looked_at] = np.where(marked, len(made), -1)
+            looked_at, middle = looked_at.compress(marked), middle.compress(marked, axis=0)
+            given = parts.triangles.take(looked_at, axis=0), looked_at.astype(np.int32)
+            found = divided(Parts.whole(*given), middle, self.vertices)
+            poor = found.where(find_poor(self.field, found.triangles, self.vertices, self.normals))
+            stays = np.zeros(len(number) + 1, bool)  # the last one is no edge
+            row = np.maximum(poor.triangles - first, -1)  # (P, 3), of the new ones, or -1
+            row = row[np.arange(len(row)), np.append(new.stray, -1)[row].argmax(axis=1)]
+            stays[new.edges[row[row >= 0]]] = True
+            stays[edges.corners[poor.parents[row < 0]]] = True
+            stays[:-1] &= number >= first
+            stays[-1] = False
+            number[stays[:-1]] = -1
+            made.append(found)
+            looked_at = np.flatnonzero(stays.take(edges.corners).any(axis=1))
+        valid = [each.where(last.take(each.parents) == turn) for turn, each in enumerate(made)]
+        fine = Parts.together(valid)
+        return parts.where(last < 0), fine._replace(parents=parts.parents.take(fine.parents))
+
     def _settled(
-        self, ends: NDArray[np.int32], points: NDArray[np.float32], progress: Progress
+        self,
+        ends: NDArray[np.int32],
+        points: NDArray[np.float32],
+        enough: float,
+        progress: Progress,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges."""
+        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges.
+
+        enough: a step that is shorter is the last one
+        """
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         along, normals = high - low, np.empty_like(points)
         left = np.arange(len(points))
@@ -147,7 +214,7 @@ class Growth:
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )
-            left = left[off > SETTLED * lengths(along[left])[:, 0]]
+            left = left[off > enough]
         return points, normals
 
 
@@ -175,44 +242,16 @@ def _onto(
     return np.clip(points - step, -1, 1), np.minimum(distance, reach)[:, 0], normals
 
 
-def _refuse(
-    number: NDArray[np.int32],
-    first: int,
-    triangles: NDArray[np.int32],
-    edges: Edges,
-    vertices: NDArray[np.float32],
-    normals: NDArray[np.float32],
-) -> None:
-    """Leave edges of `triangles` (F, 3) as they are, in place, until no triangle of which some were
-    split comes out thin or turned over.
-
-    number:            (E,) of the vertex in the middle of each edge, or -1; those below `first`
-                       are on the border, and remain
-    vertices, normals: (V, 3), the new ones, too
-    """
-    looked_at = np.arange(len(triangles))
-    while len(looked_at):
-        middle = edges.at_corners(number, looked_at)  # (L, 3)
-        marked = (middle >= 0).any(axis=1)
-        looked_at, middle = looked_at[marked], middle[marked]
-        whole = Parts.whole(triangles[looked_at], np.arange(len(looked_at), dtype=np.int32))
-        parts = divided(whole, middle, vertices)
-        poor = np.unique(parts.parents[find_poor(parts.triangles, vertices, normals)])
-        left = np.zeros(len(number) + 1, bool)  # the last one is no edge
-        left[edges.corners[looked_at[poor]]] = True
-        left[:-1] &= number >= first
-        left[-1] = False
-        number[left[:-1]] = -1
-        looked_at = looked_at[left.take(edges.corners[looked_at]).any(axis=1)]
-
-
 def in_order(edges: NDArray[np.int64], middles: NDArray[np.int32]) -> Splits:
-    order = np.argsort(edges)
+    order = np.argsort(edges, kind="stable")  # quick, because they are a few rising runs
     return Splits(edges.take(order), middles.take(order))
 
 
 def renamed(splits: Splits, number: NDArray[np.int32]) -> Splits:
-    """Splits after the vertices got another `number` (V,), of which those with -1 are gone."""
-    ends, middles = number.take(ends_of(splits.edges)), number.take(splits.middles)
-    left = (ends >= 0).all(axis=1) & (middles >= 0)
-    return in_order(names(ends[left]), middles[left])
+    """Splits after the vertices got another `number` (V,), in the same order, of which those with
+    -1 are gone."""
+    low, high = (number.take(end) for end in ends_of(splits.edges).T)
+    middles = number.take(splits.middles)
+    left = np.flatnonzero((low >= 0) & (high >= 0) & (middles >= 0))
+    ends = np.stack([low.take(left), high.take(left)], axis=1)
+    return Splits(names(ends), middles.take(left))

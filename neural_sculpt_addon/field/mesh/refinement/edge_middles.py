@@ -14,12 +14,17 @@ from ....common.progress import Progress
 from ...evaluate import values
 from ...field import Field
 from ...geometry import lengths
-from ...levels import BRICK, cells_of, spacing
+from ...levels import spacing
 from ..proxy import BATCH
 from .subdivide import Edges
 
 PLACES = np.array([0.35, 0.65], np.float32)
 """Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
+
+HIDES = 1.5
+"""Length of an edge, in cells of a level, above which the level's detail may hide between its ends:
+to ask about all that are longer than a cell takes twice as many places, and finds 2 % more edges
+that are off."""
 
 JOINS = -0.6
 """Cosine of the normals at both ends, 127 degrees, below which an edge joins two sides of something
@@ -71,9 +76,9 @@ def find_middles(
     for begin in range(0, len(straight), BATCH):
         progress(begin / len(straight), "Refining the mesh")
         part = straight[begin : begin + BATCH]
-        for share in PLACES:
-            value = values(field, low[part] + share * along[part])
-            off[part] = np.maximum(off[part], np.abs(value))
+        places = low[part] + PLACES[:, None, None] * along[part]  # (2, N, 3)
+        value = values(field, places.reshape(-1, 3)).reshape(places.shape[:2])
+        off[part] = np.maximum(off[part], np.abs(value).max(axis=0))
     return Middles(points, off)
 
 
@@ -90,10 +95,9 @@ def _bend(
 def _may_hide(
     field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
 ) -> NDArray[np.bool_]:
-    """Whether there is detail at `points` (N, 3) with cells smaller than `lengths` (N,)."""
+    """Whether there is detail at `points` (N, 3) that edges of such `lengths` (N,) may hide."""
     found = np.zeros(len(points), bool)
     for grid in field.detail.grids:
-        some = np.flatnonzero(lengths > spacing(grid.level))
-        brick = cells_of(points.take(some, axis=0), grid.level) // BRICK
-        found[some] |= grid.table.cpu().numpy()[tuple(brick.T)] >= 0
+        some = np.flatnonzero((lengths > HIDES * spacing(grid.level)) & ~found)
+        found[some] = grid.reaches(points.take(some, axis=0))
     return found

@@ -4,29 +4,39 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ...evaluate import values_and_gradients
+from ...field import Field
+from ...geometry import lengths
+
 POOR = 0.25
-"""Quality below which a triangle is poor: angles of some 8 degrees. 1 is equilateral, below zero
-the triangle looks the other way than the surface."""
+"""Quality below which a triangle is poor: angles of some 8 degrees. 1 is equilateral."""
+
+LEANS = 0.6
+"""Cosine between a triangle and the surface at a corner, 53 degrees, below which the field is asked
+which way the triangle looks. That of each would be asked for nothing: all others look outward."""
 
 
 def find_poor(
-    triangles: NDArray[np.int32], vertices: NDArray[np.float32], normals: NDArray[np.float32]
+    field: Field,
+    triangles: NDArray[np.int32],
+    vertices: NDArray[np.float32],
+    normals: NDArray[np.float32],
 ) -> NDArray[np.bool_]:
-    """Which triangles (F,) are thin or turned over.
+    """Which triangles (F,) are thin or turned over: against the normals of their corners, or
+    against the field in their middle.
 
     vertices, normals: (V, 3)
     """
-    return _quality(triangles, vertices, normals) < POOR
-
-
-def _quality(
-    triangles: NDArray[np.int32], vertices: NDArray[np.float32], normals: NDArray[np.float32]
-) -> NDArray[np.float64]:
-    """Of triangles (N, 3): area by the squares of the edges, with the sign of its side."""
-    a, b, c = (vertices.take(corner, axis=0).astype(float) for corner in triangles.T)
-    along = np.cross(b - a, c - a)  # (N, 3)
-    area = np.sqrt(np.einsum("na,na->n", along, along))
-    squares = sum(np.einsum("na,na->n", edge, edge) for edge in (b - a, c - b, a - c))
-    outward = sum(normals.take(corner, axis=0) for corner in triangles.T)
-    side = np.where(np.einsum("na,na->n", along, outward) < 0, -1.0, 1.0)
-    return 2 * np.sqrt(3) * side * area / np.maximum(squares, 1e-30)
+    a, b, c = (vertices.take(corner, axis=0) for corner in triangles.T)
+    across = np.cross(b - a, c - a)  # (F, 3)
+    squares = sum(np.einsum("fa,fa->f", edge, edge) for edge in (b - a, c - b, a - c))
+    area = lengths(across)[:, 0]
+    sides = [np.einsum("fa,fa->f", across, normals.take(each, axis=0)) for each in triangles.T]
+    poor = 2 * np.sqrt(3) * area < POOR * squares
+    poor |= sides[0] + sides[1] + sides[2] <= 0
+    leaning = np.minimum.reduce(sides) < LEANS * area
+    asked = np.flatnonzero(leaning & ~poor)
+    middles = (a.take(asked, axis=0) + b.take(asked, axis=0) + c.take(asked, axis=0)) / 3
+    _, gradient = values_and_gradients(field, middles)
+    poor[asked] = np.einsum("fa,fa->f", across.take(asked, axis=0), gradient) < 0
+    return poor

@@ -62,7 +62,7 @@ def refine(
         growth = Growth(field, coarse.vertices, coarse.normals)
         parts = growth.grow(whole, tolerance * coarse.active.spacing, most, progress)
         if parts is not None:
-            return _numbered(growth, parts, coarse, tolerance)
+            return _result(growth, parts, coarse, tolerance)
         tolerance *= 2
 
 
@@ -82,57 +82,48 @@ def again(
     if coarse.active.cells != before.coarse.active.cells:
         return refine(field, coarse, most, progress=progress)
     number = _same_vertices(coarse, before.coarse, reached)
-    kept, parents = _same_triangles(coarse, before.coarse, number)
-    of_kept = kept.take(before.parents)
-    triangles = before.triangles.compress(of_kept, axis=0)
+    parents = _same_triangles(coarse, before.coarse, number)
+    of_all = parents.take(before.parents)
+    kept = np.flatnonzero(of_all >= 0)
+    triangles = before.triangles.take(kept, axis=0)
 
     count, old = len(coarse.vertices), len(before.coarse.vertices)
-    used = np.zeros(len(before.vertices), bool)
-    used[triangles] = True
-    used[:old] = False
-    number = np.concatenate([number, np.where(used, 0, -1)[old:]]).astype(np.int32)
-    number[used] = count + np.arange(np.count_nonzero(used), dtype=np.int32)
-    triangles = number.take(triangles)
-    of_kept = parents.take(before.parents.compress(of_kept))
+    is_used = np.zeros(len(before.vertices), bool)
+    is_used[triangles] = True
+    used = old + np.flatnonzero(is_used[old:])
+    number = np.append(number, np.full(len(before.vertices) - old, -1, np.int32))
+    number[used] = count + np.arange(len(used), dtype=np.int32)
 
     growth = Growth(
         field,
-        np.concatenate([coarse.vertices, before.vertices[used]]),
-        np.concatenate([coarse.normals, before.normals[used]]),
+        np.concatenate([coarse.vertices, before.vertices.take(used, axis=0)]),
+        np.concatenate([coarse.normals, before.normals.take(used, axis=0)]),
         renamed(before.splits, number),
     )
-    fresh = np.ones(len(coarse.triangles), bool)
-    fresh[parents[kept]] = False
-    parts = Parts.whole(coarse.triangles[fresh], np.flatnonzero(fresh).astype(np.int32))
+    is_fresh = np.ones(len(coarse.triangles), bool)
+    is_fresh[parents[parents >= 0]] = False
+    fresh = np.flatnonzero(is_fresh).astype(np.int32)
+    parts = Parts.whole(coarse.triangles.take(fresh, axis=0), fresh)
     limit = before.tolerance * coarse.active.spacing
     parts = growth.grow(parts, limit, most - len(triangles), progress)
     if parts is None:
         return refine(field, coarse, most, 2 * before.tolerance, progress)
     if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
-    kept_parts = Parts(triangles, of_kept, np.ones(triangles.shape, bool))
-    return _numbered(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
+    triangles = number.take(triangles)
+    kept_parts = Parts(triangles, of_all.take(kept), np.ones(triangles.shape, bool))
+    return _result(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
 
 
-def _numbered(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
+def _result(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
     """The mesh of `parts`, which are all that there are."""
     order = np.argsort(parts.parents, kind="stable")
-    triangles = parts.triangles.take(order, axis=0)
-    # Vertices in the order in which triangles name them, whatever they were made after.
-    corners, count = triangles.ravel(), len(growth.vertices)
-    first = np.zeros(count, np.intp)
-    first[corners[::-1]] = np.arange(len(corners), 0, -1)
-    first[: len(coarse.vertices)] = -1
-    listed = np.argsort(first, kind="stable")
-    number = np.empty(count, np.int32)
-    number[listed] = np.arange(count, dtype=np.int32)
-    edges, middles = (np.concatenate(each) for each in zip(*growth.splits, strict=True))
     return Refined(
-        growth.vertices.take(listed, axis=0),
-        growth.normals.take(listed, axis=0),
-        number.take(triangles),
+        growth.vertices,
+        growth.normals,
+        parts.triangles.take(order, axis=0),
         parts.parents.take(order),
-        renamed(Splits(edges, middles), number),
+        growth.all_splits(),
         coarse,
         tolerance,
     )
@@ -141,34 +132,38 @@ def _numbered(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> 
 def _same_vertices(coarse: Proxy, before: Proxy, reached: NDArray[np.int32]) -> NDArray[np.int32]:
     """The number (V,) in `coarse` of each vertex of the proxy before it; -1 for those that are
     elsewhere now, or so near to the cells `reached` that the field at an edge may have changed."""
-    place = np.searchsorted(coarse.edges, before.edges).clip(max=len(coarse.edges) - 1)
-    same = coarse.edges.take(place) == before.edges
-    same &= all_true(coarse.vertices.take(place, axis=0) == before.vertices)
+    place = np.searchsorted(coarse.edges, before.edges)
+    same = coarse.edges.take(place, mode="clip") == before.edges
+    same &= all_true(coarse.vertices.take(place, axis=0, mode="clip") == before.vertices)
     near = np.zeros(cells_per_axis(SUPPORT) ** 3, bool)
     near[dilated(reached, SUPPORT)] = True
     same &= ~near.take(linear(cells_of(before.vertices, SUPPORT), SUPPORT))
     return np.where(same, place, -1).astype(np.int32)
 
 
-def _same_triangles(
-    coarse: Proxy, before: Proxy, number: NDArray[np.int32]
-) -> tuple[NDArray[np.bool_], NDArray[np.int32]]:
-    """Which triangles (F,) of the proxy before are in `coarse`, too, and their number there.
+def _same_triangles(coarse: Proxy, before: Proxy, number: NDArray[np.int32]) -> NDArray[np.int32]:
+    """The number (F,) in `coarse` of each triangle of the proxy before it; -1 for those that are
+    not there any more.
 
     number: (V,) of its vertices, as of `_same_vertices`
     """
+    known = np.zeros(len(coarse.vertices), bool)
+    known[number[number >= 0]] = True
+    there = np.flatnonzero(all_true(known.take(coarse.triangles)))
     old = number.take(before.triangles)
     some = np.flatnonzero(all_true(old >= 0))
-    there = _first_edges(coarse.triangles)
-    order = np.argsort(there)
-    wanted = _first_edges(old[some])
-    place = order.take(np.searchsorted(there, wanted, sorter=order), mode="clip")
-    same = all_true(coarse.triangles.take(place, axis=0) == old[some])
-    kept = np.zeros(len(old), bool)
-    kept[some[same]] = True
-    parents = np.full(len(old), -1, np.int32)
-    parents[some[same]] = place[same]
-    return kept, parents
+    old = old.take(some, axis=0)
+    # Both are in the order of the lattice's cells, so hardly ever does one have to be searched for.
+    if not np.array_equal(coarse.triangles.take(there, axis=0), old):
+        name = _first_edges(coarse.triangles)
+        order = np.argsort(name)
+        place = np.searchsorted(name, _first_edges(old), sorter=order)
+        there = order.take(place, mode="clip")
+        same = all_true(coarse.triangles.take(there, axis=0) == old)
+        some, there = some[same], there[same]
+    parents = np.full(len(before.triangles), -1, np.int32)
+    parents[some] = there
+    return parents
 
 
 def _first_edges(triangles: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -79,8 +79,8 @@ def open_edges(parts: Parts) -> Edges:
 
 def names(ends: NDArray[np.int32]) -> NDArray[np.int64]:
     """One number (E,) for each edge by its vertices (E, 2), in either order."""
-    low, high = ends.min(axis=1).astype(np.int64), ends.max(axis=1)
-    return low << 32 | high
+    one, other = ends.T
+    return np.minimum(one, other).astype(np.int64) << 32 | np.maximum(one, other)
 
 
 def ends_of(name: NDArray[np.int64]) -> NDArray[np.int32]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.field.mesh.refinement.quality import find_poor
+from tests.field.analytic import plane
 
 
 @pytest.mark.parametrize(
@@ -17,11 +18,22 @@ def test_triangles_with_an_angle_of_less_than_some_eight_degrees_are_poor(angle,
     triangle = np.array([[0, 1, 2]], np.int32)
     for size in (1.0, 0.01):
         vertices = (0.3 + size * corners).astype(np.float32)
-        assert find_poor(triangle, vertices, normals)[0] == poor
+        assert find_poor(plane(), triangle, vertices, normals)[0] == poor
 
 
 def test_a_triangle_that_looks_the_other_way_is_poor():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.8, 0]], np.float32)
     normals = np.tile(np.float32([0, 0, 1]), (3, 1))
     triangles = np.array([[0, 1, 2], [0, 2, 1]], np.int32)
-    np.testing.assert_array_equal(find_poor(triangles, vertices, normals), [False, True])
+    np.testing.assert_array_equal(find_poor(plane(), triangles, vertices, normals), [False, True])
+
+
+@pytest.mark.parametrize("lean", [30, 65])
+@pytest.mark.parametrize("up", [1, -1])
+def test_where_corners_lean_the_field_in_the_middle_says_which_way_a_triangle_looks(lean, up):
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.8, 0]], np.float32)
+    turn = np.radians(lean)
+    normals = np.tile(np.float32([np.sin(turn), 0, np.cos(turn)]), (3, 1))
+    triangle = np.array([[0, 1, 2]], np.int32)
+    poor = find_poor(plane((0.0, 0.0, float(up))), triangle, vertices, normals)[0]
+    assert poor == (lean == 65 and up == -1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from neural_sculpt_addon.common.errors import Cancelled
-from neural_sculpt_addon.field.evaluate import values
+from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.fit.fit import fit_mesh
 from neural_sculpt_addon.field.levels import (
     Level,
@@ -131,6 +131,32 @@ def test_rough_fields_keep_topology_and_orientation(seed, cells, level):
     assert np.abs(refined.vertices).max() < 1
     assert (np.diff(refined.parents) >= 0).all()
     assert set(np.unique(refined.parents)) == set(range(len(coarse.triangles)))
+
+
+def rough(seed, amount=0.06, level=6, count=300):
+    """Noise on a sphere of radius 1/2, in cells that a coarse lattice steps over."""
+    random = np.random.default_rng(seed)
+    spots = random.normal(size=(count, 3))
+    spots *= 0.5 / np.linalg.norm(spots, axis=1, keepdims=True)
+    index = np.unique(linear(cells_of(spots.astype(np.float32), level), level))
+    return {level: Level(index, quantised(random.normal(0, amount, len(index))))}
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("cells", [24, 32])
+def test_no_leaning_triangle_that_is_made_looks_into_the_solid(seed, cells):
+    field = ball().plus(rough(seed))
+    coarse = extract(field, cells)
+    refined = refine(field, coarse, MANY)
+    assert_closed_as(refined, coarse)
+    mesh = mesh_of(refined)
+    made = np.bincount(refined.parents)[refined.parents] > 1
+    cosines = np.einsum("fa,fca->fc", mesh.face_normals, refined.normals[refined.triangles])
+    leaning = made & (cosines.min(axis=1) < 0.55)
+    assert leaning.sum() > 20
+    gradient = values_and_gradients(field, mesh.triangles_center[leaning])[1]
+    outward = (mesh.face_normals[leaning] * gradient).sum(axis=1)
+    assert (outward > -1e-3 * np.linalg.norm(gradient, axis=1)).all()
 
 
 def mesh_points(coefficients):
