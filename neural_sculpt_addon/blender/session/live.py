@@ -25,7 +25,7 @@ from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import JobKind, Message
 from .. import notice
-from ..scene import native_steps, sculpt_steps
+from ..scene import kept_steps, native_steps, sculpt_steps
 from ..scene.commit import new_revision
 from ..scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ..scene.mesh.brushed import cut
@@ -34,14 +34,8 @@ from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
 from . import brush_results, states
 from .absorb_job import absorb_job
-from .brush_results import (
-    BrushedProxy,
-    BrushResults,
-    BrushStroke,
-    is_at_work,
-    is_brushing,
-    proxies,
-)
+from .brush_results import BrushResults, is_at_work, is_brushing
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, proxies
 from .job import Job, Request
 from .session_hooks import Arrivals
 from .worker_session import session
@@ -51,6 +45,8 @@ log = logging.getLogger(__name__)
 AGAIN = 0.01
 """Seconds between two looks while a brush is at work, some 0.01 ms each: its end is noticed no
 later."""
+REST = 2.0
+"""Seconds without a brush after which Blender may evaluate the mesh for the sake of its normals."""
 _SUFFIX = " Brush"
 
 _left: dict[int, int] = {}
@@ -64,6 +60,12 @@ class _State:
 
 class LiveResults(BrushResults):
     """Those of the strokes that are absorbed by themselves."""
+
+    def take(self) -> bool:
+        """Normals may be behind then."""
+        taken = super().take()
+        _settle_later()
+        return taken
 
     def may_come(self, job: Job) -> bool:
         """While a brush is at work on the object of the job, and until that was looked at."""
@@ -110,6 +112,8 @@ def look() -> None:
         return
     target, mesh = ob.session_uid, ob.data
     assert isinstance(mesh, Mesh)
+    step = sculpt_steps.active()
+    kept_steps.look(step)
     if not _can_absorb(ob):  # but undo may have to put back what it rounds
         _known(ob, preview_attributes.true_positions(mesh))
         return
@@ -130,16 +134,16 @@ def look() -> None:
         if np.array_equal(now, strokes[-1].seen):
             _left[target] = native_edits.mark(ob)
             return
-    last = proxy.strokes[-1].after if proxy.strokes else proxy.positions
+    last = proxy.strokes[-1].after if proxy.strokes else proxy.told
     part = cut(last, now, proxy.corners)
     if part is None:
         if not proxy.count:
-            proxy.step = sculpt_steps.active()
+            proxy.step = step
         session.watcher.work_came()  # the hand rests
         return
     after = last.copy()
     after[part.vertices] = part.after
-    stroke = BrushStroke(_name(), part, now, after)
+    stroke = BrushStroke(_name(), part, now, after, step)
     stroke.job = _job(target, proxy, stroke)
     proxy.add(stroke)
     if not _submit(stroke.job):
@@ -149,6 +153,8 @@ def look() -> None:
 
 def leave() -> None:
     """After undo and redo: let the proxies be as they are now."""
+    kept_steps.follow()
+    _settle_later()
     for target in [*proxies]:
         if (ob := find(target)) is None:
             _drop(target)
@@ -168,6 +174,7 @@ def forget() -> None:
     """Before another file is loaded."""
     _State.brushes = False
     proxies.clear()
+    kept_steps.forget()
     _left.clear()
 
 
@@ -193,7 +200,7 @@ def _known(ob: Object, now: NDArray[np.float32]) -> BrushedProxy | None:
     _drop(target)
     if native_edits.edited(ob) or len(mesh.loops) != 3 * len(mesh.polygons):
         return None
-    return brush_results.follow(ob, now)
+    return follow(ob, now)
 
 
 def _drop(target: int) -> None:
@@ -257,7 +264,10 @@ def _note(*_: object) -> None:
     if any(proxy.count for proxy in proxies.values()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
-    if ob is None or ob.mode != "SCULPT" or not is_field(ob):
+    if ob is None or ob.mode != "SCULPT":
+        kept_steps.settle()
+        return
+    if not is_field(ob):
         return
     if not _will_look():
         bpy.app.timers.register(look_later)
@@ -283,6 +293,23 @@ def look_later() -> float | None:
     return None
 
 
+def _settle_later() -> None:
+    """When the artist has rested."""
+    if kept_steps.is_settled():
+        return
+    if bpy.app.timers.is_registered(settle):
+        bpy.app.timers.unregister(settle)
+    bpy.app.timers.register(settle, first_interval=REST)
+
+
+def settle() -> float | None:
+    """Write the normals that are behind, unless a brush is used or its stroke is on its way."""
+    if is_at_work() or any(proxy.count for proxy in proxies.values()):
+        return REST
+    kept_steps.settle()
+    return None
+
+
 def _try_to_look() -> None:
     _State.brushes = False
     try:
@@ -304,5 +331,6 @@ def unregister() -> None:
     session.arrivals = Arrivals()
     if _note in bpy.app.handlers.depsgraph_update_post:
         bpy.app.handlers.depsgraph_update_post.remove(_note)
-    if _will_look():
-        bpy.app.timers.unregister(look_later)
+    for timer in (look_later, settle):
+        if bpy.app.timers.is_registered(timer):
+            bpy.app.timers.unregister(timer)
