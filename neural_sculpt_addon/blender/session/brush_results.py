@@ -33,7 +33,7 @@ from ..scene.objects import find, found
 from ..scene.properties import field_of
 from ..scene.stroke_list import Entry
 from ..scene.undo_step import in_edit_mode
-from .brushed_proxy import BrushedProxy, follow, proxies
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, proxies
 from .job import Job
 from .session_hooks import Arrivals
 from .worker_session import session
@@ -127,20 +127,26 @@ def can_enter(target: int, proxy: BrushedProxy) -> bool:
 
 def can_keep(target: int, proxy: BrushedProxy) -> bool:
     """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
-    stroke, only other brushes came after it, and the proxy shows the field as it was brushed."""
+    stroke, only other brushes came after it, and the proxy shows the field as it was brushed, or
+    others follow."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
-    if result is None or (proxy.count == 1 and is_remade(result.arrays)):
+    if result is None or not _is_free(target, proxy):
         return False
-    off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
-    if off.max(initial=0) >= SEEN_OFF or not _is_free(target, proxy):
+    if proxy.count == 1 and (is_remade(result.arrays) or _is_off(stroke, result)):
         return False
     ob, (before, _) = found(target), sculpt_steps.steps()
     if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
         return False
     since = before[before.index(proxy.step) + 1 :]
     return since[:1] == [stroke.step] and all(map(sculpt_steps.is_native, since))
+
+
+def _is_off(stroke: BrushStroke, result: Message) -> bool:
+    """Whether it is seen that vertices are not on the field as they were brushed."""
+    off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
+    return float(off.max(initial=0)) > SEEN_OFF
 
 
 def _is_free(target: int, proxy: BrushedProxy) -> bool:
@@ -229,7 +235,7 @@ def keep_next(target: int, proxy: BrushedProxy) -> None:
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step)
     proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
-    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled)
+    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, _is_off(stroke, result))
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)

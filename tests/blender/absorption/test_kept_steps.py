@@ -3,18 +3,21 @@
 
 # pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
 
+import os
 import random
-from unittest.mock import patch
 
 import bpy
 import numpy as np
 import test_brush_results
-from harness import arc, long, module, push_undo, redo, state, stroke, undo, vertices
+from harness import arc, long, module, redo, state, stroke, undo, vertices
 from test_brush_results import NAMES
 from test_live_absorption import KEPT, BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
 kept_steps = module("blender.scene.kept_steps")
+
+LENGTH = 16
+SEEN = "weights", "base", "strokes", "revision", "mesh", "mode", "masks", "normals"
 
 
 class KeptResults(test_brush_results.BrushResults):
@@ -82,3 +85,122 @@ class KeptResults(test_brush_results.BrushResults):
         self.look()
         self.finish()
         self.assert_all_are_steps([*NAMES, "Smooth"])
+
+
+class Orders(BrushCase):
+    """Random orders of brush strokes, neural strokes, masks, modes, undo and redo."""
+
+    def setUp(self) -> None:
+        if not KEPT:
+            self.skipTest("this Blender rounds what it takes back")
+        super().setUp()
+        self.enterContext(self.as_in_a_window())
+
+    @long
+    def test_each_press_takes_back_one_thing(self) -> None:
+        for number in range(int(os.environ.get("ORDERS", "3"))):
+            with self.subTest(number=number):
+                self.play(random.Random(f"kept {number}"))
+            while self.at:
+                self.do("undo")
+
+    def play(self, by: random.Random) -> None:
+        """An order, then all the way back and all the way forth."""
+        self.random, self.told = by, []
+        self.at, self.states = 0, [self.seen()]
+        while len(self.told) < LENGTH:
+            self.do(by.choice(self.choices()))
+        if os.environ.get("TOLD"):
+            print("\nTOLD", " ".join(self.told), "KNOWN", sum(map(len, kept_steps._known.values())), [s.kind[0] + s.name for s in sculpt_steps.steps()[0]], flush=True)
+        for word in ("undo", "redo", "undo"):
+            while self.at if word == "undo" else self.at < len(self.states) - 1:
+                self.do(word)
+
+    def choices(self) -> list[str]:
+        """What can be done now."""
+        sculpting = self.ob().mode == "SCULPT"
+        words = ["toggle_mode", "neural", *["mute"] * bool(self.names()), "settle"]
+        words += ["native", "native", "two", "two", "mask"] * 2 * sculpting
+        words += ["undo"] * 5 * (self.at > 0)
+        return words + ["redo"] * 4 * (self.at < len(self.states) - 1)
+
+    def do(self, word: str) -> None:
+        """One thing, and what must be so after it."""
+        self.told.append(word)
+        getattr(self, f"do_{word}")()
+        self.look_in_sculpt_mode()
+        self.finish()
+        self.assertEqual(self.session.last_error, "", self.told)
+        self.assertFalse(self.edited(), self.told)
+        steps = {"undo": -1, "redo": 1, "two": 2, "settle": 0}.get(word, 1)
+        self.at += steps
+        if word not in ("undo", "redo", "settle"):
+            self.states[self.at - steps + 1 :] = [None] * steps
+        seen = self.seen()
+        if self.states[self.at] is None:  # of two strokes the first is not seen before it is undone
+            self.states[self.at] = seen
+        for name, now, then in zip(SEEN, seen, self.states[self.at], strict=True):
+            self.assertEqual(now, then, f"{name} after {self.told}")
+
+    def look_in_sculpt_mode(self) -> None:
+        if self.ob().mode == "SCULPT":
+            self.look()
+
+    def seen(self) -> tuple[object, ...]:
+        """All that makes the field; as often as not with normals, which are settled for that."""
+        *made, _, mesh, _ = state(self.ob())
+        mesh_now = self.ob().data
+        painted = module("blender.scene.mesh.brush_attributes").read(mesh_now)
+        masks = {name: values.tobytes() for name, values in painted.items() if values.any()}
+        return (*made, mesh, self.ob().mode, masks, self.normals())
+
+    def normals(self) -> bytes:
+        """Those that the mesh has, or will have when it is settled."""
+        unsettled = kept_steps._unsettled.get(self.ob().session_uid)
+        mesh = self.ob().data
+        if unsettled is not None and unsettled.filled == mesh["neural_sculpt_filled"]:
+            return unsettled.normals.tobytes()
+        flat = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", flat)
+        return flat.tobytes()
+
+    def do_native(self) -> None:
+        brush(
+            self.random.choice(["Clay", "Grab", "Smooth", "Inflate/Deflate"]),
+            self.random.uniform(-60, 60),
+        )
+
+    def do_two(self) -> None:
+        self.do_native()
+        self.look()
+        self.do_native()
+
+    def do_mask(self) -> None:
+        brush("Mask", self.random.uniform(-60, 60))
+
+    def do_neural(self) -> None:
+        stroke(
+            arc(self.ob(), tilt=self.random.uniform(0, 2)),
+            radius=0.1,
+            intensity=0.03,
+            name="Neural",
+        )
+
+    def do_mute(self) -> None:
+        listed = self.ob().neural_sculpt.strokes
+        bpy.ops.neural_sculpt.mute_stroke(uid=self.random.choice([item.uid for item in listed]))
+
+    def do_toggle_mode(self) -> None:
+        mode = "OBJECT" if self.ob().mode == "SCULPT" else "SCULPT"
+        bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode=mode)
+        if mode == "OBJECT":
+            kept_steps.settle()
+
+    def do_settle(self) -> None:
+        kept_steps.settle()
+
+    def do_undo(self) -> None:
+        undo()
+
+    def do_redo(self) -> None:
+        redo()

@@ -173,7 +173,7 @@ class Live(BrushCase):
         return values
 
     def test_undo_while_a_stroke_is_on_its_way(self) -> None:
-        """It takes back the stroke. What is there then is left alone until the next one, where to take
+        """It takes back the stroke. What is there then waits for the next one, where to take
         it in would cut off what can be redone."""
         before = state(self.ob())
         with self.as_in_a_window():
