@@ -50,7 +50,7 @@ class Person(WindowCase):
 
 
 class PersonOrders(WindowCase):
-    """Strokes of Blender's brushes are absorbed by themselves where `live`, else by Absorb alone."""
+    """Strokes of Blender's brushes are absorbed by themselves when `live`, else by Absorb alone."""
 
     absorbs_live = True
     live = False

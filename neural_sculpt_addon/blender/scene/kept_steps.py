@@ -176,7 +176,6 @@ def is_settled() -> bool:
 
 def settle() -> None:
     """Write the normals that are behind. Blender then evaluates the mesh."""
-    step = sculpt_steps.active() if _unsettled else None
     for target, field in [*_unsettled.items()]:
         ob = find(target)
         if ob is not None and proxy_mesh.why_locked(ob):
@@ -184,6 +183,7 @@ def settle() -> None:
         del _unsettled[target]
         if ob is None or proxy_mesh.mesh_of(ob).get(proxy_mesh.FILLED) != field.filled:
             continue
+        step = sculpt_steps.active()
         if step is not None and not sculpt_steps.is_native(step):  # it came before its normals
             know(ob, step, field)
         with preview.hidden():

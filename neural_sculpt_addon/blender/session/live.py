@@ -5,10 +5,9 @@
 
 Blender tells of every change in Sculpt Mode (depsgraph_update_post), so the mesh is compared with
 what it was when no brush is at work. Strokes in quick succession are absorbed one by one, each on
-the result of the one before, and reach the scene when the artist's hand rests: the brushes' own
-undo steps are taken back, and each stroke becomes one of ours (see `brush_results`). The mesh keeps
-its triangles, and its vertices move onto the field. Where brushes have stretched them, the last of
-their strokes brings another proxy, and so do changes of the topology.
+the result of the one before, and reach the scene between two strokes or when the artist's hand
+rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, the
+last of their strokes brings another proxy, and so do changes of the topology.
 """
 
 import logging
