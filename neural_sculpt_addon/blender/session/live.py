@@ -31,7 +31,7 @@ from ..scene.mesh.brushed import cut
 from ..scene.objects import find, found
 from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
-from . import brush_results, states
+from . import brush_results, settling, states
 from .absorb_job import absorb_job
 from .brush_results import BrushResults, is_at_work, is_brushing
 from .brushed_proxy import BrushedProxy, BrushStroke, follow, proxies
@@ -44,8 +44,6 @@ log = logging.getLogger(__name__)
 AGAIN = 0.01
 """Seconds between two looks while a brush is at work, some 0.01 ms each: its end is noticed no
 later."""
-REST = 2.0
-"""Seconds without a brush after which Blender may evaluate the mesh for the sake of its normals."""
 _SUFFIX = " Brush"
 
 _left: dict[int, int] = {}
@@ -63,7 +61,7 @@ class LiveResults(BrushResults):
     def take(self) -> bool:
         """Normals may be behind then."""
         taken = super().take()
-        _settle_later()
+        settling.wait_for_rest()
         return taken
 
     def may_come(self, job: Job) -> bool:
@@ -153,7 +151,7 @@ def look() -> None:
 def leave() -> None:
     """After undo and redo: let the proxies be as they are now."""
     kept_steps.follow()
-    _settle_later()
+    settling.wait_for_rest()
     for target in [*proxies]:
         if (ob := find(target)) is None:
             _drop(target)
@@ -292,23 +290,6 @@ def look_later() -> float | None:
     return None
 
 
-def _settle_later() -> None:
-    """When the artist has rested."""
-    if kept_steps.is_settled():
-        return
-    if bpy.app.timers.is_registered(settle):
-        bpy.app.timers.unregister(settle)
-    bpy.app.timers.register(settle, first_interval=REST)
-
-
-def settle() -> float | None:
-    """Write the normals that are behind, unless a brush is used or its stroke is on its way."""
-    if is_at_work() or any(proxy.count for proxy in proxies.values()):
-        return REST
-    kept_steps.settle()
-    return None
-
-
 def _try_to_look() -> None:
     _State.brushes = False
     try:
@@ -330,6 +311,6 @@ def unregister() -> None:
     session.arrivals = Arrivals()
     if _note in bpy.app.handlers.depsgraph_update_post:
         bpy.app.handlers.depsgraph_update_post.remove(_note)
-    for timer in (look_later, settle):
-        if bpy.app.timers.is_registered(timer):
-            bpy.app.timers.unregister(timer)
+    settling.stop()
+    if _will_look():
+        bpy.app.timers.unregister(look_later)

@@ -130,6 +130,10 @@ class KeptSteps(BrushCase):
         kept_steps.settle()
         self.assertEqual(self.ob().mode, "OBJECT")
         self.assertGreater(self.along_the_surface(moved), STRAIGHT)
+        for step in (undo, undo, redo, redo):
+            step()
+            kept_steps.settle()
+            self.assertGreater(self.along_the_surface(moved), STRAIGHT, step)
 
     def along_the_surface(self, some: np.ndarray) -> float:
         """Least cosine between the mesh's own normals and those of its triangles, of vertices."""
