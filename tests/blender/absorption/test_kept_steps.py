@@ -193,6 +193,7 @@ class Orders(BrushCase):
         if not KEPT:
             self.skipTest("this Blender rounds what it takes back")
         super().setUp()
+        self.addCleanup(setattr, self.results, "SEEN_OFF", self.results.SEEN_OFF)
         self.enterContext(self.as_in_a_window())
 
     @long
@@ -204,7 +205,9 @@ class Orders(BrushCase):
                 self.do("undo")
 
     def play(self, by: random.Random) -> None:
-        """An order, then all the way back and all the way forth."""
+        """An order, then all the way back and all the way forth; of brush strokes none, some or all
+        are so far off that each becomes a step of ours."""
+        self.results.SEEN_OFF = by.choice([5e-4, 1e-4, 5e-5, 0.0])
         self.random, self.told = by, []
         self.at, self.states = 0, [self.seen()]
         while len(self.told) < LENGTH:
