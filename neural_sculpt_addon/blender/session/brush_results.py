@@ -20,7 +20,6 @@ made before the next stroke or change, since it would cut off what can be redone
 import logging
 import time
 
-import bpy
 import numpy as np
 from bpy.types import Object
 from numpy.typing import NDArray
@@ -36,7 +35,7 @@ from ..scene.objects import find, found
 from ..scene.properties import field_of
 from ..scene.stroke_list import Entry
 from ..scene.undo_step import in_edit_mode
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, proxies
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, proxies
 from .job import Job
 from .session_hooks import Arrivals
 from .worker_session import session
@@ -54,24 +53,6 @@ quarter of a pixel where the field's box is 1000 wide."""
 
 ROUNDING = 1e-7
 """What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
-
-_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
-_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
-
-
-def is_at_work() -> bool:
-    """Whether a brush, or something else that moves vertices, is being used."""
-    return _runs(_AT_WORK)
-
-
-def is_brushing() -> bool:
-    """The same, but for a neural stroke."""
-    return _runs(_BRUSHES)
-
-
-def _runs(names: tuple[str, ...]) -> bool:
-    windows = bpy.context.window_manager.windows
-    return any(op.bl_idname.startswith(names) for w in windows for op in w.modal_operators)
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:
@@ -108,7 +89,7 @@ def finish(unless_undone: bool = False) -> None:
     """
     for target, proxy in [*proxies.items()]:
         while can_keep(target, proxy):
-            keep_next(target, proxy)
+            take(target, proxy)
         if proxy.half_way and not (unless_undone and proxy.rests):
             proxy.rests = False
             while is_ready(target, proxy):
@@ -210,18 +191,12 @@ class BrushResults(Arrivals):
 
 def take(target: int, proxy: BrushedProxy) -> None:
     """One piece of work."""
-    if can_keep(target, proxy):
-        keep_next(target, proxy)
-        return
-    proxy.keep(proxy.count)
-    proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
+    seen = proxy.strokes[-1].seen
     try:
-        with preview.hidden(), session.history_grows():
-            back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
-            if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
-                enter_next(target, proxy)
-            if proxy.count:
-                proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
+        if can_keep(target, proxy):
+            keep_next(target, proxy)
+        else:
+            make_step(target, proxy)
     except Exception as error:  # the jobs to come must not suffer for it
         if not isinstance(error, SculptError):  # a defect
             log.exception("brush strokes cannot come into the scene")
@@ -231,6 +206,19 @@ def take(target: int, proxy: BrushedProxy) -> None:
         proxy.keep(0)
         why = str(error) if isinstance(error, SculptError) else "The system console says why."
         notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
+
+
+def make_step(target: int, proxy: BrushedProxy) -> None:
+    """A brush's step is taken back, or else the first stroke becomes a step of ours; for a stroke
+    alone both."""
+    proxy.keep(proxy.count)
+    proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
+    with preview.hidden(), session.history_grows():
+        back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
+        if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
+            enter_next(target, proxy)
+        if proxy.count:
+            proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
 
 
 def keep_next(target: int, proxy: BrushedProxy) -> None:

@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass, field
 
+import bpy
 import numpy as np
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
@@ -19,6 +20,8 @@ from .worker_session import session
 Vectors = NDArray[np.float32]
 
 UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
+_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
+_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
 
 
 @dataclass(eq=False)
@@ -103,3 +106,18 @@ def follow(ob: Object, positions: Vectors) -> BrushedProxy:
     filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
     proxies[ob.session_uid] = proxy = BrushedProxy(filled, positions, positions, corners, step)
     return proxy
+
+
+def is_at_work() -> bool:
+    """Whether a brush, or something else that moves vertices, is being used."""
+    return _runs(_AT_WORK)
+
+
+def is_brushing() -> bool:
+    """The same, but for a neural stroke."""
+    return _runs(_BRUSHES)
+
+
+def _runs(names: tuple[str, ...]) -> bool:
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith(names) for w in windows for op in w.modal_operators)

@@ -33,8 +33,8 @@ from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
 from . import brush_results, settling, states
 from .absorb_job import absorb_job
-from .brush_results import BrushResults, is_at_work, is_brushing
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, proxies
+from .brush_results import BrushResults
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, is_brushing, proxies
 from .job import Job, Request
 from .session_hooks import Arrivals
 from .worker_session import session

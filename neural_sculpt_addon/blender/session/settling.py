@@ -5,8 +5,7 @@ the mesh then, so it is when the artist rests."""
 import bpy
 
 from ..scene import kept_steps
-from .brush_results import is_at_work
-from .brushed_proxy import proxies
+from .brushed_proxy import is_at_work, proxies
 
 REST = 2.0
 """Seconds since the last stroke, or since undo and redo: a shorter pause is one between strokes."""
