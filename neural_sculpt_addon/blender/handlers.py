@@ -14,7 +14,7 @@ from bpy.app.handlers import persistent
 
 from ..common.errors import SculptError
 from . import notice
-from .scene import native_steps, sculpt_steps
+from .scene import kept_steps, native_steps, sculpt_steps
 from .scene.mesh import preview
 from .scene.undo_step import in_edit_mode, in_window
 from .session import brush_results, live, reports, saved_strokes
@@ -87,6 +87,7 @@ def hide(*_: object) -> None:
 @persistent
 def prepare_file(*_: object) -> None:
     """Before saving."""
+    kept_steps.settle()
     preview.hide()
     saved_strokes.add()
 

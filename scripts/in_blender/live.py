@@ -41,11 +41,14 @@ TIMED = {
     "blender.session.brush_results": ("take",),
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
+    "blender.scene.kept_steps": ("settle",),
 }
 
 rows: list[dict[str, Any]] = []
 reached: dict[str, float] = {}
 """When the last stroke came to each of its STAGES, on the clock of `time.perf_counter`."""
+counts = [0, 0]
+"""Strokes that became steps of ours, and those that kept Blender's."""
 brushed: list[dict[str, Any]] = []
 """Of each stroke that came into the scene: the vertices of its part, before, brushed, absorbed."""
 
@@ -53,16 +56,8 @@ brushed: list[dict[str, Any]] = []
 def instrument() -> None:
     """Time the calls, and keep what strokes were."""
     live, results = module("blender.session.live"), module("blender.session.brush_results")
-    enter_next = results.enter_next
-
-    def kept(target: Any, proxy: Any) -> None:
-        stroke, base = proxy.strokes[0], proxy.positions
-        given = {"part": stroke.part, "report": stroke.result.fields["report"]}
-        remade = proxy.count == 1 and "vertices" in stroke.result.arrays
-        enter_next(target, proxy)
-        brushed.append({**given, "name": stroke.name, "remade": remade, "base": base})
-
-    results.enter_next = kept
+    for name in ("enter_next", "keep_next"):
+        setattr(results, name, kept(getattr(results, name), name == "keep_next"))
     for name, functions in TIMED.items():
         for function in functions:
             label = function.replace("_", " ")
@@ -89,6 +84,20 @@ def instrument() -> None:
 
     live.look, session.hear = looked, heard
     bpy.app.handlers.depsgraph_update_post.insert(0, ends)
+
+
+def kept(bring: Any, is_kept: bool) -> Any:
+    """A function that brings the first stroke of a proxy into the scene; what that was is kept."""
+
+    def brings(target: Any, proxy: Any) -> None:
+        stroke, base = proxy.strokes[0], proxy.positions
+        given = {"part": stroke.part, "report": stroke.result.fields["report"]}
+        remade = not is_kept and proxy.count == 1 and "vertices" in stroke.result.arrays
+        bring(target, proxy)
+        brushed.append({**given, "name": stroke.name, "remade": remade, "base": base})
+        counts[is_kept] += 1
+
+    return brings
 
 
 def main(given: list[str]) -> None:
@@ -223,7 +232,8 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     edited = module("blender.scene.mesh.native_edits").edited(fields()[0])
     print(
         f"\n{count} strokes in {drawn:.1f} s: {added} entries and {undo_steps} undo steps after"
-        f" {total:.1f} s, mean distance at most {worst:.3f}, edited: {edited}"
+        f" {total:.1f} s, mean distance at most {worst:.3f}, edited: {edited};"
+        f" of all strokes {counts[1]} kept their steps, {counts[0]} did not"
     )
     rows.append(
         {

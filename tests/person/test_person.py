@@ -50,14 +50,15 @@ class Person(WindowCase):
 
 
 class PersonOrders(WindowCase):
-    """Strokes of Blender's brushes are absorbed by Absorb alone, for the field says so."""
+    """Strokes of Blender's brushes are absorbed by themselves when `live`, else by Absorb alone."""
 
     absorbs_live = True
+    live = False
 
     def add(self, kind: str = "SPHERE") -> Steps:
         yield from super().add(kind)
-        field().neural_sculpt.live = False
-        push_undo("Absorb by hand")
+        field().neural_sculpt.live = self.live
+        push_undo("How to absorb")
 
     @long
     def test_orders(self) -> Steps:
@@ -69,6 +70,12 @@ class PersonOrders(WindowCase):
     def test_random_order(self) -> Steps:
         yield from self.add()
         yield from Order("person", PersonHands(self, 0), field().name).play()
+
+    @long
+    def test_random_order_of_live_strokes(self) -> Steps:
+        self.live = True
+        yield from self.add()
+        yield from Order("live person", PersonHands(self, 0), field().name).play()
 
     @long
     def test_a_stroke_after_a_brush_stroke_that_was_undone(self) -> Steps:
@@ -92,7 +99,7 @@ class PersonHands:
     def native(self) -> Steps:
         choose_native_brush()
         yield hand.DRAWN
-        before = vertices(field())
+        before, count = vertices(field()), len(field().neural_sculpt.strokes)
         yield from draw(self.path())
 
         def drawn() -> bool:
@@ -100,6 +107,8 @@ class PersonHands:
 
         yield from hand.until(drawn, SECONDS, "a native stroke")
         yield hand.DRAWN
+        if field().neural_sculpt.live:
+            yield from self.until_entries(count + 1)
 
     def neural(self) -> Steps:
         choose_tool()

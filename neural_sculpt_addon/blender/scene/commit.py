@@ -134,6 +134,23 @@ def add_brushed(
     push_undo(entry.name)
 
 
+def add_kept(ob: Object, entry: Entry, result: Message, filled: str, off: bool) -> Entry:
+    """Append an entry of a brush stroke whose step in Blender's history stays (see `kept_steps`),
+    as does the proxy, with this fingerprint; the entry with its layer.
+
+    off: whether the next stroke is to bring another proxy, for this one is off the field
+    """
+    fields = result.fields
+    entry = replace(entry, layer=fields["layer"], context=fields["context"])
+    group, mesh = field_of(ob), proxy_mesh.mesh_of(ob)
+    mesh[proxy_mesh.FILLED] = filled
+    if fields["stretched"] or off:
+        mesh[proxy_mesh.STRETCHED] = True
+    group.revision, group.report = fields["revision"], json.dumps(fields["report"])
+    stroke_list.append(ob, (entry,), {entry.layer: bytes_of(result, "layer")})
+    return entry
+
+
 def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
     """Append entries whose edit could not be had or shown, muted. SculptError for a linked object,
     which cannot be changed."""

@@ -20,7 +20,7 @@ from bpy.types import Object
 from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from . import chosen
-from .properties import NEURAL_SCULPT_PG_listed_stroke, field_of
+from .properties import GROUP, NEURAL_SCULPT_PG_listed_stroke, field_of
 
 SCULPTED = n_("Sculpted")
 """Name of an entry of absorbed sculpting."""
@@ -171,7 +171,7 @@ def write(ob: Object, listed: Sequence[Entry], layers: Mapping[str, bytes]) -> N
     for place in reversed(range(len(listed), len(order))):  # two of the same uid: a damaged file
         group.strokes.remove(place)
     order = order[: len(listed)]
-    group.active_stroke = order.index(active) if active in order else min(index, len(order) - 1)
+    _activate(ob, order.index(active) if active in order else min(index, len(order) - 1))
     chosen.forget()
 
 
@@ -182,8 +182,23 @@ def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> N
         item = group.strokes.add()
         item.uid = entry.uid
         _put(item, entry, layers, _numbered(len(group.strokes)))
-    group.active_stroke = len(group.strokes) - 1
+    _activate(ob, len(group.strokes) - 1)
     chosen.forget()
+
+
+def _activate(ob: Object, place: int) -> None:
+    """Make an entry the active one, though nobody chose it.
+
+    A property of ours that tells when it is set has Blender evaluate the mesh as well, 25 ms with
+    100,000 vertices in Sculpt Mode. From 5.0 on it can be set without that.
+    """
+    group = field_of(ob)
+    if group.active_stroke == place:
+        return
+    if hasattr(ob, "bl_system_properties_get"):
+        ob.bl_system_properties_get()[GROUP]["active_stroke"] = place
+    else:
+        group.active_stroke = place
 
 
 def _numbered(number: int) -> str:

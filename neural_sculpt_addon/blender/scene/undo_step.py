@@ -5,12 +5,13 @@ from typing import Any
 
 import bpy
 
-from . import sculpt_steps
+from . import kept_steps, sculpt_steps
 from .mesh import preview
 
 
 def begin_change() -> None:
     """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
+    kept_steps.settle()
     with in_window():
         sculpting = bpy.context.mode == "SCULPT"
     if sculpting and sculpt_steps.needs_border():

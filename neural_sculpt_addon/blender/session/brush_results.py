@@ -2,25 +2,25 @@
 """The way of absorbed brush strokes into the scene: one piece of work at a time, so that Blender
 answers meanwhile, however many there are.
 
+A stroke keeps the undo step of its brush where it can (see `kept_steps`), and comes in between two
+strokes as soon as it has a result. Otherwise steps of ours take the place of the brushes':
+
     a brush's undo step is taken back; ...; the first stroke becomes an undo step of ours; ...
 
-A stroke alone comes in one piece: to draw the window between its two would take longer than both.
-It begins when all strokes have their results and the artist's hand rests. Between two pieces the
-proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo and
-redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed meanwhile is
-one more stroke. A file that is saved half-way has the rest on its mesh alone, as sculpted.
+A stroke alone then comes in one piece: to draw the window between its two would take longer than
+both. It begins when all strokes have their results and the artist's hand rests. Between two pieces
+the proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo
+and redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed
+meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
-What undo takes from the mesh stays here as long as redo can bring it back, and nothing comes in
-before the next stroke or change, since a new step would cut off what can be redone.
+What undo takes from the mesh stays here as long as redo can bring it back, and no step of ours is
+made before the next stroke or change, since it would cut off what can be redone.
 """
 
 import logging
 import time
-from dataclasses import dataclass, field
 
-import bpy
 import numpy as np
-from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 from numpy.typing import NDArray
 
@@ -28,15 +28,15 @@ from ...common.errors import SculptError
 from ...worker.answers import SNAPPED, is_remade
 from ...worker.client import JobKind, Message
 from .. import notice
-from ..scene import native_steps, sculpt_steps
-from ..scene.commit import add_brushed, add_entry
+from ..scene import kept_steps, native_steps, sculpt_steps
+from ..scene.commit import add_brushed, add_entry, add_kept
 from ..scene.mesh import preview, preview_attributes, proxy_mesh
-from ..scene.mesh.brushed import Part
 from ..scene.objects import find, found
-from ..scene.sculpt_steps import Step
+from ..scene.properties import field_of
 from ..scene.stroke_list import Entry
 from ..scene.undo_step import in_edit_mode
-from .job import Job, JobStatus
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, proxies
+from .job import Job
 from .session_hooks import Arrivals
 from .worker_session import session
 
@@ -47,112 +47,17 @@ Vectors = NDArray[np.float32]
 LOST_DETAIL = 3e-4
 """Mean distance, model units, from which on the artist is told that a stroke was too fine."""
 
+SEEN_OFF = 5e-4
+"""Distance, model units, from which on a vertex that a brush moved is seen to be off the field: a
+quarter of a pixel where the field's box is 1000 wide."""
+
 ROUNDING = 1e-7
 """What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
-
-UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
-_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
-_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
-
-
-@dataclass(eq=False)
-class BrushStroke:
-    """A brush stroke that is on its way into the field.
-
-    seen:  all vertices (V, 3) after it
-    after: the same, without what moved too little
-    """
-
-    name: str
-    part: Part
-    seen: Vectors
-    after: Vectors
-    job: Job | None = None
-    result: Message | None = None
-
-    @property
-    def has_failed(self) -> bool:
-        """Whether it could not be absorbed, or was cancelled."""
-        ends = JobStatus.FAILED, JobStatus.CANCELLED
-        return self.job is not None and self.job.status in ends
-
-
-@dataclass(eq=False)
-class BrushedProxy:
-    """A proxy as the field made it, and what brushes did since.
-
-    filled:    its fingerprint
-    positions: (V, 3)
-    corners:   (3, F), see `brushed.cut`
-    step:      of Blender's history at which it was so
-    known:     the strokes, in order, and those that undo took from the mesh
-    count:     how many of them the mesh has
-    half_way:  how many of them the mesh has alone, and not Blender's history as well
-    rests:     whether undo or redo has led here: a step would cut off what can be redone
-    """
-
-    filled: str
-    positions: Vectors
-    corners: NDArray[np.int32]
-    step: Step | None
-    known: list[BrushStroke] = field(default_factory=list)
-    count: int = 0
-    half_way: int = 0
-    rests: bool = False
-
-    @property
-    def strokes(self) -> list[BrushStroke]:
-        """Those that the mesh has."""
-        return self.known[: self.count]
-
-    def add(self, stroke: BrushStroke) -> None:
-        """One more, instead of what could be redone."""
-        self.keep(self.count)
-        self.known.append(stroke)
-        self.count, self.rests = self.count + 1, False
-
-    def keep(self, count: int, why: str = UNDONE) -> None:
-        """Forget all strokes but the first ones."""
-        dropped = self.known[count:]
-        del self.known[count:]
-        self.count, self.half_way = min(self.count, count), min(self.half_way, count)
-        for stroke in dropped:
-            if stroke.job is not None and stroke.job.pending:
-                session.cancel_job(stroke.job, why)
-
-
-proxies: dict[int, BrushedProxy] = {}
-"""By session_uid of the object."""
-
-
-def is_at_work() -> bool:
-    """Whether a brush, or something else that moves vertices, is being used."""
-    return _runs(_AT_WORK)
-
-
-def is_brushing() -> bool:
-    """The same, but for a neural stroke."""
-    return _runs(_BRUSHES)
-
-
-def _runs(names: tuple[str, ...]) -> bool:
-    windows = bpy.context.window_manager.windows
-    return any(op.bl_idname.startswith(names) for w in windows for op in w.modal_operators)
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:
     """Whether vertices (V, 3) are those that they were, but for ROUNDING."""
     return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
-
-
-def follow(ob: Object, positions: Vectors) -> BrushedProxy:
-    """From now on follow what brushes do to a proxy of triangles, whose vertices are these (V, 3),
-    as the field made them."""
-    mesh = proxy_mesh.mesh_of(ob)
-    corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
-    filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
-    proxies[ob.session_uid] = proxy = BrushedProxy(filled, positions, corners, step)
-    return proxy
 
 
 def find_place(ob: Object, proxy: BrushedProxy) -> None:
@@ -178,11 +83,13 @@ def find_place(ob: Object, proxy: BrushedProxy) -> None:
 
 
 def finish(unless_undone: bool = False) -> None:
-    """Let what is half-way come into the scene at once.
+    """Let what is half-way, and what needs no step of ours, come into the scene at once.
 
-    unless_undone: not where something can be redone
+    unless_undone: the former not where something can be redone
     """
     for target, proxy in [*proxies.items()]:
+        while can_keep(target, proxy):
+            take(target, proxy)
         if proxy.half_way and not (unless_undone and proxy.rests):
             proxy.rests = False
             while is_ready(target, proxy):
@@ -191,12 +98,43 @@ def finish(unless_undone: bool = False) -> None:
 
 
 def is_ready(target: int, proxy: BrushedProxy) -> bool:
-    """Whether a piece of work can be done. What was brushed since must be known first."""
-    strokes, ob = proxy.strokes, find(target)
-    if not strokes or any(stroke.result is None for stroke in strokes):
+    """Whether a piece of work can be done."""
+    return can_keep(target, proxy) or can_enter(target, proxy)
+
+
+def can_enter(target: int, proxy: BrushedProxy) -> bool:
+    """Whether a step of ours can be made. What was brushed since must be known first."""
+    if any(stroke.result is None for stroke in proxy.strokes):
         return False
-    if proxy.rests and not _change_comes(target):
+    return (not proxy.rests or _change_comes(target)) and _is_free(target, proxy)
+
+
+def can_keep(target: int, proxy: BrushedProxy) -> bool:
+    """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
+    stroke, only other brushes came after it, and the proxy shows the field as it was brushed, or
+    others follow."""
+    if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
+    stroke, result = proxy.strokes[0], proxy.strokes[0].result
+    if result is None or not _is_free(target, proxy):
+        return False
+    if proxy.count == 1 and (is_remade(result.arrays) or _is_off(stroke, result)):
+        return False
+    ob, (before, _) = found(target), sculpt_steps.steps()
+    if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
+        return False
+    since = before[before.index(proxy.step) + 1 :]
+    return since[:1] == [stroke.step] and all(map(sculpt_steps.is_native, since))
+
+
+def _is_off(stroke: BrushStroke, result: Message) -> bool:
+    """Whether it is seen that vertices are not on the field as they were brushed."""
+    off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
+    return float(off.max(initial=0)) > SEEN_OFF
+
+
+def _is_free(target: int, proxy: BrushedProxy) -> bool:
+    ob = find(target)
     if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
         return False
     return shows(ob, proxy)
@@ -216,8 +154,9 @@ def shows(ob: Object, proxy: BrushedProxy) -> bool:
 
 
 TAKE_SECONDS = 0.008
-"""Seconds of work after which the window is drawn before more is begun. To take back a step costs
-4 ms and more; to make one some 35 ms, of which Blender itself takes 30."""
+"""Seconds of work after which the window is drawn before more is begun. A stroke that keeps its
+step costs 2 ms; otherwise to take back a step costs 4 ms and more, and to make one some 35 ms, of
+which Blender itself takes 30."""
 
 
 class BrushResults(Arrivals):
@@ -252,15 +191,12 @@ class BrushResults(Arrivals):
 
 def take(target: int, proxy: BrushedProxy) -> None:
     """One piece of work."""
-    proxy.keep(proxy.count)
-    proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
+    seen = proxy.strokes[-1].seen
     try:
-        with preview.hidden(), session.history_grows():
-            back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
-            if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
-                enter_next(target, proxy)
-            if proxy.count:
-                proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
+        if can_keep(target, proxy):
+            keep_next(target, proxy)
+        else:
+            make_step(target, proxy)
     except Exception as error:  # the jobs to come must not suffer for it
         if not isinstance(error, SculptError):  # a defect
             log.exception("brush strokes cannot come into the scene")
@@ -270,6 +206,47 @@ def take(target: int, proxy: BrushedProxy) -> None:
         proxy.keep(0)
         why = str(error) if isinstance(error, SculptError) else "The system console says why."
         notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
+
+
+def make_step(target: int, proxy: BrushedProxy) -> None:
+    """A brush's step is taken back, or else the first stroke becomes a step of ours; for a stroke
+    alone both."""
+    proxy.keep(proxy.count)
+    proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
+    with preview.hidden(), session.history_grows():
+        back = native_steps.take_back(lambda: proxy_mesh.mesh_of(found(target)), proxy.step)
+        if not back or (proxy.count == 1 and sculpt_steps.active() == proxy.step):
+            enter_next(target, proxy)
+        if proxy.count:
+            proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
+
+
+def keep_next(target: int, proxy: BrushedProxy) -> None:
+    """The first stroke becomes an entry whose undo step is the one that Blender's brush made."""
+    ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
+    assert result is not None and proxy.step is not None and stroke.step is not None
+    before = kept_steps.field_at(ob, proxy.step)
+    proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
+    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, _is_off(stroke, result))
+    layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
+    after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
+    kept_steps.know(ob, proxy.step, before)
+    kept_steps.know(ob, stroke.step, after)
+    kept_steps.unsettle(ob, after)
+    _rebase(target)
+    _tell_lost(stroke.name, result)
+    proxy.positions, proxy.told, proxy.step = stroke.seen, stroke.after, stroke.step
+    del proxy.known[0]
+    proxy.count -= 1
+
+
+def _rebase(target: int) -> None:
+    """The jobs on an object build on another state of it; what the worker has of a brush stroke's
+    knew that."""
+    session.forget_bases(target)
+    for job in session.pending(target):
+        if job.kind is JobKind.BRUSHED and job.base:
+            job.base = field_of(found(target)).revision
 
 
 def enter_next(target: int, proxy: BrushedProxy) -> None:
@@ -291,7 +268,8 @@ def enter_next(target: int, proxy: BrushedProxy) -> None:
         proxy_mesh.mesh_of(found(target)).update()
         follow(found(target), proxy_mesh.positions(found(target)))  # the next may come at once
         return
-    proxy.positions, proxy.step = now, sculpt_steps.active()
+    proxy.positions = proxy.told = now
+    proxy.step = sculpt_steps.active()
     proxy.filled = proxy_mesh.mesh_of(found(target))[proxy_mesh.FILLED]
     del proxy.known[0]
     proxy.count, proxy.half_way = proxy.count - 1, proxy.half_way - 1

@@ -5,10 +5,9 @@
 
 Blender tells of every change in Sculpt Mode (depsgraph_update_post), so the mesh is compared with
 what it was when no brush is at work. Strokes in quick succession are absorbed one by one, each on
-the result of the one before, and reach the scene when the artist's hand rests: the brushes' own
-undo steps are taken back, and each stroke becomes one of ours (see `brush_results`). The mesh keeps
-its triangles, and its vertices move onto the field. Where brushes have stretched them, the last of
-their strokes brings another proxy, and so do changes of the topology.
+the result of the one before, and reach the scene between two strokes or when the artist's hand
+rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, the
+last of their strokes brings another proxy, and so do changes of the topology.
 """
 
 import logging
@@ -25,23 +24,17 @@ from ...common.errors import SculptError
 from ...worker.answers import SNAPPED
 from ...worker.client import JobKind, Message
 from .. import notice
-from ..scene import native_steps, sculpt_steps
+from ..scene import kept_steps, native_steps, sculpt_steps
 from ..scene.commit import new_revision
 from ..scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ..scene.mesh.brushed import cut
 from ..scene.objects import find, found
 from ..scene.properties import LOCAL, field_of, is_field, shown_as
 from ..scene.stroke_list import SCULPTED
-from . import brush_results, states
+from . import brush_results, settling, states
 from .absorb_job import absorb_job
-from .brush_results import (
-    BrushedProxy,
-    BrushResults,
-    BrushStroke,
-    is_at_work,
-    is_brushing,
-    proxies,
-)
+from .brush_results import BrushResults
+from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, is_brushing, proxies
 from .job import Job, Request
 from .session_hooks import Arrivals
 from .worker_session import session
@@ -64,6 +57,12 @@ class _State:
 
 class LiveResults(BrushResults):
     """Those of the strokes that are absorbed by themselves."""
+
+    def take(self) -> bool:
+        """Normals may be behind then."""
+        taken = super().take()
+        settling.wait_for_rest()
+        return taken
 
     def may_come(self, job: Job) -> bool:
         """While a brush is at work on the object of the job, and until that was looked at."""
@@ -110,6 +109,8 @@ def look() -> None:
         return
     target, mesh = ob.session_uid, ob.data
     assert isinstance(mesh, Mesh)
+    step = sculpt_steps.active()
+    kept_steps.look(step)
     if not _can_absorb(ob):  # but undo may have to put back what it rounds
         _known(ob, preview_attributes.true_positions(mesh))
         return
@@ -130,16 +131,16 @@ def look() -> None:
         if np.array_equal(now, strokes[-1].seen):
             _left[target] = native_edits.mark(ob)
             return
-    last = proxy.strokes[-1].after if proxy.strokes else proxy.positions
+    last = proxy.strokes[-1].after if proxy.strokes else proxy.told
     part = cut(last, now, proxy.corners)
     if part is None:
         if not proxy.count:
-            proxy.step = sculpt_steps.active()
+            proxy.step = step
         session.watcher.work_came()  # the hand rests
         return
     after = last.copy()
     after[part.vertices] = part.after
-    stroke = BrushStroke(_name(), part, now, after)
+    stroke = BrushStroke(_name(), part, now, after, step)
     stroke.job = _job(target, proxy, stroke)
     proxy.add(stroke)
     if not _submit(stroke.job):
@@ -149,6 +150,8 @@ def look() -> None:
 
 def leave() -> None:
     """After undo and redo: let the proxies be as they are now."""
+    kept_steps.follow()
+    settling.wait_for_rest()
     for target in [*proxies]:
         if (ob := find(target)) is None:
             _drop(target)
@@ -168,6 +171,7 @@ def forget() -> None:
     """Before another file is loaded."""
     _State.brushes = False
     proxies.clear()
+    kept_steps.forget()
     _left.clear()
 
 
@@ -193,7 +197,7 @@ def _known(ob: Object, now: NDArray[np.float32]) -> BrushedProxy | None:
     _drop(target)
     if native_edits.edited(ob) or len(mesh.loops) != 3 * len(mesh.polygons):
         return None
-    return brush_results.follow(ob, now)
+    return follow(ob, now)
 
 
 def _drop(target: int) -> None:
@@ -257,7 +261,10 @@ def _note(*_: object) -> None:
     if any(proxy.count for proxy in proxies.values()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
-    if ob is None or ob.mode != "SCULPT" or not is_field(ob):
+    if ob is None or ob.mode != "SCULPT":
+        kept_steps.settle()
+        return
+    if not is_field(ob):
         return
     if not _will_look():
         bpy.app.timers.register(look_later)
@@ -304,5 +311,6 @@ def unregister() -> None:
     session.arrivals = Arrivals()
     if _note in bpy.app.handlers.depsgraph_update_post:
         bpy.app.handlers.depsgraph_update_post.remove(_note)
+    settling.stop()
     if _will_look():
         bpy.app.timers.unregister(look_later)

@@ -4,6 +4,8 @@
     blender --python scripts/in_blender/start.py -- \\
         reliability.attacked.undo_orders FOLDER SEED FIRST COUNT
 
+In every other order the field takes in native strokes by itself.
+
 FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. What
 started Blender does the lines that begin with `xdotool`. Of an order that fails, KEPT has a text,
 with what was done and Blender's history, and a picture of the window.
@@ -39,6 +41,7 @@ def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.S
     case = person.PersonOrders()
     for number in range(first, first + count):
         case.setUp()
+        case.live = bool(number % 2)
         yield simulated_input.DRAWN
         yield from case.add()
         hands = person.PersonHands(case, number)

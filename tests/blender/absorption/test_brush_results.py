@@ -19,8 +19,13 @@ NAMES = [name for name, _ in STROKES]
 
 
 class BrushResults(BrushCase):
+    """Each stroke becomes a step of ours, as in Blenders that round, for other strokes in all."""
+
+    keeps = False
+
     def setUp(self) -> None:
         super().setUp()
+        self.enterContext(patch.object(module("blender.scene.kept_steps"), "EXACT", self.keeps))
         self.session.waits = False
         self.addCleanup(setattr, self.session, "waits", True)
         self.addCleanup(setattr, self.results, "TAKE_SECONDS", self.results.TAKE_SECONDS)

@@ -25,6 +25,8 @@ from harness import (
     vertices,
 )
 
+KEPT = module("blender.scene.kept_steps").EXACT
+"""Whether the steps of Blender's brushes stay in its history."""
 ASSET = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 
 
@@ -101,7 +103,7 @@ class BrushCase(SculptCase):
     def assert_is(self, sculpted: np.ndarray) -> None:
         """The proxy is what was sculpted (V, 3), on the field."""
         off = np.linalg.norm(vertices(self.ob()) - sculpted, axis=1)
-        self.assertLess(off[off > 0].mean(), 3e-4)
+        self.assertLess(off.sum() / max(1, (off > 0).sum()), 3e-4)
 
     def edited(self) -> bool:
         return module("blender.scene.mesh.native_edits").edited(self.ob())
@@ -171,7 +173,8 @@ class Live(BrushCase):
         return values
 
     def test_undo_while_a_stroke_is_on_its_way(self) -> None:
-        """It takes back the stroke, and what is there then is left alone until the next one."""
+        """It takes back the stroke. What is there then waits for the next one, where to take
+        it in would cut off what can be redone."""
         before = state(self.ob())
         with self.as_in_a_window():
             brush("Clay", -40)
@@ -181,11 +184,11 @@ class Live(BrushCase):
             twice = vertices(self.ob())
             self.look()
             undo()
-            for there in (once, twice, once):
+            for there, names in ((once, ["Clay"]), (twice, ["Clay", "Grab"]), (once, ["Clay"])):
                 np.testing.assert_array_equal(vertices(self.ob()), there)
                 self.look()
                 self.finish()
-                self.assertEqual(self.names(), [])
+                self.assertEqual(self.names(), names if KEPT else [])
                 (redo if there is once else undo)()
             for _ in range(2):
                 undo()
@@ -208,7 +211,7 @@ class Live(BrushCase):
     def test_undo_while_brush_and_neural_strokes_are_on_their_way(self) -> None:
         """One press takes back one of them, one more brings it back, and nothing is muted."""
         orders = {
-            "clay neural undo": [],
+            "clay neural undo": ["Clay"] * KEPT,
             "clay neural undo redo": ["Clay", "Neural"],
             "neural clay undo": ["Neural"],
             "neural clay undo redo": ["Clay", "Neural"],

@@ -21,7 +21,7 @@ from drawing import (
     take_native_brush,
     undo,
 )
-from harness import EXTENSION, long, module, state, vertices
+from harness import EXTENSION, long, module, push_undo, state, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from mathutils.bvhtree import BVHTree
@@ -73,6 +73,29 @@ class Live(WindowCase):
             states.append(state(field()))
         self.assertEqual(self.names()[1:], ["Clay", "Grab", "Smooth"])
         yield from self.undo_and_redo(states)
+
+    @long
+    def test_a_mode_that_is_left_at_once_shows_the_normals_of_the_stroke(self) -> Steps:
+        if bpy.app.version < (4, 5):
+            self.skipTest("this Blender has no such normals")
+        make_native_brushes("Clay")
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        before = normals()
+        yield from self.brush("Clay", 0.0)
+        operate(bpy.ops.object.mode_set, mode="OBJECT")
+        push_undo("Object Mode")
+        yield 3 * hand.DRAWN
+        left = normals()
+        self.assertGreater(np.abs(left - before).max(), 0.1)
+        yield from undo()
+        self.assertEqual(field().mode, "SCULPT")
+        yield from undo()
+        yield from hand.until(
+            lambda: bool((normals() == before).all()), SECONDS, "normals of before"
+        )
+        yield from redo()
+        yield from hand.until(lambda: bool((normals() == left).all()), SECONDS, "normals of after")
 
     def test_the_worker_has_a_stroke_before_the_window_shows_it(self) -> Steps:
         """And one that ends and is undone in a single turn of Blender's loop is no stroke."""
@@ -207,3 +230,12 @@ class Live(WindowCase):
         yield from hand.show_tab("Neural Sculpt")
         yield 3 * hand.DRAWN
         self.assertFalse(self.session.jobs)
+
+
+def normals() -> np.ndarray:
+    """The normals (3 V,) of the proxy; zero in Blenders that have none."""
+    mesh = field().data
+    flat = np.zeros(3 * len(mesh.vertices), np.float32)
+    if "custom_normal" in mesh.attributes:
+        mesh.attributes["custom_normal"].data.foreach_get("vector", flat)
+    return flat

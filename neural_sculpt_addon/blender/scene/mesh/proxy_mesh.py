@@ -146,17 +146,29 @@ def move(
     sort the vertices again for its brushes.
     """
     put(mesh, vertices)
-    if "custom_normal" in mesh.attributes:
-        every = np.empty(3 * len(vertices), np.float32)
-        mesh.attributes["custom_normal"].data.foreach_get("vector", every)  # pyright: ignore
-        every.reshape(-1, 3)[some] = normals
-        _write(mesh, "custom_normal", "vector", every)
+    if (every := normals_of(mesh)) is not None:
+        every[some] = normals
+        put_normals(mesh, every)
     mesh[FILLED] = f"{fingerprint(vertices):08x}"
 
 
 def put(mesh: Mesh, vertices: NDArray[np.float32]) -> None:
     """Put the vertices (V, 3) of a mesh where they are to be, model space."""
     _write(mesh, "position", "vector", np.ascontiguousarray(vertices).ravel())
+
+
+def put_normals(mesh: Mesh, normals: NDArray[np.float32]) -> None:
+    """Give a mesh that has normals of its own other ones (V, 3)."""
+    _write(mesh, "custom_normal", "vector", normals.ravel())
+
+
+def normals_of(mesh: Mesh) -> NDArray[np.float32] | None:
+    """The normals (V, 3) that a mesh has of its own; None where it has none."""
+    if "custom_normal" not in mesh.attributes:
+        return None
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes["custom_normal"].data.foreach_get("vector", flat)  # pyright: ignore
+    return flat.reshape(-1, 3)
 
 
 def mesh_of(ob: Object) -> Mesh:

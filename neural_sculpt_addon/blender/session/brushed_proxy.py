@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Brushed proxies: what brushes of Sculpt Mode did to each proxy since its field was told of it."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Object
+from numpy.typing import NDArray
+
+from ...worker.client import Message
+from ..scene import sculpt_steps
+from ..scene.mesh import proxy_mesh
+from ..scene.mesh.brushed import Part
+from ..scene.sculpt_steps import Step
+from .job import Job, JobStatus
+from .worker_session import session
+
+Vectors = NDArray[np.float32]
+
+UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
+_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
+_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
+
+
+@dataclass(eq=False)
+class BrushStroke:
+    """A brush stroke that is on its way into the field.
+
+    seen:  all vertices (V, 3) after it
+    after: the same, without what moved too little
+    step:  of Blender's history that it left
+    """
+
+    name: str
+    part: Part
+    seen: Vectors
+    after: Vectors
+    step: Step | None
+    job: Job | None = None
+    result: Message | None = None
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it could not be absorbed, or was cancelled."""
+        ends = JobStatus.FAILED, JobStatus.CANCELLED
+        return self.job is not None and self.job.status in ends
+
+
+@dataclass(eq=False)
+class BrushedProxy:
+    """A proxy as the field made it, and what brushes did since.
+
+    filled:    its fingerprint
+    positions: (V, 3)
+    told:      the same, without what moved too little for the field to be told of it
+    corners:   (3, F), see `brushed.cut`
+    step:      of Blender's history at which it was so
+    known:     the strokes, in order, and those that undo took from the mesh
+    count:     how many of them the mesh has
+    half_way:  how many of them the mesh has alone, and not Blender's history as well
+    rests:     whether undo or redo has led here: a step would cut off what can be redone
+    """
+
+    filled: str
+    positions: Vectors
+    told: Vectors
+    corners: NDArray[np.int32]
+    step: Step | None
+    known: list[BrushStroke] = field(default_factory=list)
+    count: int = 0
+    half_way: int = 0
+    rests: bool = False
+
+    @property
+    def strokes(self) -> list[BrushStroke]:
+        """Those that the mesh has."""
+        return self.known[: self.count]
+
+    def add(self, stroke: BrushStroke) -> None:
+        """One more, instead of what could be redone."""
+        self.keep(self.count)
+        self.known.append(stroke)
+        self.count, self.rests = self.count + 1, False
+
+    def keep(self, count: int, why: str = UNDONE) -> None:
+        """Forget all strokes but the first ones."""
+        dropped = self.known[count:]
+        del self.known[count:]
+        self.count, self.half_way = min(self.count, count), min(self.half_way, count)
+        for stroke in dropped:
+            if stroke.job is not None and stroke.job.pending:
+                session.cancel_job(stroke.job, why)
+
+
+proxies: dict[int, BrushedProxy] = {}
+"""By session_uid of the object."""
+
+
+def follow(ob: Object, positions: Vectors) -> BrushedProxy:
+    """From now on follow what brushes do to a proxy of triangles, whose vertices are these (V, 3),
+    as the field made them."""
+    mesh = proxy_mesh.mesh_of(ob)
+    corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
+    filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
+    proxies[ob.session_uid] = proxy = BrushedProxy(filled, positions, positions, corners, step)
+    return proxy
+
+
+def is_at_work() -> bool:
+    """Whether a brush, or something else that moves vertices, is being used."""
+    return _runs(_AT_WORK)
+
+
+def is_brushing() -> bool:
+    """The same, but for a neural stroke."""
+    return _runs(_BRUSHES)
+
+
+def _runs(names: tuple[str, ...]) -> bool:
+    windows = bpy.context.window_manager.windows
+    return any(op.bl_idname.startswith(names) for w in windows for op in w.modal_operators)

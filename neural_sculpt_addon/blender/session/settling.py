@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The time at which proxies get the normals that are behind (see `kept_steps`): Blender evaluates
+the mesh then, so it is when the artist rests."""
+
+import bpy
+
+from ..scene import kept_steps
+from .brushed_proxy import is_at_work, proxies
+
+REST = 2.0
+"""Seconds since the last stroke, or since undo and redo: a shorter pause is one between strokes."""
+
+
+def wait_for_rest() -> None:
+    """Settle after a rest that begins now, if there is anything to settle."""
+    if not kept_steps.is_settled():
+        stop()
+        bpy.app.timers.register(_settle, first_interval=REST)
+
+
+def stop() -> None:
+    """Do not wait."""
+    if bpy.app.timers.is_registered(_settle):
+        bpy.app.timers.unregister(_settle)
+
+
+def _settle() -> float | None:
+    if is_at_work() or any(proxy.count for proxy in proxies.values()):
+        return REST
+    kept_steps.settle()
+    return None

@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes whose steps stay in Blender's history: the field follows them back and forth."""
+
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+
+import os
+import random
+from unittest.mock import patch
+
+import bpy
+import numpy as np
+import test_brush_results
+from harness import arc, long, module, push_undo, redo, state, stroke, undo, vertices
+from test_brush_results import NAMES
+from test_live_absorption import KEPT, BrushCase, brush
+
+sculpt_steps = module("blender.scene.sculpt_steps")
+kept_steps = module("blender.scene.kept_steps")
+
+STRAIGHT = 0.98  # cosine
+LENGTH = 16
+SEEN = "weights", "base", "strokes", "revision", "mesh", "mode", "masks", "normals"
+
+
+class KeptResults(test_brush_results.BrushResults):
+    """What holds of strokes that become steps of ours holds of these."""
+
+    keeps = True
+
+    def setUp(self) -> None:
+        if not KEPT:
+            self.skipTest("this Blender rounds what it takes back")
+        super().setUp()
+
+    def test_one_at_a_time_and_nothing_is_seen_of_it(self) -> None:
+        """Nothing is pushed, and the mesh is not evaluated."""
+        self.brush_all()
+        evaluated: list[bool] = []
+
+        def note(_: object, graph: bpy.types.Depsgraph) -> None:
+            evaluated.extend(update.is_updated_geometry for update in graph.updates)
+
+        handlers = bpy.app.handlers.depsgraph_update_post
+        bpy.context.view_layer.update()
+        handlers.append(note)
+        self.addCleanup(handlers.remove, note)
+        polls, history = 0, sculpt_steps.steps()
+        while not self.session.rests:
+            self.session.poll_once()
+            bpy.context.view_layer.update()
+            polls += 1
+            self.assertEqual(self.names(), NAMES[:polls])
+        self.assertEqual(polls, len(NAMES))
+        self.assertEqual(sculpt_steps.steps(), history)
+        self.assertFalse(any(evaluated))
+        np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+        self.assert_all_are_steps(NAMES)
+
+    def test_redo_has_the_rest_come_in_first(self) -> None:
+        """There is none."""
+
+    def test_a_file_that_is_saved_as_steps_are_taken_back(self) -> None:
+        """None is."""
+
+    def test_a_stroke_between_them_follows(self) -> None:
+        self.come_in(2)
+        with self.at_work():
+            brush("Smooth", 10)
+        self.look()
+        sculpted = vertices(self.ob())
+        self.finish()
+        self.assert_is(sculpted)
+        self.assert_all_are_steps([*NAMES, "Smooth"])
+
+    def test_a_stroke_between_them_is_undone(self) -> None:
+        """It is in the field as soon as it has a result, whether it was redone or not."""
+        self.come_in(2)
+        brush("Smooth", 10)
+        smooth = vertices(self.ob())
+        self.look()
+        undo()
+        np.testing.assert_array_equal(vertices(self.ob()), self.sculpted)
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        redo()
+        np.testing.assert_array_equal(vertices(self.ob()), smooth)
+        self.look()
+        self.finish()
+        self.assert_all_are_steps([*NAMES, "Smooth"])
+
+
+class KeptSteps(BrushCase):
+    def setUp(self) -> None:
+        if not KEPT:
+            self.skipTest("this Blender rounds what it takes back")
+        super().setUp()
+        self.enterContext(self.as_in_a_window())
+
+    def absorb(self, *strokes: tuple[str, float]) -> None:
+        for name, right in strokes:
+            brush(name, right)
+            self.look()
+            self.finish()
+
+    def test_normals_are_those_of_the_surface_when_settled(self) -> None:
+        before = vertices(self.ob())
+        self.absorb(("Clay", -20), ("Grab", 20))
+        moved = (vertices(self.ob()) != before).any(axis=1)
+        self.assertLess(self.along_the_surface(moved), STRAIGHT)
+        kept_steps.settle()
+        self.assertGreater(self.along_the_surface(moved), STRAIGHT)
+        self.assert_goes_back_and_forth(moved)
+
+    def assert_goes_back_and_forth(self, moved: np.ndarray) -> None:
+        for step in (undo, undo, redo, redo):
+            step()
+            kept_steps.settle()
+            self.assertGreater(self.along_the_surface(moved), STRAIGHT)
+
+    def test_a_mode_that_is_left_at_once_has_them_too(self) -> None:
+        """Blender has pushed its step without them."""
+        before = vertices(self.ob())
+        self.absorb(("Clay", 0))
+        moved = (vertices(self.ob()) != before).any(axis=1)
+        bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode="OBJECT")
+        kept_steps.settle()  # in a window by itself
+        self.ob().location.x = 1.0
+        push_undo("Move")
+        undo()
+        kept_steps.settle()
+        self.assertEqual(self.ob().mode, "OBJECT")
+        self.assertGreater(self.along_the_surface(moved), STRAIGHT)
+        for step in (undo, undo, redo, redo):
+            step()
+            kept_steps.settle()
+            self.assertGreater(self.along_the_surface(moved), STRAIGHT, step)
+
+    def along_the_surface(self, some: np.ndarray) -> float:
+        """Cosine between the mesh's own normals and those of its triangles, of vertices: 95 % have
+        at least that."""
+        mesh, points = self.ob().data, vertices(self.ob())
+        corners, own = np.empty(len(mesh.loops), np.int32), np.empty(points.size, np.float32)
+        mesh.attributes[".corner_vert"].data.foreach_get("value", corners)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", own)
+        a, b, c = points[corners.reshape(-1, 3)].swapaxes(0, 1)
+        normals = np.zeros_like(points)
+        for corner in corners.reshape(-1, 3).T:
+            np.add.at(normals, corner, np.cross(b - a, c - a))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        return float(np.quantile((own.reshape(-1, 3) * normals).sum(axis=1)[some], 0.05))
+
+    def test_a_jump_in_the_history(self) -> None:
+        """Blender's menu of it leads over several steps at once."""
+        states = [state(self.ob())]
+        for each in (("Clay", -50), ("Grab", -20), ("Clay", 20)):
+            self.absorb(each)
+            states.append(state(self.ob()))
+        first = len(sculpt_steps.steps()[0]) - len(states)
+        for place in (1, 3, 0, 2, 3, 0):
+            with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+                bpy.ops.ed.undo_history(item=first + place)
+            self.assertEqual(state(self.ob()), states[place])
+
+    def test_a_file_has_all_of_it(self) -> None:
+        before = vertices(self.ob())
+        self.absorb(("Clay", -20), ("Grab", 20))
+        moved, made = (vertices(self.ob()) != before).any(axis=1), state(self.ob())
+        path = str(self.folder / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(state(self.ob()), made)
+        self.assertFalse(self.edited())
+        self.assertGreater(self.along_the_surface(moved), STRAIGHT)
+
+    def test_a_stroke_off_the_field_becomes_a_step_of_ours(self) -> None:
+        """Its vertices go onto the field."""
+        before = state(self.ob())
+        with patch.object(self.results, "SEEN_OFF", 0.0):
+            brush("Clay")
+            sculpted = vertices(self.ob())
+            self.look()
+            self.finish()
+        self.assertFalse(sculpt_steps.is_native(sculpt_steps.active()))
+        self.assert_is(sculpted)
+        self.assertFalse((vertices(self.ob()) == sculpted).all())
+        undo()
+        self.assertEqual(state(self.ob()), before)
+
+
+class Orders(BrushCase):
+    """Random orders of brush strokes, neural strokes, masks, modes, undo and redo."""
+
+    def setUp(self) -> None:
+        if not KEPT:
+            self.skipTest("this Blender rounds what it takes back")
+        super().setUp()
+        self.addCleanup(setattr, self.results, "SEEN_OFF", self.results.SEEN_OFF)
+        self.enterContext(self.as_in_a_window())
+
+    @long
+    def test_each_press_takes_back_one_thing(self) -> None:
+        for number in range(int(os.environ.get("NEURAL_SCULPT_ORDERS", "3"))):
+            with self.subTest(number=number):
+                self.play(random.Random(f"kept {number}"))
+            while self.at:
+                self.do("undo")
+
+    def play(self, by: random.Random) -> None:
+        """An order, then all the way back and all the way forth; of brush strokes none, some or all
+        are so far off that each becomes a step of ours."""
+        self.results.SEEN_OFF = by.choice([5e-4, 1e-4, 5e-5, 0.0])
+        self.random, self.told = by, []
+        self.at, self.states = 0, [self.seen()]
+        while len(self.told) < LENGTH:
+            self.do(by.choice(self.choices()))
+        for word in ("undo", "redo", "undo"):
+            while self.at if word == "undo" else self.at < len(self.states) - 1:
+                self.do(word)
+
+    def choices(self) -> list[str]:
+        """What can be done now."""
+        sculpting = self.ob().mode == "SCULPT"
+        words = ["toggle_mode", "neural", *["mute"] * bool(self.names()), "settle"]
+        words += ["native", "native", "two", "two", "mask"] * 2 * sculpting
+        words += ["undo"] * 5 * (self.at > 0)
+        return words + ["redo"] * 4 * (self.at < len(self.states) - 1)
+
+    def do(self, word: str) -> None:
+        """One thing, and what must be so after it."""
+        self.told.append(word)
+        getattr(self, f"do_{word}")()
+        self.look_in_sculpt_mode()
+        self.finish()
+        self.assertEqual(self.session.last_error, "", self.told)
+        self.assertFalse(self.edited(), self.told)
+        steps = {"undo": -1, "redo": 1, "two": 2, "settle": 0}.get(word, 1)
+        self.at += steps
+        if word not in ("undo", "redo", "settle"):
+            self.states[self.at - steps + 1 :] = [None] * steps
+        seen, before = self.seen(), self.states[self.at]
+        if before is None:  # of two strokes the first is not seen before it is undone
+            before = seen
+        for name, now, then in zip(SEEN, seen, before, strict=True):
+            if now is not None and then is not None:
+                self.assertEqual(now, then, f"{name} after {self.told}")
+        self.states[self.at] = (*before[:-1], before[-1] or seen[-1])
+
+    def look_in_sculpt_mode(self) -> None:
+        if self.ob().mode == "SCULPT":
+            self.look()
+
+    def seen(self) -> tuple[object, ...]:
+        """All that makes the field; as often as not its normals, which are settled for that."""
+        *made, _, mesh, _ = state(self.ob())
+        painted = module("blender.scene.mesh.brush_attributes").read(self.ob().data)
+        masks = {name: values.tobytes() for name, values in painted.items() if values.any()}
+        return (
+            *made,
+            mesh,
+            self.ob().mode,
+            masks,
+            self.normals() if self.random.random() < 0.5 else None,
+        )
+
+    def normals(self) -> bytes:
+        kept_steps.settle()
+        mesh = self.ob().data
+        flat = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.attributes["custom_normal"].data.foreach_get("vector", flat)
+        return flat.tobytes()
+
+    def do_native(self) -> None:
+        brush(
+            self.random.choice(["Clay", "Grab", "Smooth", "Inflate/Deflate"]),
+            self.random.uniform(-60, 60),
+        )
+
+    def do_two(self) -> None:
+        self.do_native()
+        self.look()
+        self.do_native()
+
+    def do_mask(self) -> None:
+        brush("Mask", self.random.uniform(-60, 60))
+
+    def do_neural(self) -> None:
+        stroke(
+            arc(self.ob(), tilt=self.random.uniform(0, 2)),
+            radius=0.1,
+            intensity=0.03,
+            name="Neural",
+        )
+
+    def do_mute(self) -> None:
+        listed = self.ob().neural_sculpt.strokes
+        bpy.ops.neural_sculpt.mute_stroke(uid=self.random.choice([item.uid for item in listed]))
+
+    def do_toggle_mode(self) -> None:
+        mode = "OBJECT" if self.ob().mode == "SCULPT" else "SCULPT"
+        bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode=mode)
+        if mode == "OBJECT":
+            kept_steps.settle()
+
+    def do_settle(self) -> None:
+        kept_steps.settle()
+
+    def do_undo(self) -> None:
+        undo()
+
+    def do_redo(self) -> None:
+        redo()
