@@ -17,7 +17,8 @@ from . import notice
 from .scene import kept_steps, native_steps, sculpt_steps
 from .scene.mesh import preview
 from .scene.undo_step import in_edit_mode, in_window
-from .session import brush_results, live, reports, saved_strokes
+from .session import reports, saved_strokes
+from .session.absorption import brush_results, live
 from .session.worker_session import session
 
 

@@ -72,7 +72,7 @@ from .scene.brush import kept_brush
 from .scene.brush.brush_properties import NEURAL_SCULPT_PG_brush, NEURAL_SCULPT_PG_point
 from .scene.mesh import seen_surface
 from .scene.properties import GROUP, NEURAL_SCULPT_PG_field, NEURAL_SCULPT_PG_listed_stroke
-from .session import live
+from .session.absorption import live
 from .session.worker_session import session
 from .viewport import changed_stroke, fit_overlay, overlay, worst_place
 

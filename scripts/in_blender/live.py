@@ -37,8 +37,8 @@ STAGES = ("noticed", "asked", "answered", "in the scene")
 """Of a stroke, after Blender's brush has ended: the extension looks at the mesh, the worker has the
 job, its answer is there, the undo step is made."""
 TIMED = {
-    "blender.session.live": ("look_later", "look"),
-    "blender.session.brush_results": ("take",),
+    "blender.session.absorption.live": ("look_later", "look"),
+    "blender.session.absorption.brush_results": ("take",),
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
     "blender.scene.kept_steps": ("settle",),
@@ -55,7 +55,10 @@ brushed: list[dict[str, Any]] = []
 
 def instrument() -> None:
     """Time the calls, and keep what strokes were."""
-    live, results = module("blender.session.live"), module("blender.session.brush_results")
+    live, results = (
+        module("blender.session.absorption.live"),
+        module("blender.session.absorption.brush_results"),
+    )
     for name in ("enter_next", "keep_next"):
         setattr(results, name, kept(getattr(results, name), name == "keep_next"))
     for name, functions in TIMED.items():
@@ -221,7 +224,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
     drawn = time.perf_counter() - started
 
     def rests() -> bool:
-        proxies = module("blender.session.brush_results").proxies
+        proxies = module("blender.session.absorption.brush_results").proxies
         return session.rests and not any(proxy.strokes for proxy in proxies.values())
 
     yield from hand.until(rests, SECONDS, "all strokes in the field")

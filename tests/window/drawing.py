@@ -44,7 +44,7 @@ class WindowCase(harness.SculptCase):
     def setUp(self) -> None:
         super().setUp()
         if not self.absorbs_live:
-            live = module("blender.session.live")
+            live = module("blender.session.absorption.live")
             live.unregister()
             self.addCleanup(live.register)
         bpy.context.preferences.addons[harness.EXTENSION].preferences.resolution = RESOLUTION

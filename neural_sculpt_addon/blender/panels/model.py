@@ -16,7 +16,8 @@ from ..locale.translations import OURS, translated
 from ..scene.field_header import header_of
 from ..scene.mesh import native_edits
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
-from ..session import live, reports
+from ..session import reports
+from ..session.absorption import live
 from ..session.worker_session import session
 from ..viewport import worst_place
 from .sidebar import Sidebar, draw_job

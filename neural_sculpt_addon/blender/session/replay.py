@@ -18,7 +18,8 @@ from ..scene.commit import new_revision, set_history
 from ..scene.mesh import native_edits
 from ..scene.objects import found
 from ..scene.stroke_list import Entry
-from . import live, states
+from . import states
+from .absorption import live
 from .job import Job, Request
 from .worker_session import session
 

@@ -77,8 +77,8 @@ class BrushCase(SculptCase):
         super().setUp()
         if bpy.app.version < (4, 3):
             self.skipTest("this Blender's brushes are no assets")
-        self.live = module("blender.session.live")
-        self.results = module("blender.session.brush_results")
+        self.live = module("blender.session.absorption.live")
+        self.results = module("blender.session.absorption.brush_results")
         self.addCleanup(self.live.forget)
         bpy.context.preferences.addons[EXTENSION].preferences.resolution = 96
         add("SPHERE").scale = (8, 8, 8)  # so that a brush covers a part of it

@@ -28,8 +28,8 @@ import harness
 import numpy as np
 from bpy.types import Object
 
-brush_results = harness.module("blender.session.brush_results")
-live = harness.module("blender.session.live")
+brush_results = harness.module("blender.session.absorption.brush_results")
+live = harness.module("blender.session.absorption.live")
 preview_attributes = harness.module("blender.scene.mesh.preview_attributes")
 native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")

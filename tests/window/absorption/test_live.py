@@ -105,7 +105,7 @@ class Live(WindowCase):
         take_native_brush("Clay")
         yield 3 * hand.DRAWN
         before = state(field())
-        is_at_work = module("blender.session.brush_results").is_at_work
+        is_at_work = module("blender.session.absorption.brush_results").is_at_work
         shown = []
 
         def note() -> None:

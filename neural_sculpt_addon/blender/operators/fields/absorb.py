@@ -12,8 +12,9 @@ from bpy.types import Context, Event, Operator
 
 from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import NETWORK, field_of
-from ...session import live, states
-from ...session.absorb_job import LABEL, absorb_job
+from ...session import states
+from ...session.absorption import live
+from ...session.absorption.absorb_job import LABEL, absorb_job
 from ..job_operator import (
     FINISHED,
     REGISTER,

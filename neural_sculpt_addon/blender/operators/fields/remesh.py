@@ -16,7 +16,8 @@ from ...scene.proxy_properties import (
     resolution_property,
     smooth_property,
 )
-from ...session import live, states
+from ...session import states
+from ...session.absorption import live
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch
 

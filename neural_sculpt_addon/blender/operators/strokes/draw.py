@@ -26,7 +26,7 @@ from ...scene.mesh import preview, proxy_mesh
 from ...scene.mesh.protect import protected
 from ...scene.objects import find
 from ...scene.properties import is_field
-from ...session import live
+from ...session.absorption import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
 from ...viewport import changed_stroke, overlay

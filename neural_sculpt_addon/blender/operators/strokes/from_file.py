@@ -9,7 +9,7 @@ from bpy.types import Context, Event, Operator
 
 from ....common.errors import SculptError
 from ....stroke.file import parse_strokes
-from ...session import live
+from ...session.absorption import live
 from ..job_operator import (
     REGISTER,
     Outcome,

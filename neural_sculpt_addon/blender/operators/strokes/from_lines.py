@@ -16,7 +16,7 @@ from ...scene.brush.brush_properties import brush_of
 from ...scene.brush.current_brush import brush_stroke, pressure_factors
 from ...scene.lines import Line, annotation_lines, selected_lines
 from ...scene.properties import world_scale
-from ...session import live
+from ...session.absorption import live
 from ..job_operator import (
     REGISTER,
     Outcome,

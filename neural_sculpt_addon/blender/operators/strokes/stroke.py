@@ -18,7 +18,7 @@ from ....stroke.stroke import Stroke
 from ...locale.translations import OURS
 from ...scene.brush.brush_properties import NEURAL_SCULPT_PG_point
 from ...scene.brush.current_brush import brush_stroke
-from ...session import live
+from ...session.absorption import live
 from ..job_operator import (
     REGISTER,
     Outcome,

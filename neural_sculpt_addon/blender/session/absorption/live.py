@@ -20,24 +20,25 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
-from ...common.errors import SculptError
-from ...worker.answers import SNAPPED
-from ...worker.client import JobKind, Message
-from .. import notice
-from ..scene import kept_steps, native_steps, sculpt_steps
-from ..scene.commit import new_revision
-from ..scene.mesh import native_edits, preview_attributes, proxy_mesh
-from ..scene.mesh.brushed import cut
-from ..scene.objects import find, found
-from ..scene.properties import LOCAL, field_of, is_field, shown_as
-from ..scene.stroke_list import SCULPTED
-from . import brush_results, settling, states
+from ....common.errors import SculptError
+from ....worker.answers import SNAPPED
+from ....worker.client import JobKind, Message
+from ... import notice
+from ...scene import kept_steps, native_steps, sculpt_steps
+from ...scene.commit import new_revision
+from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
+from ...scene.mesh.brushed import cut
+from ...scene.objects import find, found
+from ...scene.properties import LOCAL, field_of, is_field, shown_as
+from ...scene.stroke_list import SCULPTED
+from .. import states
+from ..job import Job, Request
+from ..session_hooks import Arrivals
+from ..worker_session import session
+from . import brush_results, settling
 from .absorb_job import absorb_job
 from .brush_results import BrushResults
 from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, is_brushing, proxies
-from .job import Job, Request
-from .session_hooks import Arrivals
-from .worker_session import session
 
 log = logging.getLogger(__name__)
 

@@ -7,15 +7,15 @@ from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 
-from ...common.errors import SculptError
-from ...worker.client import JobKind, Message
-from ..scene.commit import add_entry, new_revision
-from ..scene.mesh import native_edits, proxy_mesh
-from ..scene.objects import found
-from ..scene.properties import field_of, shown_as
-from ..scene.stroke_list import SCULPTED, Entry
-from . import states
-from .job import Job, Request
+from ....common.errors import SculptError
+from ....worker.client import JobKind, Message
+from ...scene.commit import add_entry, new_revision
+from ...scene.mesh import native_edits, proxy_mesh
+from ...scene.objects import found
+from ...scene.properties import field_of, shown_as
+from ...scene.stroke_list import SCULPTED, Entry
+from .. import states
+from ..job import Job, Request
 
 LABEL = n_("Absorb")
 

@@ -4,7 +4,7 @@ the mesh then, so it is when the artist rests."""
 
 import bpy
 
-from ..scene import kept_steps
+from ...scene import kept_steps
 from .brushed_proxy import is_at_work, proxies
 
 REST = 2.0

@@ -24,21 +24,21 @@ import numpy as np
 from bpy.types import Object
 from numpy.typing import NDArray
 
-from ...common.errors import SculptError
-from ...worker.answers import SNAPPED, is_remade
-from ...worker.client import JobKind, Message
-from .. import notice
-from ..scene import kept_steps, native_steps, sculpt_steps
-from ..scene.commit import add_brushed, add_entry, add_kept
-from ..scene.mesh import preview, preview_attributes, proxy_mesh
-from ..scene.objects import find, found
-from ..scene.properties import field_of
-from ..scene.stroke_list import Entry
-from ..scene.undo_step import in_edit_mode
+from ....common.errors import SculptError
+from ....worker.answers import SNAPPED, is_remade
+from ....worker.client import JobKind, Message
+from ... import notice
+from ...scene import kept_steps, native_steps, sculpt_steps
+from ...scene.commit import add_brushed, add_entry, add_kept
+from ...scene.mesh import preview, preview_attributes, proxy_mesh
+from ...scene.objects import find, found
+from ...scene.properties import field_of
+from ...scene.stroke_list import Entry
+from ...scene.undo_step import in_edit_mode
+from ..job import Job
+from ..session_hooks import Arrivals
+from ..worker_session import session
 from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, proxies
-from .job import Job
-from .session_hooks import Arrivals
-from .worker_session import session
 
 log = logging.getLogger(__name__)
 

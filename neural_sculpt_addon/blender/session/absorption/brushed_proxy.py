@@ -9,13 +9,13 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 from numpy.typing import NDArray
 
-from ...worker.client import Message
-from ..scene import sculpt_steps
-from ..scene.mesh import proxy_mesh
-from ..scene.mesh.brushed import Part
-from ..scene.sculpt_steps import Step
-from .job import Job, JobStatus
-from .worker_session import session
+from ....worker.client import Message
+from ...scene import sculpt_steps
+from ...scene.mesh import proxy_mesh
+from ...scene.mesh.brushed import Part
+from ...scene.sculpt_steps import Step
+from ..job import Job, JobStatus
+from ..worker_session import session
 
 Vectors = NDArray[np.float32]
 
