@@ -16,6 +16,7 @@ from harness import (
     add,
     arc,
     field,
+    long,
     module,
     push_undo,
     redo,
@@ -270,6 +271,7 @@ class Live(BrushCase):
         self.assertEqual(self.names(), ["Clay", "Grab"])
         self.assertFalse(self.edited())
 
+    @long
     def test_another_topology_is_absorbed_as_a_whole(self) -> None:
         stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03)
         with self.as_in_a_window():
