@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kept steps: those of Blender's brushes whose strokes a field has taken in, and which stay in
-Blender's history as they are.
+"""Kept steps: undo steps of Blender's brushes that stay in Blender's history as they are when the
+field has taken in their strokes.
 
-Such a step holds the sculpted vertices and nothing else. So what else a field is at it is known
-here, and is brought back when undo or redo has led there. To take in a stroke nothing is pushed and
-the mesh is not touched, which would have Blender evaluate it: 25 ms with 100,000 vertices.
+Such a step holds the sculpted vertices and nothing else. The rest of the field is remembered here,
+step by step, and brought back when undo or redo has led to one. To take in a stroke nothing is
+pushed and the mesh is not touched: Blender would evaluate it, 25 ms with 100,000 vertices.
 
-    ordinary step, stroke, stroke     the first holds its field itself, the others' are known here
+    ordinary step, stroke, stroke     the first holds the field; that of the others is known here
 
 Only the mesh's normals are behind, for brushes leave that attribute as it is. Sculpt Mode does not
 show it; `settle` writes it when the artist rests, leaves the mode or does something else.
@@ -61,11 +61,11 @@ class _State:
 
 _known: dict[int, dict[Step, FieldAt]] = {}
 _unsettled: dict[int, FieldAt] = {}
-"""Those whose normals the mesh has not got yet. Both by session_uid of the object."""
+"""Fields whose mesh lacks their normals still. Keys of both: session_uid of the object."""
 
 
 def field_at(ob: Object, step: Step) -> FieldAt:
-    """What a field is, which has been so since that step."""
+    """The field of an object, as it has been since a step."""
     group, mesh = field_of(ob), proxy_mesh.mesh_of(ob)
     known = _known.get(ob.session_uid, {}).get(step)
     if known is not None and known.revision == group.revision:
@@ -90,8 +90,8 @@ def grown(
     some: NDArray[np.intp],
     normals: Vectors,
 ) -> FieldAt:
-    """What a field is now that it has one entry more, whose stroke gave `some` (P,) of the vertices
-    other normals (P, 3)."""
+    """The field with one entry more, whose stroke gave the vertices `some` (P,) other normals
+    (P, 3)."""
     group, mesh, every = field_of(ob), proxy_mesh.mesh_of(ob), before.normals
     if every is not None:
         every = every.copy()
@@ -124,8 +124,8 @@ def unsettle(ob: Object, field: FieldAt) -> None:
 
 
 def look(active: Step | None) -> None:
-    """Where the scene is when neither undo nor redo has led there: a step that it was not at before
-    is a new one, though it may have the address of one that is gone."""
+    """Note the active step when neither undo nor redo has led to it: a step other than the last one
+    is new, though it may have the address of one that is gone."""
     if active is not None and active != _State.last:
         for steps in _known.values():
             steps.pop(active, None)
@@ -184,7 +184,9 @@ def settle() -> None:
         if ob is None or proxy_mesh.mesh_of(ob).get(proxy_mesh.FILLED) != field.filled:
             continue
         step = sculpt_steps.active()
-        if step is not None and not sculpt_steps.is_native(step):  # it came before its normals
+        if step is not None and not sculpt_steps.is_native(
+            step
+        ):  # pushed before the normals were written
             know(ob, step, field)
         with preview.hidden():
             mesh = proxy_mesh.mesh_of(ob)

@@ -160,14 +160,12 @@ class Growth:
         """Those of `parts` that stay whole, and what the others are divided into.
 
         number: (E,) of the vertex in the middle of each edge, or -1; those below `first` are on the
-                border, and remain. Of the `new` ones some are taken away, in place: while there is
-                a triangle that comes out thin or turned over, that corner of it which is farthest
-                from its edge, or all of the whole one's where none of its corners is new
+                border, and remain. Of the `new` ones some are taken away, in place: while a
+                triangle comes out thin or turned over, its new corner that is farthest from its
+                edge goes; where none of its corners is new, all new ones of the whole triangle
         """
-        made, last = (
-            list[Parts](),
-            np.full(len(parts.triangles), -1),
-        )  # the last time it was divided
+        made = list[Parts]()
+        last = np.full(len(parts.triangles), -1)  # turn at which each was divided, -1 if whole
         looked_at = np.arange(len(parts.triangles))
         while len(looked_at) or not made:
             middle = edges.at_corners(number, looked_at)  # (L, 3)
