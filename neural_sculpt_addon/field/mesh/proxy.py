@@ -37,6 +37,7 @@ from .extraction.lattice import ActiveCells, steps
 from .extraction.march import RawMesh, march, weld_caps
 from .extraction.mesh_update import update_mesh
 from .extraction.specks import find_specks
+from .extraction.untangle import untangle
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
@@ -98,7 +99,8 @@ def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
     progress(0.0, "Meshing")
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 1))
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 0.8))
+    untangle(mesh, fresh, field, active.spacing, sub_progress(progress, 0.8, 1))
     return _proxy(mesh, active, field, progress)
 
 
@@ -118,7 +120,8 @@ def update(
     if mesh.cap.any():
         return extract(field, active.cells, sub_progress(progress, 0.6, 1))
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 1))
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 0.9))
+    untangle(mesh, fresh, field, active.spacing, sub_progress(progress, 0.9, 1))
     return _proxy(mesh, active, field, progress)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from neural_sculpt_addon.field.mesh.refinement.quality import find_poor
+from neural_sculpt_addon.field.mesh.quality import find_poor
 from tests.field.analytic import plane
 
 
