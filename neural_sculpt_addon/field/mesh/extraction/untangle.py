@@ -86,7 +86,7 @@ def untangle(
         rings = _rings(mesh, moving)
         tried = _tried(mesh, rings, SHARES[number % len(SHARES)], number >= MEANS, field, spacing)
         score, cosines = _scores(mesh, rings, tried, field)
-        best = score.argmax(axis=0)  # (N,)
+        best = _nearest(tried, score)  # (N,)
         each = np.arange(len(best))
         moves = _apart(rings, score[best, each] - score[0])
         vertices, places = rings.vertices[moves], (best[moves], each[moves])
@@ -174,6 +174,12 @@ def _scores(
     least = np.minimum.reduceat(quality.reshape(cosines.shape), rings.starts, axis=1)
     score[~tried.usable | (least < np.minimum(POOR, least[0]))] = -np.inf
     return score, cosines
+
+
+def _nearest(tried: _Tried, score: NDArray[np.float32]) -> NDArray[np.intp]:
+    """The nearest (N,) of those places whose `score` (C, N) is the best, mostly 0."""
+    way = np.square(tried.points - tried.points[0]).sum(axis=2)
+    return np.where(score == score.max(axis=0), way, np.inf).argmin(axis=0)
 
 
 def _apart(rings: _Rings, gain: NDArray[np.float32]) -> NDArray[np.bool_]:
