@@ -13,8 +13,8 @@ POOR = 0.25
 
 LEANS = 0.9
 """Cosine between a triangle and the surface at a corner, 26 degrees, below which the field is asked
-which way the triangle looks. Of a hundred that are turned over one or two lean less; to ask about
-all takes ten times as many questions, and more."""
+which way the triangle looks. Of a hundred that are turned over one leans less at most; to ask about
+all takes ten times as many questions."""
 
 TINY = np.float32(1e-30)
 
@@ -62,6 +62,6 @@ def find_poor(
     poor = (quality < POOR) | (sides[0] + sides[1] + sides[2] <= 0)
     leaning = np.minimum.reduce(sides) < LEANS * lengths(across)[:, 0]
     asked = np.flatnonzero(leaning & ~poor)
-    some = (each.take(asked, axis=0) for each in (a, b, c, across))
-    poor[asked] = facing(field, *some) < 0
+    a, b, c, across = (each.take(asked, axis=0) for each in (a, b, c, across))
+    poor[asked] = facing(field, a, b, c, across) < 0
     return poor

@@ -21,8 +21,8 @@ from ..quality import LEANS, POOR, facing, shapes
 from .march import RawMesh
 
 ROUNDS = 20
-"""How often corners are moved at most. Three turn nine of ten triangles back; for the last ones
-there are few corners to try."""
+"""How often corners are moved at most. Six turn nine of ten triangles back; for the last ones there
+are few corners to try."""
 
 SHARES = 0.5, 0.25, -0.5
 """Of the way to its neighbours: where a corner is tried, in turn."""
@@ -30,7 +30,6 @@ SHARES = 0.5, 0.25, -0.5
 MEANS = 2
 """Rounds in which corners are tried on the way to the mean of their neighbours alone: that turns
 half of the triangles back, with a fifth of the places."""
-
 
 MOST = 5000
 """Triangles that are turned back at most, each in a millisecond: after a hundred wild strokes there
@@ -90,10 +89,8 @@ def untangle(
         each = np.arange(len(best))
         moves = _apart(rings, score[best, each] - score[0])
         vertices, places = rings.vertices[moves], (best[moves], each[moves])
-        mesh.vertices[vertices], mesh.normals[vertices] = (
-            tried.points[places],
-            tried.normals[places],
-        )
+        mesh.vertices[vertices] = tried.points[places]
+        mesh.normals[vertices] = tried.normals[places]
         rows = np.flatnonzero(moves[rings.owners])
         turned[rings.names[rows]] = cosines[best[rings.owners[rows]], rows] < 0
 
@@ -108,8 +105,8 @@ def _find_turned(mesh: RawMesh, free: NDArray[np.bool_], field: Field) -> NDArra
     sides = [np.einsum("fa,fa->f", across, normal) for normal in normals]
     asked = np.flatnonzero(np.minimum.reduce(sides) < LEANS * lengths(across)[:, 0])
     turned = np.zeros(len(mesh.triangles), bool)
-    given = (each.take(asked, axis=0) for each in (a, b, c, across))
-    over = np.flatnonzero(facing(field, *given) < 0)
+    a, b, c, across = (each.take(asked, axis=0) for each in (a, b, c, across))
+    over = np.flatnonzero(facing(field, a, b, c, across) < 0)
     turned[some[asked[over[:MOST]]]] = True
     return turned
 
@@ -165,11 +162,12 @@ def _scores(
     A place that makes a triangle thin, thinner than it was, is none.
     """
     own = tried.points.take(rings.owners, axis=1)  # (C, R, 3)
-    others = (mesh.vertices.take(corner, axis=0) for corner in rings.corners.T[1:])
-    others = (np.broadcast_to(other, own.shape).reshape(-1, 3) for other in others)
-    corners = own.reshape(-1, 3), *others
-    across, quality = shapes(*corners)
-    cosines = facing(field, *corners, across).reshape(own.shape[:2])
+    b, c = (
+        np.broadcast_to(mesh.vertices.take(corner, axis=0), own.shape).reshape(-1, 3)
+        for corner in rings.corners.T[1:]
+    )
+    across, quality = shapes(own.reshape(-1, 3), b, c)
+    cosines = facing(field, own.reshape(-1, 3), b, c, across).reshape(own.shape[:2])
     score = np.add.reduceat(np.minimum(cosines, 0), rings.starts, axis=1)
     least = np.minimum.reduceat(quality.reshape(cosines.shape), rings.starts, axis=1)
     score[~tried.usable | (least < np.minimum(POOR, least[0]))] = -np.inf
