@@ -51,7 +51,7 @@ def prepare_undo(*_: object) -> None:
 
 @persistent
 def prepare_redo(*_: object) -> None:
-    """Before redo: go to a border first."""
+    """Before redo: go over what stands before the step that it is to lead to."""
     if native_steps.is_ours():
         return
     live.expect_no_stroke()
@@ -59,12 +59,10 @@ def prepare_redo(*_: object) -> None:
         brush_results.finish(unless_undone=True)
     preview.hide()
     if not _State.passing:
-        while _redo_passes() and _pass(bpy.ops.ed.redo):
-            pass
-
-
-def _redo_passes() -> bool:
-    return sculpt_steps.redo_passes() and not session.undone.is_next()
+        passes = 0 if session.undone.is_next() else sculpt_steps.redo_passes()
+        for _ in range(passes):
+            if not _pass(bpy.ops.ed.redo):
+                break
 
 
 def _pass(step: Callable[[], object]) -> bool:

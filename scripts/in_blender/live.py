@@ -42,6 +42,7 @@ TIMED = {
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
     "blender.scene.kept_steps": ("settle",),
+    "blender.session.absorption.renewal": ("go_on", "renew_proxy"),
 }
 
 rows: list[dict[str, Any]] = []

@@ -109,7 +109,12 @@ class Jobs:
         return Payload({"report": self._edits[revision].report(progress=progress)})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
-        """state, resolution, triangles -> <proxy>."""
+        """state, resolution, triangles -> <proxy>, made anew; if `updated`, from the last one."""
+        if job.fields.get("updated", False):
+            state = self._store.state(job, sub_progress(progress, 0.0, 0.5))
+            return Payload(
+                {}, proxy_arrays(self._shown.state(state, job, sub_progress(progress, 0.5, 1.0)))
+            )
         field = self._store.field(job)
         proxy = _extract(field, job, sub_progress(progress, 0.0, 0.5))
         shown = refined(field, proxy, job, sub_progress(progress, 0.5, 1.0))

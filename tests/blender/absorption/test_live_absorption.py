@@ -101,6 +101,12 @@ class BrushCase(SculptCase):
         """What the timer does when a stroke has ended."""
         self.live.look()
 
+    def rest(self) -> None:
+        """What the timer does when the artist rests."""
+        module("blender.scene.kept_steps").settle()
+        go_on = module("blender.session.absorption.renewal").go_on
+        self.pump(lambda: go_on() is None)
+
     def assert_is(self, sculpted: np.ndarray) -> None:
         """The proxy is what was sculpted (V, 3), on the field."""
         off = np.linalg.norm(vertices(self.ob()) - sculpted, axis=1)

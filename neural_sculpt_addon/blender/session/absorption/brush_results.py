@@ -111,14 +111,11 @@ def can_enter(target: int, proxy: BrushedProxy) -> bool:
 
 def can_keep(target: int, proxy: BrushedProxy) -> bool:
     """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
-    stroke, only other brushes came after it, and the proxy shows the field as it was brushed, or
-    others follow."""
+    stroke, and only other brushes came after it."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
-    stroke, result = proxy.strokes[0], proxy.strokes[0].result
-    if result is None or not _is_free(target, proxy):
-        return False
-    if proxy.count == 1 and (is_remade(result.arrays) or _is_off(stroke, result)):
+    stroke = proxy.strokes[0]
+    if stroke.result is None or not _is_free(target, proxy):
         return False
     ob, (before, _) = found(target), sculpt_steps.steps()
     if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
@@ -128,7 +125,8 @@ def can_keep(target: int, proxy: BrushedProxy) -> bool:
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
-    """Whether it is seen that vertices are not on the field as they were brushed."""
+    """Whether it is seen that vertices are not on the field as they were brushed, which another
+    proxy is to mend."""
     off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
     return float(off.max(initial=0)) > SEEN_OFF
 

@@ -6,8 +6,9 @@
 Blender tells of every change in Sculpt Mode (depsgraph_update_post), so the mesh is compared with
 what it was when no brush is at work. Strokes in quick succession are absorbed one by one, each on
 the result of the one before, and reach the scene between two strokes or when the artist's hand
-rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, the
-last of their strokes brings another proxy, and so do changes of the topology.
+rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, another
+proxy comes when the artist rests (see `renewal`), up to Blender 4.5 with the last of their strokes.
+Changes of the topology bring one, too.
 """
 
 import logging
@@ -240,7 +241,8 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             remesh |= result.fields["stretched"]
         part = stroke.part
         arrays = {"before": part.before, "after": part.after, "triangles": part.triangles}
-        fields |= {"remesh": remesh, "keep": place + 1 < len(proxy.known)}
+        keep = kept_steps.EXACT or place + 1 < len(proxy.known)
+        fields |= {"remesh": remesh, "keep": keep}
         return replace(asked, fields=fields, held=held, arrays=arrays)
 
     def apply(result: Message) -> None:
@@ -263,7 +265,7 @@ def _note(*_: object) -> None:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":
-        kept_steps.settle()
+        settling.leave_sculpt_mode()
         return
     if not is_field(ob):
         return
