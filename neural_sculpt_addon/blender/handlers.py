@@ -59,10 +59,11 @@ def prepare_redo(*_: object) -> None:
         brush_results.finish(unless_undone=True)
     preview.hide()
     if not _State.passing:
-        passes = 0 if session.undone.is_next() else sculpt_steps.redo_passes()
-        for _ in range(passes):
-            if not _pass(bpy.ops.ed.redo):
+        for _place in range(sculpt_steps.redo_passes()):
+            if session.undone.is_next() or not _pass(bpy.ops.ed.redo):
                 break
+        if session.undone.is_next():
+            session.undone.step_aside()
 
 
 def _pass(step: Callable[[], object]) -> bool:
@@ -117,7 +118,7 @@ def bring_back(*_: object) -> None:
     if _State.passing or native_steps.is_ours() or (job := session.undone.bring_back()) is None:
         return
     before = sculpt_steps.steps()[0]
-    if len(before) > 1:
+    if len(before) > 1 and before[-1].name == sculpt_steps.BORDER:
         session.move_on(before[-2], before[-1])
     try:
         session.submit_again(job)

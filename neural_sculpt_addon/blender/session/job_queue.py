@@ -55,8 +55,9 @@ class JobQueue:
 
     @property
     def rests(self) -> bool:
-        """Whether no job waits for its result, and no result for the scene."""
-        return not self.jobs and not self.arrivals.wait()
+        """Whether no job waits for its result, and no result for the scene, but one that would cut
+        off what can be redone."""
+        return (not self.jobs or self.jobs[0].waits) and not self.arrivals.wait()
 
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
@@ -104,12 +105,6 @@ class JobQueue:
             if not job.base and ob is not None and not self.arrivals.hold(job):
                 job.base = field_of(ob).revision
 
-    def forget_bases(self, target: int) -> None:
-        """The jobs on an object that have not begun build on another state of it."""
-        for job in self.pending(target):
-            if job.status is JobStatus.QUEUED:
-                job.base = ""
-
     def tell_waiting(self) -> None:
         """Tell which strokes have no result yet; none where operators wait."""
         waiting: dict[int, list[Stroke]] = {}
@@ -152,8 +147,29 @@ class JobQueue:
         if field_of(ob).revision != job.base:
             raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
 
+    def keeps_redo(self, job: Job) -> bool:
+        """Whether the result of a job must wait, for the undo step that it becomes would cut off
+        what can be redone."""
+        if not job.rests or self.undone.has_borders():
+            return False
+        return bool(sculpt_steps.steps()[1])
+
+    def waits_for_redo(self, job: Job) -> bool:
+        """The same, of a job that could go on, which is noted."""
+        job.waits = self.keeps_redo(job)
+        if job.waits:
+            job.message = n_("Waits, so that redo is kept")
+        return job.waits
+
+    def let_come(self) -> None:
+        """The artist goes on: results that wait so may cut off what can be redone."""
+        self.undone.cut_off()
+        for job in self.jobs:
+            job.rests = job.waits = False
+
     def queue_again(self, job: Job) -> None:
         """Let a job begin once more."""
+        job.waits = False
         job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
         self.watcher.changed()
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stroke that stretches the proxy, or leaves it off the field, keeps its step and its vertices; the
-field's own proxy comes when the artist rests, and no press of Ctrl Z is about that alone."""
+"""A stroke that stretches the proxy, or leaves it off the field, keeps its step and its vertices;
+the field's own proxy comes when the artist rests, and no press of Ctrl Z is about that alone."""
 
 # pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
 
@@ -38,6 +38,7 @@ class Renewal(BrushCase):
     def test_the_stroke_keeps_its_step_and_the_rest_brings_the_fields_proxy(self) -> None:
         bpy.ops.neural_sculpt.remesh(resolution=96, refine=False)
         self.finish()
+        self.look()
         before, first = state(self.ob()), sculpt_steps.active()
         sculpted = self.absorb("Clay", 0)
         np.testing.assert_array_equal(vertices(self.ob()), sculpted)
@@ -49,7 +50,7 @@ class Renewal(BrushCase):
         self.assertEqual(self.ob().neural_sculpt.revision, revision)
         self.assertFalse(self.edited())
         renewed = state(self.ob())
-        bpy.ops.neural_sculpt.remesh(resolution=96, refine=False)  # what the worker makes of the field, from nothing
+        bpy.ops.neural_sculpt.remesh(resolution=96, refine=False)  # which is made from nothing
         self.finish()
         fresh = vertices(self.ob())
         undo()

@@ -233,7 +233,7 @@ class Sequence:
 
         def over() -> bool:
             jobs = self.session.jobs
-            return len(jobs) <= count or "Edit Mode" in jobs[0].message
+            return len(jobs) <= count or jobs[0].waits or "Edit Mode" in jobs[0].message
 
         self.case.say("go")
         yield from self._until(over)

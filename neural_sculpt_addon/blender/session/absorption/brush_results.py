@@ -33,6 +33,7 @@ from ...scene.commit import add_brushed, add_entry, add_kept
 from ...scene.mesh import preview, preview_attributes, proxy_mesh
 from ...scene.objects import find, found
 from ...scene.properties import field_of
+from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
 from ..job import Job
@@ -140,7 +141,8 @@ def _is_free(target: int, proxy: BrushedProxy) -> bool:
 
 def _change_comes(target: int) -> bool:
     """Whether a job is about to make a step anyway, on what the strokes lead to."""
-    return any(job.kind is not JobKind.BRUSHED for job in session.pending(target))
+    changes = (job for job in session.pending(target) if job.kind is not JobKind.BRUSHED)
+    return any(not session.keeps_redo(job) for job in changes)
 
 
 def shows(ob: Object, proxy: BrushedProxy) -> bool:
@@ -231,17 +233,17 @@ def keep_next(target: int, proxy: BrushedProxy) -> None:
     kept_steps.know(ob, proxy.step, before)
     kept_steps.know(ob, stroke.step, after)
     kept_steps.unsettle(ob, after)
-    _rebase(target)
+    _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
     proxy.positions, proxy.told, proxy.step = stroke.seen, stroke.after, stroke.step
     del proxy.known[0]
     proxy.count -= 1
 
 
-def _rebase(target: int) -> None:
+def _rebase(target: int, step: Step) -> None:
     """The jobs on an object build on another state of it; what the worker has of a brush stroke's
     knew that."""
-    session.forget_bases(target)
+    session.forget_bases(target, step)
     for job in session.pending(target):
         if job.kind is JobKind.BRUSHED and job.base:
             job.base = field_of(found(target)).revision

@@ -6,9 +6,9 @@
 Blender tells of every change in Sculpt Mode (depsgraph_update_post), so the mesh is compared with
 what it was when no brush is at work. Strokes in quick succession are absorbed one by one, each on
 the result of the one before, and reach the scene between two strokes or when the artist's hand
-rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, another
-proxy comes when the artist rests (see `renewal`), up to Blender 4.5 with the last of their strokes.
-Changes of the topology bring one, too.
+rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them,
+another proxy comes when the artist rests (see `renewal`), up to Blender 4.5 with the last of their
+strokes. Changes of the topology bring one, too.
 """
 
 import logging
@@ -261,7 +261,7 @@ def _note(*_: object) -> None:
     worker gets the stroke at once, when nothing else is to be done for it.
     """
     at_work = is_at_work()
-    if any(proxy.count for proxy in proxies.values()) and not at_work:
+    if (session.jobs or any(proxy.count for proxy in proxies.values())) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":

@@ -5,8 +5,8 @@ off the field, for a kept stroke leaves the mesh as it was brushed.
     the artist rests, or has left Sculpt Mode -> a job behind all others -> one step
 
 Blender takes some 50 ms for another mesh in Sculpt Mode, and 20 for the border ahead of it, so it
-never comes between two strokes in a row; 13 in other modes. Its step changes no field: undo and redo pass over it (see `sculpt_steps`). It is not made
-where it would cut off what can be redone.
+never comes between two strokes in a row; 13 in other modes. Its step changes no field: undo and
+redo pass over it (see `sculpt_steps`). It is not made where it would cut off what can be redone.
 """
 
 import logging
@@ -15,7 +15,6 @@ import bpy
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 
-from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...scene import results, sculpt_steps
 from ...scene.commit import renew_proxy
@@ -38,11 +37,11 @@ WORKS = 0.01
 
 class _State:
     job: Job | None = None
-    revision: str = ""
-    """Of the field that it is about."""
+    asked: tuple[int, str] = (0, "")
+    """session_uid of the object that it is about, and revision of the field."""
     result: Message | None = None
-    failed: str = ""
-    """Revision of a field that has no proxy."""
+    failed: tuple[int, str] = (0, "")
+    """Those of which there is no proxy."""
 
 
 def is_due() -> bool:
@@ -52,9 +51,11 @@ def is_due() -> bool:
         return False
     if mesh.users > 1 or in_edit_mode() or proxy_mesh.why_locked(ob):
         return False
-    if field_of(ob).revision == _State.failed:
-        return False
-    return not sculpt_steps.steps()[1] and not native_edits.edited(ob)
+    return (
+        (ob.session_uid, field_of(ob).revision) != _State.failed
+        and not sculpt_steps.steps()[1]
+        and not native_edits.edited(ob)
+    )
 
 
 def go_on() -> float | None:
@@ -67,22 +68,32 @@ def go_on() -> float | None:
     windows = bpy.context.window_manager.windows
     if not session.rests or any(len(window.modal_operators) for window in windows):
         return LOOKS
-    job, revision = _State.job, field_of(ob).revision
-    if job is None or job.target != ob.session_uid or revision != _State.revision:
-        if session.behind is None:
-            _State.job, _State.revision, _State.result = _job(ob), revision, None
-            session.submit_behind(_State.job)
+    if _State.job is None or _State.asked != (ob.session_uid, field_of(ob).revision):
+        _ask(ob)
         return LOOKS
-    if (result := _State.result) is None:
-        if session.behind is job:
-            return LOOKS
-        _State.job = None  # something else came first
+    if _State.result is None:
+        if session.behind is not _State.job:  # something else came first
+            _forget()
         return LOOKS
-    if results.foresee(ob, result):
+    if results.foresee(ob, _State.result):
         return WORKS
+    return _bring(ob, _State.job, _State.result)
+
+
+def _ask(ob: Object) -> None:
+    """Ask for the proxy, when nothing else waits behind all jobs."""
+    if session.behind is None:
+        _State.job, _State.result = _job(ob), None
+        _State.asked = ob.session_uid, field_of(ob).revision
+        session.submit_behind(_State.job)
+
+
+def _bring(ob: Object, job: Job, result: Message) -> float | None:
+    """Bring the proxy into the scene. A border comes first, and the window is drawn before the rest
+    is done."""
     with session.history_grows():
         if ob.mode == "SCULPT" and sculpt_steps.needs_border():
-            begin_change()  # the window is drawn before the rest is done
+            begin_change()
             return WORKS
         renew_proxy(ob, result)
     _forget()
@@ -102,7 +113,7 @@ def _job(ob: Object) -> Job:
 
     def fail(why: str) -> None:
         log.warning("%s is not renewed: %s", found(target).name, why)
-        _State.failed = _State.revision
+        _State.failed = _State.asked
 
     return Job(JobKind.MESH, LABEL, request, apply, target=target, told_why=fail)
 

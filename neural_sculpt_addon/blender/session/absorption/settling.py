@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time at which proxies get the normals that are behind (see `kept_steps`), or give way to other
-ones (see `renewal`): Blender evaluates the mesh then, so it is when the artist rests."""
+"""The time at which proxies get the normals that are behind (see `kept_steps`), or give way to
+other ones (see `renewal`): Blender evaluates the mesh then, so it is when the artist rests."""
 
 import bpy
 
