@@ -49,7 +49,8 @@ class Job:
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
     follows: whether the job only follows something that is a step of Blender's history by itself
-    rests:   whether undo or redo came since: the result waits while something can be redone
+    rests:   whether it is a stroke and undo or redo came since: its result waits while something
+             can be redone
     waits:   whether it does
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result

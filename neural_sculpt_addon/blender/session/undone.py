@@ -65,7 +65,7 @@ class Undone:
         if not self.is_next():
             self.forget()
         before, after = sculpt_steps.steps()
-        if after and after != self._borders and len(before) > 1:
+        if job.rests and after and after != self._borders and len(before) > 1:
             self._jobs.append(job)
             self._place = before[-1], after
             with native_steps.ours():

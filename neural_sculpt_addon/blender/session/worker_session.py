@@ -148,10 +148,10 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """After undo and redo: cancel the jobs whose object or base is gone. What is left waits
-        while something can be redone."""
+        """After undo and redo: cancel the jobs whose object or base is gone. Strokes that are left
+        wait while something can be redone."""
         for job in self.jobs:
-            job.rests, job.waits = not job.follows, False
+            job.rests, job.waits = bool(job.strokes), False
         for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or (first.base and field_of(ob).revision != first.base):

@@ -229,7 +229,7 @@ class Live(BrushCase):
             "neural clay undo undo finish redo finish redo": ["Clay", "Neural"],
             "neural clay undo undo redo undo redo redo": ["Clay", "Neural"],
             "neural clay undo undo redo two": ["Neural", "Two"],
-            "neural clay undo undo grab undo redo": ["Grab"],
+            "neural clay undo undo grab undo redo": ["Grab"] * KEPT,
             "neural clay grab undo undo undo redo redo redo": ["Clay", "Grab", "Neural"],
             "clay neural grab undo": ["Clay"] * KEPT,
             "clay neural grab undo redo": ["Clay", "Grab", "Neural"],

@@ -57,6 +57,11 @@ class _Foreseen:
         while not self.is_whole and time.perf_counter() < end:
             self.is_whole = next(self._steps, True) is True
 
+    def stop(self) -> None:
+        """Nothing more is asked: unfinished work would stay until garbage is collected."""
+        if self._steps is not None:
+            self._steps.close()
+
     def find(self, target: int) -> Generator[None, None, None]:
         """All of it, in steps."""
         if not _keeps(found(target)):
@@ -88,7 +93,8 @@ def foresee(
             ready is not None and ready.step == step and ready.sources.is_as(sources)
         ):
             return False
-        _foreseen[:] = [_Foreseen(vertices, sources, step)]
+        forget()
+        _foreseen.append(_Foreseen(vertices, sources, step))
         return True
     ready.work(ob.session_uid, FORESEE_SECONDS)
     return True
@@ -96,6 +102,8 @@ def foresee(
 
 def forget() -> None:
     """Nothing comes any more."""
+    for each in _foreseen:
+        each.stop()
     _foreseen.clear()
 
 
