@@ -290,7 +290,7 @@ class Session(WorkerNews):
             request.fields["preview"] = not self.waits
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
-        job.status, job.begun = JobStatus.RUNNING, time.monotonic()
+        job.status, job.begun, job.waits = JobStatus.RUNNING, time.monotonic(), False
 
 
 session = Session()

@@ -107,7 +107,7 @@ def can_enter(target: int, proxy: BrushedProxy) -> bool:
     """Whether a step of ours can be made. What was brushed since must be known first."""
     if any(stroke.result is None for stroke in proxy.strokes):
         return False
-    return (not proxy.rests or _change_comes(target)) and _is_free(target, proxy)
+    return (not proxy.rests or _change_comes(target, proxy)) and _is_free(target, proxy)
 
 
 def can_keep(target: int, proxy: BrushedProxy) -> bool:
@@ -139,10 +139,11 @@ def _is_free(target: int, proxy: BrushedProxy) -> bool:
     return shows(ob, proxy)
 
 
-def _change_comes(target: int) -> bool:
-    """Whether a job is about to make a step anyway, on what the strokes lead to."""
+def _change_comes(target: int, proxy: BrushedProxy) -> bool:
+    """Whether a job is about to make a step anyway, on what the strokes lead to. What can be redone
+    half-way are their own steps."""
     changes = (job for job in session.pending(target) if job.kind is not JobKind.BRUSHED)
-    return any(not session.keeps_redo(job) for job in changes)
+    return any(proxy.half_way or not session.keeps_redo(job) for job in changes)
 
 
 def shows(ob: Object, proxy: BrushedProxy) -> bool:
