@@ -62,6 +62,17 @@ class Renewal(BrushCase):
             self.assertEqual(sculpt_steps.active(), first)
             self.assertEqual(self.look_again(redo), renewed)
 
+    def test_what_is_left_out_is_told_of_each_stroke(self) -> None:
+        told = self.enterContext(patch.object(self.results.notice, "tell"))
+        self.enterContext(patch.object(self.results, "LOST_DETAIL", -1.0))
+        self.enterContext(patch.object(self.results, "SEEN_OFF", 1.0))
+        for right in (-30, 30):
+            sculpted = self.absorb("Clay", right)
+        self.assertEqual(told.call_count, 2)
+        self.assertIn("cannot hold all of Clay", told.call_args.args[0])
+        self.rest()
+        self.assertFalse(np.array_equal(vertices(self.ob()), sculpted))
+
     def test_it_comes_once(self) -> None:
         self.absorb("Clay", 0)
         self.rest()

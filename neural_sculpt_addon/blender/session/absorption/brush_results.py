@@ -228,7 +228,8 @@ def keep_next(target: int, proxy: BrushedProxy) -> None:
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step)
     proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
-    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, _is_off(stroke, result))
+    off = _is_off(stroke, result) or _is_lost(result)
+    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, off)
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)
@@ -276,11 +277,16 @@ def enter_next(target: int, proxy: BrushedProxy) -> None:
     proxy.count, proxy.half_way = proxy.count - 1, proxy.half_way - 1
 
 
+def _is_lost(result: Message) -> bool:
+    """Whether details are missing, and not because the triangles are stretched or folded."""
+    fields = result.fields
+    return not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL
+
+
 def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
-    fields = result.fields
-    if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL:
+    if _is_lost(result):
         notice.tell(
             f"The field cannot hold all of {name}: details finer than its finest level were left"
-            " out. The proxy shows what it holds."
+            " out. The proxy shows what it holds when you rest."
         )

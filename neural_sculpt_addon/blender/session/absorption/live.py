@@ -241,8 +241,8 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             remesh |= result.fields["stretched"]
         part = stroke.part
         arrays = {"before": part.before, "after": part.after, "triangles": part.triangles}
-        keep = kept_steps.EXACT or place + 1 < len(proxy.known)
-        fields |= {"remesh": remesh, "keep": keep}
+        keep, later = place + 1 < len(proxy.known), kept_steps.EXACT  # see `renewal`
+        fields |= {"remesh": remesh and not later, "keep": keep or later}
         return replace(asked, fields=fields, held=held, arrays=arrays)
 
     def apply(result: Message) -> None:

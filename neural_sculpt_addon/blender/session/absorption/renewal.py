@@ -21,7 +21,7 @@ from ...scene.commit import renew_proxy
 from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.objects import found
 from ...scene.properties import field_of, is_field, shown_as
-from ...scene.undo_step import begin_change, in_edit_mode
+from ...scene.undo_step import begin_change, in_edit_mode, in_window
 from .. import states
 from ..job import Job, Request
 from ..worker_session import session
@@ -46,7 +46,8 @@ class _State:
 
 def is_due() -> bool:
     """Whether the active field is to get another proxy as soon as the artist rests."""
-    ob = bpy.context.active_object
+    with in_window():
+        ob = bpy.context.active_object
     if not is_field(ob) or proxy_mesh.STRETCHED not in (mesh := proxy_mesh.mesh_of(ob)):
         return False
     if mesh.users > 1 or in_edit_mode() or proxy_mesh.why_locked(ob):
@@ -63,7 +64,8 @@ def go_on() -> float | None:
     if not is_due() or not session.worker.alive:
         _forget()
         return None
-    ob = bpy.context.active_object
+    with in_window():
+        ob = bpy.context.active_object
     assert ob is not None
     windows = bpy.context.window_manager.windows
     if not session.rests or any(len(window.modal_operators) for window in windows):
