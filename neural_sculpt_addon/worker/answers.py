@@ -184,7 +184,7 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore
+    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore[reportArgumentType]
 
 
 def _is_name(value: object) -> bool:

@@ -164,7 +164,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
-                draw_curve(self.layout, word)  # pyright: ignore
+                draw_curve(self.layout, word)  # pyright: ignore[reportArgumentType]
         if draws:
             layout.prop(self, "alpha")
             if self.alpha not in (KEEP, alpha_choices.NONE) or stroke.brush.alpha is not None:

@@ -220,7 +220,7 @@ def _can_show(ob: Object) -> bool:
         return False
     if ob.mode != "SCULPT":
         return True
-    workspace = bpy.context.window_manager.windows[0].workspace  # pyright: ignore
+    workspace = bpy.context.window_manager.windows[0].workspace
     return holds_tool(workspace, "SCULPT")
 
 

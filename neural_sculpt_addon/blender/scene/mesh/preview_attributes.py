@@ -127,9 +127,9 @@ def restore_edited(mesh: Mesh, changed: NDArray[np.intp] | None, count: int) -> 
 def _read(mesh: Mesh, attribute: str) -> Vectors:
     """Vectors of a point attribute."""
     flat = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.attributes[attribute].data.foreach_get("vector", flat)  # pyright: ignore
+    mesh.attributes[attribute].data.foreach_get("vector", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
 
 
 def _write(mesh: Mesh, attribute: str, vectors: Vectors) -> None:
-    mesh.attributes[attribute].data.foreach_set("vector", vectors.ravel())  # pyright: ignore
+    mesh.attributes[attribute].data.foreach_set("vector", vectors.ravel())  # pyright: ignore[reportAttributeAccessIssue]

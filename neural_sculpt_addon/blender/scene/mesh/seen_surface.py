@@ -61,8 +61,8 @@ def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         return proxy_mesh.read(mesh)
     vertices = np.empty(3 * len(mesh.vertices), np.float32)
     corners = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes["position"].data.foreach_get("vector", vertices)  # pyright: ignore
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore
+    mesh.attributes["position"].data.foreach_get("vector", vertices)  # pyright: ignore[reportAttributeAccessIssue]
+    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore[reportAttributeAccessIssue]
     return vertices.reshape(-1, 3), corners.reshape(-1, 3)
 
 
