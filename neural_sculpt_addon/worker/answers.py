@@ -77,7 +77,7 @@ def check(job: JobKind, message: Message) -> None:
         _require(_is_name(fields.get("id")), "id")
         _check_parts(fields, arrays)
         _check_proxy(arrays)
-    elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
+    elif job in {JobKind.APPLY_TO_BASE, JobKind.CONSOLIDATE}:
         _require(_is_name(fields.get("id")), "id")
         _check_parts(fields, arrays)
     elif job is JobKind.MEASURE:

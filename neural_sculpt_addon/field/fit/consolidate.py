@@ -37,7 +37,7 @@ NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box
 RANDOM = Schedule(3000, 512, 150_000, 1.2e-3, omega=48.0)  # 5000 steps: a tenth less is lost
 CONTINUED = replace(RANDOM, rate=4e-4)  # of the field's own network
-CELLS = 128
+CELLS = 128  # per axis of the meshes that are compared
 MEASURED = 20_000  # samples
 
 

@@ -29,9 +29,9 @@ NEAR_SHARE, AROUND_SHARE = 0.6, 0.15  # the rest is uniform in the sampled box
 SAMPLED_BOX = 1.15
 """Half the edge of the sampled box. With 1, islands grow on the faces of the real box."""
 
-SOFTNESS = 0.03
-GRADIENT_WEIGHT = 0.045
-BETAS = (0.9, 0.98)
+SOFTNESS = 0.03  # model units: the smaller, the more samples near the surface weigh
+GRADIENT_WEIGHT = 0.045  # of slopes against values in the loss
+BETAS = (0.9, 0.98)  # of Adam, the second by custom 0.999: shorter memory
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,8 @@ from .fit_detail import among
 from .mesh_distance import MeshDistance
 
 NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
-NO_PIECE = (
-    0.25  # cells that the vertices of a piece are off on average when the mesh has none there
-)
+NO_PIECE = 0.25
+"""Cells that the vertices of a piece are off on average when the mesh has none there."""
 ASKED, ASKED_OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
 HIDDEN_LEVEL, HIDDEN_RINGS, HIDDEN_LOW = 6, 3, 0.4
 """Where hidden pieces are looked for: at a place in each cell of this level, in so many rings of

@@ -38,8 +38,8 @@ from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, Surface
 from .mesh_pieces import Pieces, boxes, find_pieces
 
-SURFACE_SAMPLES = 8192
-VOLUME_SAMPLES = 16384
+SURFACE_SAMPLES = 8192  # of the mesh; more measure more steadily, and take longer
+VOLUME_SAMPLES = 16384  # in the box, where signs are compared: likewise
 SIGN_CLEARANCE = 0.015  # model units from the mesh, within which a sign is not judged
 SAMPLES_OF_PIECE = 16  # samples of each piece of the mesh at least,
 MOST_PIECES = 2000  # of so many pieces at most

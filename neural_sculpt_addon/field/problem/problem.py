@@ -35,9 +35,9 @@ from .lay import Laid
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
-STRETCHED = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
+MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
-FINER = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
+TIMES_AS_FINE = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
 MOST_TRIANGLES = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
@@ -151,7 +151,7 @@ class Problem:
         """
         sampled = self._sample(rows, columns, jitter)
         _, before, after, stretch, f, gradient, swept, tree = sampled
-        more = np.minimum(stretch, STRETCHED) - 1 + jitter.uniform(size=len(stretch))
+        more = np.minimum(stretch, MOST_STRETCH) - 1 + jitter.uniform(size=len(stretch))
         stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
         if swept is None:
             others = self.copies.beside(before.where(stretched), apart, jitter)
@@ -257,7 +257,7 @@ class Problem:
             self.preparation.spacing / spacing(finest),
             math.sqrt(MOST_TRIANGLES / max(len(under.triangles), 1)),
         )
-        return max((times for times in FINER if times <= most), default=1)
+        return max((times for times in TIMES_AS_FINE if times <= most), default=1)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.

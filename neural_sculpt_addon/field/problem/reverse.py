@@ -22,7 +22,7 @@ from .lay import Laid
 from .problem import Problem
 from .tube import Tube
 
-INNER = 0.95
+MEASURED = 0.95
 """Radii, within which the displaced surface is near enough to measure the way back."""
 
 GAP, GAP_REACH = 1.5, 2.0
@@ -67,7 +67,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
             distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
-            inner = (tube.displacement.nearness < INNER) & tube.inner()
+            inner = (tube.displacement.nearness < MEASURED) & tube.inner()
             inner = inner[triangles].all(axis=1)
             if gap is not None:
                 nearest = gap.query(vertices)[1]

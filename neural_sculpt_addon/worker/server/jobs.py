@@ -72,7 +72,7 @@ class Jobs:
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
-            JobKind.FLATTEN: self.flatten,
+            JobKind.APPLY_TO_BASE: self.apply_to_base,
             JobKind.CONSOLIDATE: self.consolidate,
         }
 
@@ -264,7 +264,7 @@ class Jobs:
         self._shown.state(state, job, sub_progress(progress, 0.5, 1.0))
         return Payload()
 
-    def flatten(self, job: Payload, progress: Progress) -> Payload:
+    def apply_to_base(self, job: Payload, progress: Progress) -> Payload:
         """state -> id <field>: the sum of base and layers as a base."""
         state = self._store.state(job, progress)
         flat, data = self._store.new_base(state.preparation)
