@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
 
-The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to pass over borders (see `sculpt_steps`), to take back and bring back what has no result
-yet, to show the reports that came after the undo step of their stroke, to cancel the jobs whose
-base is no longer there, and to keep previews out of undo steps and files.
+The object's properties are the truth and Blender restores them together with the proxy mesh. This
+is left to do:
+
+    pass over borders (see `sculpt_steps`)
+    take back, and bring back, changes that have no result yet
+    show the reports that came after the undo step of their stroke
+    cancel the jobs whose base is no longer there
+    keep previews out of undo steps and files
 """
 
 from collections.abc import Callable
@@ -28,7 +32,7 @@ class _State:
 
 @persistent
 def prepare_undo(*_: object) -> None:
-    """Before undo: leave a border.
+    """Leave a border before undo.
 
     A change without a result is what the artist did last, when Blender's history has nothing newer.
     It is cancelled; the undo itself is given a border to take back.
@@ -51,7 +55,7 @@ def prepare_undo(*_: object) -> None:
 
 @persistent
 def prepare_redo(*_: object) -> None:
-    """Before redo: go to a border first."""
+    """Go to the last border before redo."""
     if native_steps.is_ours():
         return
     live.expect_no_stroke()
@@ -68,7 +72,7 @@ def _redo_passes() -> bool:
 
 
 def _pass(step: Callable[[], object]) -> bool:
-    """Whether that led to another step."""
+    """Take a step of Blender's history; whether it led to another one."""
     before = sculpt_steps.active()
     _State.passing = True
     try:
@@ -81,13 +85,13 @@ def _pass(step: Callable[[], object]) -> bool:
 
 @persistent
 def hide(*_: object) -> None:
-    """After loading what Blender saved by itself."""
+    """Hide the previews of a file that Blender saved by itself, after it was loaded."""
     preview.hide()
 
 
 @persistent
 def prepare_file(*_: object) -> None:
-    """Before saving."""
+    """Make a file whole, before it is saved: normals, true positions, strokes that wait."""
     kept_steps.settle()
     preview.hide()
     saved_strokes.add()
@@ -95,14 +99,14 @@ def prepare_file(*_: object) -> None:
 
 @persistent
 def show(*_: object) -> None:
-    """After saving, or when that failed."""
+    """Show what was hidden for the file, after it was saved or could not be."""
     saved_strokes.remove()
     preview.show()
 
 
 @persistent
 def follow(*_: object) -> None:
-    """After undo and redo."""
+    """Follow Blender's history after undo and redo: jobs, reports, previews."""
     if _State.passing or native_steps.is_ours():
         return
     live.leave()
@@ -115,7 +119,7 @@ def follow(*_: object) -> None:
 
 @persistent
 def bring_back(*_: object) -> None:
-    """After redo: what undo cancelled is done after all."""
+    """Submit the job that undo has cancelled once more, after redo."""
     if _State.passing or native_steps.is_ours() or (job := session.undone.bring_back()) is None:
         return
     before = sculpt_steps.steps()[0]
@@ -129,7 +133,7 @@ def bring_back(*_: object) -> None:
 
 @persistent
 def leave(*_: object) -> None:
-    """Before another file is loaded."""
+    """Let go of the file, before another one is loaded."""
     preview.let_go()
     live.forget()
     session.leave_file()

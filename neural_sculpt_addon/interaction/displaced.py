@@ -135,7 +135,7 @@ class Displaced:
             yield len(self._before) // 64
 
     def _shifts(self, vertices: Indices) -> Vectors:
-        """What moves vertices (M,): of each the image of the stroke that moves it farthest."""
+        """Shifts (M, 3) of vertices (M,), each by the image that moves it farthest."""
         shifts, farthest = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
         for growth in self._growths:
             amounts = np.abs(growth.amounts[vertices])

@@ -24,8 +24,8 @@ def imports():
 def test_constants_are_set_in_all_modules_of_the_solver_that_import_them():
     found = {name: set() for name in sensitivity.NAMES}
     for module, source, constant in imports():
-        for name in found:
+        for name, users in found.items():
             if name.split(".")[-2:] == [source, constant]:
-                found[name].add(module)
+                users.add(module)
     wanted = {name: set(sensitivity.ALSO.get(name, ())) for name in sensitivity.NAMES}
     assert found == wanted

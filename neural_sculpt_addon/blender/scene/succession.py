@@ -59,7 +59,7 @@ def _follow(ob: Object, like: Object) -> None:
 
 
 def left_behind(ob: Object) -> str:
-    """What a field does not get of a mesh object that has it, in the artist's language."""
+    """The things that stay with a mesh object when it becomes a field, in the artist's language."""
     return ", ".join(iface_(name) for name, has in _LEFT.items() if has(ob))
 
 

@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 class Undone:
-    """Those that redo can bring back."""
+    """The cancelled jobs that redo can bring back."""
 
     def __init__(self) -> None:
         """There are none."""
@@ -41,7 +41,7 @@ class Undone:
         return bool(self._jobs) and sculpt_steps.steps()[1] == self._borders
 
     def take(self, job: Job) -> None:
-        """Before undo: a job that was cancelled. What undo takes back then is its border."""
+        """Take in a job that was cancelled before undo, which takes back its border instead."""
         if not self.is_next():
             self.forget()
         self._jobs.append(job)
@@ -49,7 +49,7 @@ class Undone:
         self._step_back(len(self._jobs) - 1)
 
     def bring_back(self) -> Job | None:
-        """After redo: the job whose border it has reached."""
+        """The job whose border redo has just reached; None when it has reached none."""
         before, after = sculpt_steps.steps()
         if not self._jobs or [*before[-1:], *after] != self._borders:
             return None
@@ -57,8 +57,10 @@ class Undone:
         return self._jobs.pop()
 
     def push_again(self) -> None:
-        """After a new step of Blender's history, before which a job was next. An operator that runs
-        would not bear it, but what it does cuts off the borders anyway."""
+        """Push the borders again, after a new step of Blender's history has cut them off.
+
+        While an operator runs they are forgotten: it would not bear undo, and cuts them off itself.
+        """
         windows = bpy.context.window_manager.windows
         if any(len(window.modal_operators) for window in windows):
             self.forget()

@@ -105,7 +105,7 @@ class WorkerNews(JobQueue):
             self._hear_result(job, message)
 
     def _hear_result(self, job: Job, message: Message) -> None:
-        """It is dropped when a brush was used meanwhile, whose stroke has to come first."""
+        """Apply a result, or drop it when a brush was used meanwhile, whose stroke comes first."""
         self.worker.keep(message)
         if self.arrivals.hold(job):
             self.queue_again(job)
@@ -133,7 +133,7 @@ class WorkerNews(JobQueue):
             self.end(job, JobStatus.FAILED, text)
 
     def _hear_behind(self, job: Job, message: Message) -> None:
-        """Of the job behind the others, which nobody waits for."""
+        """Hear a message of the job behind the others, which nobody waits for."""
         if message.kind is MessageKind.RESULT:
             self.behind = None
             self._try_behind(job, partial(self._apply_behind, job, message))

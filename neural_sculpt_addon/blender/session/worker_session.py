@@ -125,7 +125,7 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """After undo and redo: cancel the jobs whose object or base is gone."""
+        """Cancel the jobs whose object or base is gone, after undo and redo."""
         for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or (first.base and field_of(ob).revision != first.base):
@@ -133,7 +133,7 @@ class Session(WorkerNews):
                     self.cancel_job(job, f"{first.label:.100} was cancelled: its field was undone.")
 
     def leave_file(self) -> None:
-        """Before another file is loaded."""
+        """Cancel and forget all, before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
         self.undone.forget()
         self.drop_behind()
@@ -175,7 +175,7 @@ class Session(WorkerNews):
         return heard
 
     def _recover(self) -> None:
-        """After a defect: end the job that it was met in, and the worker that may be at fault."""
+        """End the job in which a defect was met, and the worker that may be at fault."""
         self.worker.stop()
         self._news.clear()
         self.behind = None

@@ -217,7 +217,7 @@ def _worst_around(
 
 
 def _known(strays: Strays, distance: MeshDistance) -> Strays:
-    """Those that are not near the film across a hole."""
+    """The strays that are not near the film across a hole."""
     known = distance.known(strays.points.astype(float))
     return Strays(strays.points[known], strays.away[known])
 

@@ -59,12 +59,12 @@ class Presets(NamedTuple):
 
     @property
     def tolerance(self) -> Tolerance:
-        """The one that counts."""
+        """The tolerance that counts."""
         return self.tolerances[self.used]
 
     @property
     def finer(self) -> dict[str, Tolerance]:
-        """Those that are finer, the coarsest first."""
+        """The finer tolerances by their presets, the coarsest first."""
         names = list(self.tolerances)
         return {name: self.tolerances[name] for name in names[names.index(self.used) + 1 :]}
 
@@ -77,8 +77,11 @@ class Report(NamedTuple):
 
 
 class _Known(NamedTuple):
-    """What is known of a mesh. Films across openings make one of several pieces, and cavities; so
-    do parts that stick into each other."""
+    """Whether the pieces and cavities of a mesh are known.
+
+    They are not where films across openings, or parts that stick into each other, join pieces and
+    close cavities.
+    """
 
     pieces: bool
     cavities: bool

@@ -59,7 +59,7 @@ class Copies:
 
     @cached_property
     def meeting(self) -> list[list[Laid]]:
-        """Of each copy the other ones that come near to it."""
+        """The other copies that come near to each copy."""
         low, high = (np.stack(side) for side in zip(*map(_box, self.laid), strict=True))  # (M, 3)
         meets = ((low[:, None] < high) & (low < high[:, None])).all(axis=2)
         np.fill_diagonal(meets, val=False)
@@ -114,9 +114,11 @@ class Copies:
         return distance
 
     def move(self, surface: Samples) -> tuple[Samples, Array]:
-        """Where surface samples (N,) that have the normals of the field shall be, without a look at
-        where the displaced surface runs through itself, and by what factor (N,) their area is
-        stretched."""
+        """Displaced surface samples (N,), and by what factor (N,) their area is stretched.
+
+        The samples have the normals of the field. Whether the displaced surface runs through itself
+        is not looked at.
+        """
 
         def part_of(part: slice) -> tuple[Samples, Array]:
             return self._move(surface.where(part))

@@ -132,7 +132,9 @@ class SweptVolume:
 
         def wind(part: slice) -> NDArray[np.float64]:
             place = points[part].astype(float)
-            halves = [np.asarray(half.winding_number(place, ACCURACY_SCALE)) for half in self._trees]
+            halves = [
+                np.asarray(half.winding_number(place, ACCURACY_SCALE)) for half in self._trees
+            ]
             return np.sum(halves, axis=0)
 
         return in_pieces(wind, len(points), self._check, light=True, size=WOUND)

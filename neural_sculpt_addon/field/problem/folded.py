@@ -62,7 +62,7 @@ class _Bounding(NamedTuple):
 
 
 class Folded:
-    """What a stroke asks for where the displaced surface runs through itself."""
+    """The surface that a stroke asks for where the displaced surface runs through itself."""
 
     def __init__(
         self,

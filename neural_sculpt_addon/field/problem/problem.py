@@ -35,7 +35,7 @@ from .lay import Laid
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
-MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
+MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: 70 degree walls
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 TIMES_AS_FINE = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
 MOST_TRIANGLES = 40_000  # of that mesh, about
@@ -167,8 +167,8 @@ class Problem:
     def beside(
         self, surface: Samples, apart: float, jitter: np.random.Generator
     ) -> tuple[Samples, Samples]:
-        """As `Copies.beside`, without what bounds nothing, where the displaced surface runs through
-        itself."""
+        """Samples as of `Copies.beside`, without those that bound nothing where the displaced
+        surface runs through itself."""
         before, after = self.copies.beside(surface, apart, jitter)
         bounding = self.folded.bounding(before, after)
         return before.where(bounding), after.where(bounding)
@@ -224,7 +224,7 @@ class Problem:
 
     @cached_property
     def folded(self) -> Folded:
-        """What is asked for where the displaced surface runs through itself."""
+        """The surface asked for where the displaced surface runs through itself."""
         proxy = self.preparation.proxy
         whole = SurfaceMesh(Samples(proxy.vertices, proxy.normals), proxy.triangles)
         near = self.copies.nearness(whole.vertices, beyond_flat_ends=False) < 1
@@ -250,8 +250,10 @@ class Problem:
         )
 
     def _finer(self, under: SurfaceMesh) -> int:
-        """How many times as fine as the proxy the mesh under a stroke that folds is to be: its
-        cells are those of the finest detail there, or larger where those would be too many."""
+        """How many times as fine as the proxy the mesh under a stroke that folds is.
+
+        Its cells are those of the finest detail there, or larger where those would be too many.
+        """
         finest = self.field.detail.finest_at(under.points()).max(initial=0)
         most = min(
             self.preparation.spacing / spacing(finest),
@@ -288,8 +290,10 @@ class Problem:
         return vertices, self.copies.move(upright)[0]
 
     def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
-        """The same where the displaced surface runs through itself, by the displaced samples
-        `target` of the tube: without those that bound nothing."""
+        """`gaps` where the displaced surface runs through itself: without what bounds nothing.
+
+        target: displaced samples of the tubes; what is farther from all of them is a gap
+        """
         surface, moved, bounds, _ = self.folded.under
 
         def facing(some: Samples) -> NDArray[np.float32]:

@@ -83,11 +83,11 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 
 
 def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy) -> Array:
-    """The same where the displaced surface runs through itself, from all of the surface asked for.
+    """Distance as of `_from_tubes`, where the displaced surface runs through itself.
 
-    The vertices that count are those to which its displaced part is nearest, and those in the swept
-    volume: a film that is left where a sheet was carved away counts, however near it is to
-    untouched surface.
+    It is measured from all of the surface asked for. The vertices that count are those to which the
+    displaced part of that is nearest, and those in the swept volume: a film that is left where a
+    sheet was carved away counts, however near it is to untouched surface.
     """
     vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
     surface, triangles, displaced = problem.folded.triangles()

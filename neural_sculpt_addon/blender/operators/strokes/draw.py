@@ -139,7 +139,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
             context.area.tag_redraw()
 
     def _wait(self, context: Context, event: Event, ob: Object) -> Outcome:
-        """For the press on the surface."""
+        """Wait for the press on the surface."""
         if event.type != "LEFTMOUSE":
             return PASS
         if event.value != "PRESS":
@@ -251,7 +251,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return self._turned and not drawing.habits.clicks and len(drawing.so_far.points) == 1
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
-        """What would be sculpted if this were its end."""
+        """The stroke that would be sculpted if the drawing ended now."""
         if self._listed is None:
             kind = Kind.SMOOTH if self.smooth else None
             return drawn_stroke(context, ob, drawing.so_far, self.invert, kind)

@@ -2,9 +2,9 @@
 """What an artist puts on a mesh beside its shape: attributes, UV maps, colors, the material of each
 face, vertex groups. A proxy is made anew after each stroke, and its mesh loses all of that.
 
-Not among it: what belongs to the shape or its shading, what hangs on edges, which are others each
-time, and what Blender keeps for itself under names that begin with a dot (`brush_attributes` has
-some of these).
+Left out is what belongs to the shape or its shading, and what hangs on edges, for a new proxy has
+other ones. So is what Blender keeps for itself under names that begin with a dot;
+`brush_attributes` has some of these.
 """
 
 from collections.abc import Callable, Generator

@@ -33,7 +33,7 @@ FORESEE_SECONDS = 0.005  # seconds that `foresee` works in
 
 @dataclass(eq=False)
 class _Foreseen:
-    """What is found ahead of time, for a mesh that will come.
+    """Attributes that are found ahead of time, for a mesh that will come.
 
     key:    the vertices of that mesh, the array itself and not one that is equal
     step:   the step of Blender's history at which the mesh of now was read; None where nothing
@@ -58,7 +58,7 @@ class _Foreseen:
             self.is_whole = next(self._steps, True) is True
 
     def find(self, target: int) -> Generator[None, None, None]:
-        """All of it, in steps."""
+        """Find all of them, in steps."""
         if not _keeps(found(target)):
             yield from self.sources.steps({})
             return
@@ -102,8 +102,9 @@ def forget() -> None:
 def carried(
     ob: Object, positions: Callable[[], Vectors], new: Geometry
 ) -> tuple[Painted, Attributes | None]:
-    """What brushes painted on the object's mesh and what else hangs on it, as `new` will have them;
-    a mask of zeros, for example, is left out.
+    """The attributes of an object's mesh as `new` will have them: painted by brushes, and others.
+
+    Attributes that say nothing, a mask of zeros for example, are left out.
 
     positions: gives the vertices (V, 3) of the mesh, if they are needed
 
@@ -140,7 +141,7 @@ def _asked(
     vertices: NDArray[np.generic],
     triangles: NDArray[np.generic],
 ) -> Sources | None:
-    """What `carried` has to find; None when that is nothing."""
+    """The sources that `carried` has to find; None when it needs none."""
     mesh = mesh_of(ob)
     wanted = attributes.domains(ob, mesh)
     if MASK in painted:

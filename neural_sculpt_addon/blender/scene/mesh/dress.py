@@ -31,7 +31,7 @@ class Dress:
 
     @classmethod
     def of(cls, ob: Object, mesh: Mesh, vertices: Vectors, turned: bool) -> "Dress":
-        """That of the mesh of an object.
+        """The dress of an object's mesh.
 
         vertices: (V, 3), as they are fitted
         turned:   whether that mirrors them, so that triangles are turned over
@@ -58,13 +58,13 @@ class Dress:
         return self._worn is None
 
     def worn(self, result: Message) -> Attributes | None:
-        """What the proxy of that result wears, at once what was not foreseen."""
+        """The attributes of a result's proxy; what was not foreseen is found at once."""
         while self.foresee(result):
             pass
         return self._worn
 
     def _find(self, result: Message) -> Generator[None, None, Attributes]:
-        """All of it, in steps."""
+        """Find the attributes of a result's proxy, in steps."""
         wanted = {layer.domain for layer in self.given.layers.values()}
         if self.given.groups:
             wanted |= {POINT}

@@ -95,7 +95,7 @@ def restore(mesh: Mesh) -> None:
 
 
 def restore_edited(mesh: Mesh, changed: NDArray[np.intp] | None, count: int) -> None:
-    """The same for a mesh in Edit Mode.
+    """Bring back the true values of a mesh in Edit Mode.
 
     changed: numbers (P,) of the vertices that the preview changed, when it had `count` of them;
              None when nobody knows. Edit Mode numbers them anew when some are added or removed

@@ -33,14 +33,14 @@ class Display:
 
     @staticmethod
     def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "Display":
-        """Of the object's mesh as it is now, which `shape` was made of."""
+        """A display on the object's mesh as it is now, which `shape` was made of."""
         mesh = proxy_mesh.mesh_of(ob)
         true = preview_attributes.keep(mesh)
         return Display(mesh.session_uid, shape, true, true["position"], todo)
 
     @property
     def strokes(self) -> tuple[Stroke, ...]:
-        """What it shows, or will soon."""
+        """The strokes that the mesh shows, or will soon."""
         return *self.shape.strokes, *self.todo
 
     @property

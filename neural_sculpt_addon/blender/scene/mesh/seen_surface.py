@@ -50,11 +50,6 @@ def release() -> None:
     _held.clear()
 
 
-def is_held(ob: Object) -> bool:
-    """Whether a surface stays what it was."""
-    return ob.session_uid in _held
-
-
 def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) and triangles (F, 3)."""
     if len(mesh.loops) != 3 * len(mesh.polygons):
@@ -68,7 +63,7 @@ def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 @persistent
 def _forget(_scene: object, depsgraph: Depsgraph | None = None) -> None:
-    """After Blender has evaluated the scene, or loaded another one."""
+    """Forget what is no longer seen, after Blender has evaluated the scene or loaded another."""
     if depsgraph is None:
         _held.clear()
     if depsgraph is None or any(update.is_updated_geometry for update in depsgraph.updates):
