@@ -202,7 +202,7 @@ def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | N
 
 
 def set_solver(ob: Object, solver: str, label: str) -> None:
-    """Let strokes change something else. The field must have none yet."""
+    """Choose the solver, and so what strokes change. The field must have no strokes yet."""
     begin_change()
     field_of(ob).solver = solver
     push_undo(label)

@@ -79,7 +79,7 @@ class JobQueue:
 
     @contextmanager
     def history_grows(self) -> Iterator[None]:
-        """While results reach Blender's history: the jobs that wait were asked for after them."""
+        """Let results reach Blender's history. Jobs that wait count as asked for after them."""
         before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
@@ -88,7 +88,7 @@ class JobQueue:
         self.move_on(before, after)
 
     def move_on(self, before: Step | None, after: Step | None) -> None:
-        """The jobs that were asked for at a step of Blender's history were so at another one."""
+        """Let jobs that were asked for at one step of Blender's history count for another."""
         for job in self.jobs:
             if job.step == before:
                 job.step = after

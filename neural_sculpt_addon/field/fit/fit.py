@@ -185,7 +185,7 @@ def _without_strays(
     progress: Progress,
     may_add: bool,
 ) -> Repaired:
-    """See `repaired`. SculptError when nothing of the mesh is left in the field."""
+    """The field as of `repaired`. SculptError when nothing of the mesh is left in it."""
     try:
         return repaired(field, distance, cells, rng, progress, may_add)
     except SculptError as error:

@@ -130,7 +130,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         preview.give_up()
 
     def _end(self, context: Context) -> None:
-        """Leave none but on the mesh."""
+        """Leave no trace in the window; the stroke itself stays on the mesh."""
         lengths.edit(None)
         changed_stroke.hide()
         overlay.hide_stroke()
@@ -153,7 +153,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return RUNNING
 
     def _begin(self, context: Context, event: Event, ob: Object) -> "Outcome | None":
-        """Start at the point under the mouse; what to answer when there is none to start from.
+        """Start at the point under the mouse; the outcome when there is none, None when there is.
 
         A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
         take it. SculptError when a stroke would lose what other brushes did to the proxy.

@@ -36,7 +36,7 @@ def read(mesh: Mesh) -> dict[str, np.ndarray]:
 
 
 def write(mesh: Mesh, painted: Mapping[str, NDArray[np.generic]]) -> None:
-    """Bring the attributes to these values, where they are others; without the ones not named."""
+    """Give the attributes these values, and remove those that are not named."""
     now = read(mesh)
     for name in now.keys() - painted.keys():
         mesh.attributes.remove(mesh.attributes[name])

@@ -42,7 +42,7 @@ def put(
 
     true: as of `keep`
 
-    Where all vertices are now.
+    The vertices (V, 3) as they are now are given back.
     """
     written = true["position"]
     for (shown, values), changed in zip(true.items(), (positions, normals), strict=False):
