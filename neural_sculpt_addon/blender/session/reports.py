@@ -14,7 +14,6 @@ import bpy
 from bpy.types import Object
 
 from ...worker.client import JobKind, Message
-from .. import redraw
 from ..scene.properties import field_of, is_field
 from .job import Job, Request
 from .worker_session import session
@@ -81,7 +80,7 @@ def measure(ob: Object) -> None:
     def keep(result: Message) -> None:
         _known[revision] = json.dumps(result.fields["report"])
         follow()
-        redraw.tag_panels()
+        session.watcher.changed()
 
     request = Request({"revision": revision})
     job = Job(JobKind.MEASURE, "Measuring", lambda: request, keep, ob.session_uid, base=revision)

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....worker.answers import SNAPPED, is_remade
 from ....worker.client import JobKind, Message
-from ... import notice
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import add_brushed, add_entry, add_kept
 from ...scene.mesh import preview, preview_attributes, proxy_mesh
@@ -205,7 +204,9 @@ def take(target: int, proxy: BrushedProxy) -> None:
             proxy_mesh.put(proxy_mesh.mesh_of(ob), seen)  # as sculpted by other brushes
         proxy.keep(0)
         why = str(error) if isinstance(error, SculptError) else "The system console says why."
-        notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
+        session.watcher.warned(
+            f"Brush strokes stay on the mesh, and the field has not got them. {why}"
+        )
 
 
 def make_step(target: int, proxy: BrushedProxy) -> None:
@@ -279,7 +280,7 @@ def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
     fields = result.fields
     if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL:
-        notice.tell(
+        session.watcher.warned(
             f"The field cannot hold all of {name}: details finer than its finest level were left"
             " out. The proxy shows what it holds."
         )

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....worker.answers import SNAPPED
 from ....worker.client import JobKind, Message
-from ... import notice
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
@@ -212,7 +211,7 @@ def _submit(job: Job) -> bool:
         session.submit(job)
     except SculptError as error:
         log.warning("%s is not absorbed: %s", job.label, error)
-        notice.tell(str(error))
+        session.watcher.warned(str(error))
         return False
     return True
 
