@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of the surface that an absorbed mesh asks for. Model space."""
+"""Samples of the surface that an absorbed mesh asks for (docs/method.md, section 6). Model space."""
 
 from typing import NamedTuple
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit by distance: a network learns the value and the gradient of a mesh's signed distance.
+"""Fit by distance: a network learns value and gradient of a mesh's signed distance.
 
     L = mean( (f - d)^2 / (|d| + SOFTNESS) ) + GRADIENT_WEIGHT mean( |grad f - grad d|^2 )
 
@@ -7,7 +7,7 @@ The samples crowd near the surface and the weight falls with the distance from i
 the distance points away from the closest point, so it costs nothing and teaches the normals; only
 the samples near the surface learn it, for it doubles the work. The derivatives of L by the weights,
 second derivatives of the network among them, are written out: one pass up, one down, and the same
-back (autograd is the oracle in the tests). Model space.
+back (autograd is the oracle in the tests). Model space. See docs/method.md, section 5.
 """
 
 from dataclasses import dataclass

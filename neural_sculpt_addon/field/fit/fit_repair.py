@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No surface where the mesh has none: what a fit left beside it is taken away.
+"""Strays of a fit, surface where the mesh has none, taken away (docs/method.md, section 5).
 
 A network learns from samples, and can dip through zero where there were none; splines can swing
 between rows. So vertices of the proxy are asked how far the mesh is. Places around the surface

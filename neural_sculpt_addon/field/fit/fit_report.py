@@ -15,7 +15,8 @@ thin, thin_off                    share of the mesh with the other side, or anot
 worst                             places of the mesh that are off by most, at least APART, the worst
                                   first
 
-What an artist should know of it becomes a sentence, with the preset that would do.
+What an artist should know of it becomes a sentence, with the preset that would do. See
+docs/method.md, section 9.
 """
 
 from collections.abc import Callable, Mapping

@@ -2,7 +2,7 @@
 """Laying a stroke on the surface: the spline through its control points, projected onto f = 0.
 
 The result is spaced uniformly by arc length on the surface itself, so u means the same on a flat
-and on a bumpy shape (paper, section 3). Model space.
+and on a bumpy shape (paper, section 3). Model space. See docs/method.md, section 2.
 """
 
 from typing import NamedTuple
