@@ -3,10 +3,10 @@
 
 A job that edits an object remembers the object's session_uid and the revision it must find there,
 never a Blender reference: when the object is gone or an undo brought another revision, the job is
-dropped. A stroke that fails for no reason of its own stays in the history, muted. In Edit Mode,
-whose undo steps hold nothing else, and in Dyntopo results wait.
+dropped. A stroke that fails for no reason of its own stays in the history, muted. Results wait in
+Edit Mode, whose undo steps would not hold them, and in Dyntopo.
 
-One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
+One job may wait *behind* all others: any job that comes cancels it. It shows no progress, and
 nobody is told when it fails.
 
 A `Watcher` hears what happens and shows it; the queue knows nothing of windows.
@@ -63,8 +63,8 @@ class JobQueue:
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, if it has no result yet and is still the last
-        thing that the artist did: Blender's history has no step after it."""
+        """The job of the last change of a field, if it has no result yet and Blender's history has no
+        step after it; None otherwise."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)
@@ -105,13 +105,13 @@ class JobQueue:
                 job.base = field_of(ob).revision
 
     def forget_bases(self, target: int) -> None:
-        """The jobs on an object that have not begun build on another state of it."""
+        """Forget what the jobs on an object build on that have not begun: its state is another one."""
         for job in self.pending(target):
             if job.status is JobStatus.QUEUED:
                 job.base = ""
 
     def tell_waiting(self) -> None:
-        """Tell which strokes have no result yet; none where operators wait."""
+        """Tell the watcher which strokes have no result yet; none where operators wait."""
         waiting: dict[int, list[Stroke]] = {}
         for job in self.jobs if not self.waits else ():
             if job.target is not None and job.pending and job.strokes:
@@ -119,7 +119,7 @@ class JobQueue:
         self.watcher.strokes_wait(waiting)
 
     def in_other_mode(self, job: Job) -> bool:
-        """Whether the artist is in a mode whose undo steps do not hold a result."""
+        """Whether the artist is in a mode whose undo steps do not hold a result; the job says so."""
         ob = None if job.target is None else find(job.target)
         if in_edit_mode():
             job.message = n_("Waits until Edit Mode is left")
@@ -158,8 +158,10 @@ class JobQueue:
         self.watcher.changed()
 
     def fail(self, job: Job, why: str) -> None:
-        """End a job; its strokes, which are not at fault, stay in the history, as soon as a mode
-        is left whose undo steps would not hold them."""
+        """End a job whose strokes are not at fault: they stay in the history, muted.
+
+        In a mode whose undo steps would not hold them, it ends when that is left.
+        """
         if job.keep is not None and find(job.target or 0) is not None:
             if not self.waits and self.in_other_mode(job):
                 job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
