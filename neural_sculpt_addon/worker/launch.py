@@ -27,7 +27,7 @@ def main() -> None:
     package = importlib.util.module_from_spec(spec)
     sys.modules[PACKAGE] = package
     spec.loader.exec_module(package)
-    importlib.import_module(f"{PACKAGE}.worker.settings").settle()
+    importlib.import_module(f"{PACKAGE}.worker.runtime").set_up()
     name, argument = sys.argv[1:]
     importlib.import_module(f"{PACKAGE}.worker.{name}").main(argument)
 

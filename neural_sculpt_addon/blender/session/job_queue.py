@@ -63,8 +63,8 @@ class JobQueue:
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, if it has no result yet and Blender's history has no
-        step after it; None otherwise."""
+        """The job of the last change of a field, if it has no result yet and Blender's history
+        has no step after it; None otherwise."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)
@@ -105,7 +105,7 @@ class JobQueue:
                 job.base = field_of(ob).revision
 
     def forget_bases(self, target: int) -> None:
-        """Forget what the jobs on an object build on that have not begun: its state is another one."""
+        """Let jobs on an object that have not begun build on its state as it is then."""
         for job in self.pending(target):
             if job.status is JobStatus.QUEUED:
                 job.base = ""
@@ -119,7 +119,7 @@ class JobQueue:
         self.watcher.strokes_wait(waiting)
 
     def in_other_mode(self, job: Job) -> bool:
-        """Whether the artist is in a mode whose undo steps do not hold a result; the job says so."""
+        """Whether the artist is in a mode whose undo steps hold no result; the job says so."""
         ob = None if job.target is None else find(job.target)
         if in_edit_mode():
             job.message = n_("Waits until Edit Mode is left")

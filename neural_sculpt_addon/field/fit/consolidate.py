@@ -30,7 +30,14 @@ from ..network import Siren
 from ..problem.metrics import find_surface
 from ..threads import one_thread
 from .fit import OMEGA
-from .fit_distance import AROUND_DEVIATION, NEAR_DEVIATION, SAMPLED_BOX, Learner, Samples, arranged
+from .fit_distance import (
+    AROUND_DEVIATION,
+    NEAR_DEVIATION,
+    SAMPLED_BOX,
+    Learner,
+    TrainingSamples,
+    arranged,
+)
 from .schedule import Schedule, follow
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
@@ -87,7 +94,7 @@ def consolidate(
     return Consolidation(plain, report)
 
 
-def _samples(field: Field, proxy: Proxy, count: int, seed: int) -> Samples:
+def _samples(field: Field, proxy: Proxy, count: int, seed: int) -> TrainingSamples:
     """`count` points near the surface and in the box, with the field there."""
     random = np.random.default_rng(seed)
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)

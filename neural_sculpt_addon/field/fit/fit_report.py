@@ -36,7 +36,7 @@ from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import Tolerance
 from .mesh_cleanup import CleanMesh
-from .mesh_distance import MeshDistance, Surface
+from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
 
 SURFACE_SAMPLES = 8192  # of the mesh; more measure more steadily, and take longer
@@ -91,7 +91,7 @@ class _Known(NamedTuple):
 class _Samples(NamedTuple):
     """Points of the mesh, and how far off the zero level is."""
 
-    surface: Surface
+    surface: MeshSamples
     found: Projection
     error: NDArray[np.floating]  # (N,)
 
@@ -168,7 +168,7 @@ def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str,
     }
 
 
-def _measured(field: Field, proxy: Proxy, surface: Surface) -> _Samples:
+def _measured(field: Field, proxy: Proxy, surface: MeshSamples) -> _Samples:
     """How far off the zero level is: where a projection goes astray, by the proxy's vertices."""
     found = project(field, surface.points)
     error = np.linalg.norm(found.points - surface.points, axis=1)  # (N,)
@@ -180,7 +180,7 @@ def _measured(field: Field, proxy: Proxy, surface: Surface) -> _Samples:
     return _Samples(surface, found, error)
 
 
-def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surface:
+def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> MeshSamples:
     """Samples of each piece that counts, however small it is."""
     order = np.argsort(pieces.of_faces, kind="stable")
     counts = np.bincount(pieces.of_faces, minlength=len(pieces.solid))
@@ -196,7 +196,7 @@ def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surfa
     )
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     bounds = distance.facing(points, normal) != 0
-    return Surface(points[bounds], normal[bounds], faces[bounds])
+    return MeshSamples(points[bounds], normal[bounds], faces[bounds])
 
 
 def _lost(

@@ -18,7 +18,7 @@ from neural_sculpt_addon.field.fit.fit import fit_mesh
 from neural_sculpt_addon.field.fit.fit_distance import (
     GRADIENT_WEIGHT,
     SOFTNESS,
-    Samples,
+    TrainingSamples,
     loss_gradients,
 )
 from neural_sculpt_addon.field.fit.fit_paper import paper_loss
@@ -314,7 +314,7 @@ def test_written_out_derivatives_equal_autograd(widths, close):
     points = 2 * torch.rand(40, 3, generator=generator, dtype=torch.float64) - 1
     gradients = torch.randn(40, 3, generator=generator, dtype=torch.float64)
     gradients = gradients[:close]
-    batch = Samples(points, 0.3 * points[:, 0], gradients)
+    batch = TrainingSamples(points, 0.3 * points[:, 0], gradients)
     _, slopes = loss_gradients(network, batch)
 
     parameters = [p.clone().requires_grad_() for p in network.parameters]

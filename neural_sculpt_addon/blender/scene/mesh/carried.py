@@ -23,7 +23,7 @@ from . import attributes, brush_attributes
 from .attributes import FACE, Attributes
 from .brush_attributes import FACE_SET, HIDDEN_EDGE, HIDDEN_FACE, HIDDEN_VERTEX, MASK
 from .proxy_mesh import Geometry, corners_of, mesh_of
-from .sources import VERTEX, Sources, Surface
+from .sources import VERTEX, MeshSurface, Sources
 
 Vectors = NDArray[np.float32]
 Painted = Mapping[str, NDArray[Any]]
@@ -151,7 +151,7 @@ def _asked(
     if not wanted or not len(triangles) or not len(mesh.polygons):
         return None
     return Sources(
-        Surface.of(mesh, positions()),
+        MeshSurface.of(mesh, positions()),
         np.ascontiguousarray(vertices, np.float32),
         np.ascontiguousarray(triangles, np.int32),
         frozenset(wanted),

@@ -14,7 +14,7 @@ from ....worker.client import Message
 from . import attributes
 from .attributes import POINT, Attributes
 from .carried import FORESEE_SECONDS
-from .sources import Sources, Surface
+from .sources import MeshSurface, Sources
 
 Vectors = NDArray[np.float32]
 
@@ -23,7 +23,7 @@ Vectors = NDArray[np.float32]
 class Dress:
     """The attributes of a mesh, and its surface in the frame that a field is fitted in."""
 
-    surface: Surface
+    surface: MeshSurface
     given: Attributes
     _key: Vectors | None = None
     _steps: Generator[None, None, Attributes] | None = field(default=None, repr=False)
@@ -36,7 +36,7 @@ class Dress:
         vertices: (V, 3), as they are fitted
         turned:   whether that mirrors them, so that triangles are turned over
         """
-        surface = Surface.of(mesh, vertices)
+        surface = MeshSurface.of(mesh, vertices)
         if turned:
             loops = surface.loops
             loops = np.arange(len(mesh.loops)).reshape(-1, 3) if loops is None else loops

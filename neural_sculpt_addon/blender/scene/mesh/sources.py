@@ -28,7 +28,7 @@ VERTEX = "VERTEX"
 
 
 @dataclass(eq=False)
-class Surface:
+class MeshSurface:
     """A mesh's triangles.
 
     polygons, loops: the face (T,) and the corners (T, 3) of the mesh that they are; None where the
@@ -41,7 +41,7 @@ class Surface:
     loops: NDArray[np.int32] | None = None
 
     @classmethod
-    def of(cls, mesh: Mesh, positions: Vectors) -> "Surface":
+    def of(cls, mesh: Mesh, positions: Vectors) -> "MeshSurface":
         """The surface of a mesh, with these vertices (V, 3)."""
         if len(mesh.loops) == 3 * len(mesh.polygons):
             return cls(positions, corners_of(mesh))
@@ -120,7 +120,7 @@ class Sources:
     corners:          the places of corners, by the layer
     """
 
-    before: Surface
+    before: MeshSurface
     after: Vectors
     triangles: NDArray[np.int32]
     wanted: frozenset[str]
