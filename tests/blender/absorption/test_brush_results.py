@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Brush strokes that wait for the scene get there one at a time, whatever comes between them."""
 
-
 import os
 import signal
 from contextlib import AbstractContextManager

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strokes whose steps stay in Blender's history: the field follows them back and forth."""
 
-
 import os
 import random
 from unittest.mock import patch
