@@ -4,7 +4,7 @@
 import sys
 
 from .cli import main
-from .worker.settings import settle
+from .worker.runtime import set_up
 
-settle()
+set_up()
 sys.exit(main())

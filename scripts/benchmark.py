@@ -10,7 +10,7 @@ import argparse
 from benchmarking import edit, fit, fuzz, interface, live, proxy, refine, session, stroke
 from workshop import environment
 
-from neural_sculpt_addon.worker.settings import settle
+from neural_sculpt_addon.worker.runtime import set_up
 
 BENCHMARKS = {
     "edit": edit,
@@ -36,7 +36,7 @@ def main() -> None:
         command.set_defaults(run=benchmark.run)
     options = parser.parse_args()
     environment.enter("worker")
-    settle()  # as the worker
+    set_up()  # as the worker
     options.run(options)
 
 

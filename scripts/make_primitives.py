@@ -20,7 +20,7 @@ from neural_sculpt_addon.field.checkpoint import save
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit.fit import fit_mesh
-from neural_sculpt_addon.field.fit.fit_distance import SAMPLED_BOX, Learner, Samples
+from neural_sculpt_addon.field.fit.fit_distance import SAMPLED_BOX, Learner, TrainingSamples
 from neural_sculpt_addon.field.fit.schedule import Schedule, follow
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
@@ -74,7 +74,7 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Field:
         [(distance(points + step) - distance(points - step)) / (2 * STEP) for step in steps], axis=1
     )
     arrays = (points, distance(points), gradient[: len(near)])
-    samples = Samples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
+    samples = TrainingSamples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
     network = Siren.random(omega=(SCHEDULE.omega, 30.0), generator=torch.Generator().manual_seed(0))
     learner = Learner(samples, network, SCHEDULE.batch, seed=0)
     follow(learner, SCHEDULE, silent)

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from workshop import ROOT, environment
 
-from neural_sculpt_addon.worker.settings import settle
+from neural_sculpt_addon.worker.runtime import set_up
 
 ROWS = ROOT / "test-output" / "paper"
 TABLES = ("1", "2", "3", "4", "beyond", "figures")
@@ -38,7 +38,7 @@ def main() -> None:
     if unknown := set(options.tables) - set(TABLES):
         sys.exit(f"There is no table {', '.join(sorted(unknown))}; choose of {', '.join(TABLES)}.")
     environment.enter("worker")
-    settle()  # before NumPy and torch load
+    set_up()  # before NumPy and torch load
     from paper import run
 
     from neural_sculpt_addon.common.errors import SculptError

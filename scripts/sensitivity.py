@@ -53,9 +53,9 @@ MODULES = {
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
     "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
-    "problem.problem": ("THINNED", "INNER", "STRETCHED"),
+    "problem.problem": ("THINNED", "INNER", "MOST_STRETCH"),
     "problem.copies": ("STEP", "BEND"),
-    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR", "CLIFF", "REACH"),
+    "problem.fold": ("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR_CROSSING", "CLIFF", "ACCURACY_SCALE"),
     "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES", "MOST_CUT"),
     "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
     "edit.edit": ("REPAIRS",),
@@ -67,9 +67,9 @@ ALSO = {
     "solve.edit_rows.AROUND_WEIGHT": ("solve.local",),
     "solve.spline_system.ITERATIONS": ("solve.local",),
     "projection.ARRIVED": (
-        *("problem.problem", "problem.tube", "problem.folded", "solve.edit_rows"),
+        *("problem.copies", "problem.tube", "problem.folded", "solve.edit_rows"),
     ),
-    "projection.ON_SURFACE": ("problem.problem", "problem.tube", "solve.edit_rows"),
+    "projection.ON_SURFACE": ("problem.copies", "problem.tube", "solve.edit_rows"),
 }
 """Modules that import a constant by its name."""
 

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's undo, redo, load and save, as far as the worker and the previews must know of them.
 
-The object's properties are the truth and Blender restores them together with the proxy mesh. What
-remains is to pass over borders (see `sculpt_steps`), to take back and bring back what has no result
-yet, to show the reports that came after the undo step of their stroke, to cancel the jobs whose
-base is no longer there, and to keep previews out of undo steps and files.
+The object's properties are the truth and Blender restores them together with the proxy mesh. This
+is left to do:
+
+    pass over borders (see `sculpt_steps`)
+    take back, and bring back, changes that have no result yet
+    show the reports that came after the undo step of their stroke
+    cancel the jobs whose base is no longer there
+    keep previews out of undo steps and files
 """
 
 from collections.abc import Callable
@@ -28,7 +32,7 @@ class _State:
 
 @persistent
 def prepare_undo(*_: object) -> None:
-    """Before undo: leave a border.
+    """Leave a border before undo.
 
     A change without a result is what the artist did last, when Blender's history has nothing newer.
     It is cancelled; the undo itself is given a border to take back.
@@ -51,7 +55,7 @@ def prepare_undo(*_: object) -> None:
 
 @persistent
 def prepare_redo(*_: object) -> None:
-    """Before redo: go to a border first."""
+    """Go over what stands before the step that redo is to lead to."""
     if native_steps.is_ours():
         return
     live.expect_no_stroke()
@@ -59,16 +63,15 @@ def prepare_redo(*_: object) -> None:
         brush_results.finish(unless_undone=True)
     preview.hide()
     if not _State.passing:
-        while _redo_passes() and _pass(bpy.ops.ed.redo):
-            pass
-
-
-def _redo_passes() -> bool:
-    return sculpt_steps.redo_passes() and not session.undone.is_next()
+        for _place in range(sculpt_steps.redo_passes()):
+            if session.undone.is_next() or not _pass(bpy.ops.ed.redo):
+                break
+        if session.undone.is_next():
+            session.undone.step_aside()
 
 
 def _pass(step: Callable[[], object]) -> bool:
-    """Whether that led to another step."""
+    """Take a step of Blender's history; whether it led to another one."""
     before = sculpt_steps.active()
     _State.passing = True
     try:
@@ -81,13 +84,13 @@ def _pass(step: Callable[[], object]) -> bool:
 
 @persistent
 def hide(*_: object) -> None:
-    """After loading what Blender saved by itself."""
+    """Hide the previews of a file that Blender saved by itself, after it was loaded."""
     preview.hide()
 
 
 @persistent
 def prepare_file(*_: object) -> None:
-    """Before saving."""
+    """Make a file whole, before it is saved: normals, true positions, strokes that wait."""
     kept_steps.settle()
     preview.hide()
     saved_strokes.add()
@@ -95,14 +98,14 @@ def prepare_file(*_: object) -> None:
 
 @persistent
 def show(*_: object) -> None:
-    """After saving, or when that failed."""
+    """Show what was hidden for the file, after it was saved or could not be."""
     saved_strokes.remove()
     preview.show()
 
 
 @persistent
 def follow(*_: object) -> None:
-    """After undo and redo."""
+    """Follow Blender's history after undo and redo: jobs, reports, previews."""
     if _State.passing or native_steps.is_ours():
         return
     live.leave()
@@ -115,11 +118,11 @@ def follow(*_: object) -> None:
 
 @persistent
 def bring_back(*_: object) -> None:
-    """After redo: what undo cancelled is done after all."""
+    """Submit the job that undo has cancelled once more, after redo."""
     if _State.passing or native_steps.is_ours() or (job := session.undone.bring_back()) is None:
         return
     before = sculpt_steps.steps()[0]
-    if len(before) > 1:
+    if len(before) > 1 and before[-1].name == sculpt_steps.BORDER:
         session.move_on(before[-2], before[-1])
     try:
         session.submit_again(job)
@@ -129,7 +132,7 @@ def bring_back(*_: object) -> None:
 
 @persistent
 def leave(*_: object) -> None:
-    """Before another file is loaded."""
+    """Let go of the file, before another one is loaded."""
     preview.let_go()
     live.forget()
     session.leave_file()

@@ -16,7 +16,7 @@ def draw_text(layout: UILayout, context: Context, text: str, icon: str = "NONE")
     width = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - 6
     column = layout.column(align=True)
     for number, line in enumerate(textwrap.wrap(text, max(int(width), 20))):
-        column.label(text=line, icon="BLANK1" if number else icon, translate=False)  # pyright: ignore
+        column.label(text=line, icon="BLANK1" if number else icon, translate=False)  # pyright: ignore[reportArgumentType]
 
 
 def draw_installation(layout: UILayout, context: Context) -> None:

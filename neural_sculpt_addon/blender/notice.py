@@ -44,4 +44,4 @@ def tell(message: str) -> None:
     if bpy.app.background:
         return
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT", message=message)  # pyright: ignore
+        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT", message=message)  # pyright: ignore[reportAttributeAccessIssue]

@@ -27,7 +27,7 @@ Color = tuple[float, float, float, float]
 
 
 class OverlayColors(NamedTuple):
-    """Of what is drawn over the 3D viewport, RGBA."""
+    """Colors of what is drawn over the 3D viewport, RGBA."""
 
     cursor: Color = (1.0, 1.0, 1.0, 0.9)
     raising: Color = (1.0, 0.68, 0.26, 0.75)

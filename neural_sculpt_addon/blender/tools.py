@@ -85,13 +85,13 @@ class _NeuralStroke(WorkSpaceTool):
 
 
 class ObjectTool(_NeuralStroke):
-    """In Object Mode."""
+    """The tool in Object Mode."""
 
     bl_context_mode = "OBJECT"
 
 
 class SculptTool(_NeuralStroke):
-    """In Sculpt Mode."""
+    """The tool in Sculpt Mode."""
 
     bl_context_mode = "SCULPT"
 

@@ -20,9 +20,9 @@ from .geometry import unit
 from .network import Siren
 from .threads import parallel, shares
 
-CHUNK = 2048
+CHUNK = 2048  # points whose activations fit the cache of a core
 GRADIENT_CHUNK = 1536  # takes three times the memory
-DEVICE_CHUNK = 1 << 18
+DEVICE_CHUNK = 1 << 18  # on a graphics card: more are fewer calls, and more of its memory
 WORK = 1 << 30
 """Multiplications in a chunk, on the CPU, at most: some 100 ms."""
 

@@ -68,7 +68,7 @@ def _amounts(stroke: Stroke, path: Path, points: Array, normals: Array) -> Array
 
 
 def _strip(stroke: Stroke, wide: float, lay: Lay) -> _Strip:
-    """As wide as the stroke; how the surface lies is seen `wide` to both sides of its middle."""
+    """A strip as wide as the stroke, on normals found `wide` to both sides of its middle."""
     curve = fit_curve(stroke.points, stroke.closed)
     line = curve.resample(ROWS)[0] if len(curve.points) > 1 else curve.points[:1]
     path = make_path(line, lay(line)[1], curve.closed)

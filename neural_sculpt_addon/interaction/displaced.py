@@ -7,6 +7,7 @@ symmetry stand on the same surface, and where they meet the farthest counts, as 
 alone; model space.
 """
 
+import weakref
 from collections.abc import Iterator
 
 import numpy as np
@@ -79,7 +80,8 @@ class Displaced:
             if self._work is None:
                 if self.seen is self.strokes:
                     break
-                self._work = self._displace(self.strokes)
+                itself = weakref.proxy(self)  # or both would stay until garbage is collected
+                self._work = Displaced._displace(itself, self.strokes)
             piece = next(self._work, None)
             if piece is None:
                 self._work = None
@@ -97,11 +99,11 @@ class Displaced:
         stale = np.zeros(len(before), bool)
         copies = strokes[-1].copies() if strokes[-1].kind is Kind.DRAW else ()
         if len(self.seen) < len(strokes):
-            yield from self._anew(strokes[-1], fans, len(copies))
+            yield from Displaced._anew(self, strokes[-1], fans, len(copies))
         elif _differ(strokes[-1], self.seen[-1]) or len(copies) != len(self._growths):
             for growth in self._growths:
                 stale |= growth.amounts != 0
-            yield from self._anew(strokes[-1], fans, len(copies))
+            yield from Displaced._anew(self, strokes[-1], fans, len(copies))
         for growth, copy in zip(self._growths, copies, strict=True):
             yield from growth.follow(copy)
             stale |= growth.fresh
@@ -135,7 +137,7 @@ class Displaced:
             yield len(self._before) // 64
 
     def _shifts(self, vertices: Indices) -> Vectors:
-        """What moves vertices (M,): of each the image of the stroke that moves it farthest."""
+        """Shifts (M, 3) of vertices (M,), each by the image that moves it farthest."""
         shifts, farthest = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
         for growth in self._growths:
             amounts = np.abs(growth.amounts[vertices])

@@ -23,7 +23,7 @@ GRAB = 14.0  # pixels; a control point this near to the mouse is meant
 SIMPLIFIED = 0.4  # of the spacing: how far simplifying may move the line
 
 
-class Surface(Protocol):
+class SeenSurface(Protocol):
     """The surface as it is seen on the screen."""
 
     def cast(self, mouse: Mouse) -> Point | None:
@@ -104,7 +104,7 @@ class Drawing:
         line.finish(self._under)
         return line
 
-    def press(self, surface: Surface, mouse: Mouse, pressure: float = 1.0) -> None:
+    def press(self, surface: SeenSurface, mouse: Mouse, pressure: float = 1.0) -> None:
         """The button went down again: on a control point, on the surface, or beside both."""
         if self.phase is not Phase.EDITING:
             return
@@ -114,7 +114,7 @@ class Drawing:
             self.chosen = len(self.line.points) - 1
         self.dragging = self.chosen is not None
 
-    def move(self, surface: Surface, mouse: Mouse, pressure: float = 1.0) -> None:
+    def move(self, surface: SeenSurface, mouse: Mouse, pressure: float = 1.0) -> None:
         """The mouse moved."""
         if self.phase is Phase.DRAWING:
             self._under = surface.cast(self._pen.pull(mouse))
@@ -126,7 +126,7 @@ class Drawing:
             elif self.chosen is not None and (hit := surface.cast(mouse)) is not None:
                 self.line.points[self.chosen] = hit
 
-    def release(self, surface: Surface, mouse: Mouse) -> None:
+    def release(self, surface: SeenSurface, mouse: Mouse) -> None:
         """The button went up."""
         self.dragging = False
         if self.phase is not Phase.DRAWING:
@@ -155,7 +155,7 @@ class Drawing:
         """Forget the stroke."""
         self.phase = Phase.CANCELLED
 
-    def _near(self, surface: Surface, mouse: Mouse) -> int | None:
+    def _near(self, surface: SeenSurface, mouse: Mouse) -> int | None:
         """The control point that the mouse means."""
         best, distance = None, GRAB
         for index, point in enumerate(self.line.points):

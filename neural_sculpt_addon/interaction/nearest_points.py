@@ -36,7 +36,7 @@ def nearest(points: Vectors, among: Vectors) -> Indices:
 
 
 def finish(steps: Generator[None, None, Found]) -> Found:
-    """What is found when all steps are taken."""
+    """Take all steps; what they have found."""
     while True:
         try:
             next(steps)
@@ -66,7 +66,7 @@ def search(points: Vectors, among: Vectors) -> Steps:
 
 
 def _search(points: Vectors, among: Vectors) -> Steps:
-    """The same for points that are not among them, in pieces."""
+    """`search` for points that equal none of `among`, in pieces."""
     finest = FIRST_CELLS * _spacing(among)
     found = yield from _within(points, points, among, finest, finest / 2)
     far = left = np.flatnonzero(found < 0)
@@ -87,9 +87,9 @@ def _search(points: Vectors, among: Vectors) -> Steps:
 
 
 def _equal(points: Vectors, among: Vectors) -> Steps:
-    """The number (P,) of an equal one, -1 where none is found.
+    """The numbers (P,) of equal points `among` (N, 3), -1 where none is found.
 
-    What comes before the first difference and after the last one is not looked for.
+    Before the first difference of both arrays, and after the last one, rows are equal in pairs.
     """
     count = min(len(points), len(among))
     same = _same(points[:count], among[:count])
@@ -144,8 +144,10 @@ def _slots(points: Vectors, lowest: int) -> Indices:
 
 
 def _within(points: Vectors, places: Vectors, among: Vectors, size: float, reach: float) -> Steps:
-    """Those nearest to `points` (P, 3) in the eight cells of that size around `places` (P, 3), and
-    within reach: -1 where there is none."""
+    """The numbers (P,) of the points `among` nearest to `points` (P, 3), -1 where none is in reach.
+
+    Looked at are the eight cells of that size around `places` (P, 3).
+    """
     found = np.full(len(points), -1)
     low, high = _box(places)
     yield
@@ -162,7 +164,7 @@ def _within(points: Vectors, places: Vectors, among: Vectors, size: float, reach
 
 
 class _Cells:
-    """Some points in the cells of a grid."""
+    """Points sorted into the cells of a grid."""
 
     def __init__(self, among: Vectors, size: float) -> None:
         self._among, self._size = among, size
@@ -189,8 +191,11 @@ class _Cells:
         return cells
 
     def nearest(self, points: Vectors, places: Vectors, reach: float) -> Steps:
-        """Those nearest to `points` (P, 3) in the eight cells around `places` (P, 3), and within
-        reach; -1 where there is none. Beyond all cells others may be looked at."""
+        """The numbers (P,) of the points nearest to `points` (P, 3), -1 where none is in reach.
+
+        Looked at are the eight cells around `places` (P, 3), or others where these are beyond all
+        cells.
+        """
         first = np.floor((places - self._low) / self._size - 0.5)
         first = np.clip(first, 0, self._shape - 2).astype(np.int32)  # (P, 3)
         columns = first[:, None] + np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]], np.int32)
@@ -206,7 +211,7 @@ class _Cells:
         return found
 
     def _nearest(self, points: Vectors, start: Indices, end: Indices, reach: float) -> Indices:
-        """Those nearest to `points` (P, 3) among the rows from `start` to `end` (P, 4)."""
+        """The numbers (P,) of those nearest to `points` (P, 3) in rows `start` to `end` (P, 4)."""
         start, count = start.ravel(), (end - start).ravel()
         owner = np.repeat(np.repeat(np.arange(len(points)), 4), count)  # (Q,), rising
         skipped = np.repeat(start - (np.cumsum(count) - count), count)

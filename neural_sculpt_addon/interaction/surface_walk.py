@@ -26,7 +26,7 @@ Indices = NDArray[np.intp]
 PIECE = 1024  # points that walk in a step
 MOST_CROSSED = 64  # edges
 MOST_TURNED = 10  # of them about one vertex: once, where six or so meet
-MOST_SAMPLES = 1 << 20
+MOST_SAMPLES = 1 << 20  # of `dense_samples`; where there would be more they are farther apart
 SEAM = 1e-4
 """Jump of values across an edge, as a share of the largest one, that makes it a seam: far more than
 rounding, and less than is seen."""

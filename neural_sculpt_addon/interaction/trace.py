@@ -58,7 +58,7 @@ def _middle(stroke: Stroke) -> Array:
 
 
 def _mean(normals: Array) -> Array:
-    """Of normals (N, 3) and those within MEAN_OF places of them."""
+    """Unit means (N, 3) of normals (N, 3), each with those within MEAN_OF places of it."""
     sums = np.cumsum(np.pad(normals, ((MEAN_OF + 1, MEAN_OF), (0, 0)), mode="edge"), axis=0)
     mean = sums[2 * MEAN_OF + 1 :] - sums[: -2 * MEAN_OF - 1]
     return mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-USUAL = 0.98
+FITTING_SHARE = 0.98
 """The least share of triangles that fit in half a cell."""
 ROOM = 2.5  # of such a triangle's size: the length of a cell
 SAMPLE = 4096  # triangles by which that is judged
@@ -36,7 +36,7 @@ class TriangleGrid:
         one, other = (_squares(a, end) for end in (b, c))
         span = np.sqrt(np.maximum(one, other))  # (F,), how far it reaches from its first corner
         low, high = axes.min(axis=1).astype(float), axes.max(axis=1).astype(float)
-        usual = float(np.quantile(span[:: 1 + len(span) // SAMPLE], USUAL))
+        usual = float(np.quantile(span[:: 1 + len(span) // SAMPLE], FITTING_SHARE))
         self._cell = max(ROOM * usual, float((high - low).max()) / MOST_CELLS, 1e-9)
         self._low, self._high = low - 1.5 * self._cell, high + 1.5 * self._cell
         self._count = ((self._high - self._low) / self._cell).astype(np.intp) + 1

@@ -276,7 +276,8 @@ def _spline(image: Array, row: Array, column: Array) -> Array:
 
 
 def _weights(t: Array) -> tuple[Array, Array, Array]:
-    """Of the splines before, at and after the nearest node, from which t in [-1/2, 1/2] is off."""
+    """Weights (N,) of the splines before, at and after the nearest node, at t in [-1/2, 1/2] from
+    it."""
     return (0.5 - t) ** 2 / 2, 0.75 - t**2, (0.5 + t) ** 2 / 2
 
 
@@ -287,7 +288,7 @@ def _text(pixels: bytes) -> str:
 
 @lru_cache(maxsize=64)
 def _bytes(text: str) -> bytes:
-    """What `_text` wrote; never more than one byte too many. ValueError when it is damaged."""
+    """The pixels that `_text` wrote; at most one byte too many. ValueError when damaged."""
     if not text:
         return b""
     try:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a stroke displaces points of the surface: d = m(u) s b(v / r) (paper, section 3), times
-the grey of its alpha, if it has one.
+"""Displacement of surface points by a stroke: d = m(u) s b(v / r) (paper, section 3), times the
+grey of its alpha, if it has one.
 
 v is the signed distance from the path. Around a round end the profile of both sides is blended by
 the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
@@ -77,7 +77,7 @@ def displace(
 def displace_at(
     stroke: Stroke, path: Path, place: Place, points: ArrayLike, normals: ArrayLike
 ) -> Displacement:
-    """The same for surface points whose place (M,) in the stroke is known already."""
+    """`displace` for surface points whose place (M,) in the stroke is known already."""
     normals = np.asarray(normals, float)
     brush = stroke.brush
     cosine = np.einsum("ij,ij->i", normals, place.normals)
@@ -110,7 +110,7 @@ def local_radius(stroke: Stroke, u: Array) -> Array:
 def _grey(
     alpha: Alpha, stroke: Stroke, path: Path, place: Place, needed: NDArray[np.bool_]
 ) -> Array:
-    """Of the alpha (M,) at places in the stroke, 0 where it is not `needed` (M,).
+    """Grey values (M,) of the alpha at places in the stroke, 0 where they are not `needed` (M,).
 
     Along the stroke lengths are in its largest radius, so images are as far apart everywhere.
     """

@@ -167,8 +167,11 @@ class _Lattice:
 def _spread(
     points: Array, values: Array, spacing: float
 ) -> tuple[Places, Array, NDArray[np.bool_]]:
-    """The nodes (M, 3) of the cells of a lattice in which points (N, 3) lie, the means (M,) of
-    their values (N,) by trilinear weights, and beside which of them a value is 1."""
+    """Values (N,) of points (N, 3) spread over a lattice.
+
+    Given back are the nodes (M, 3) of all cells in which points lie, the means (M,) of the values
+    by trilinear weights, and which nodes (M,) have a value of 1 beside them.
+    """
     place = (np.clip(points, -1, 1) + 1) / spacing
     cell = place.astype(np.intp)
     low = cell.min(axis=0)

@@ -77,7 +77,7 @@ def check(job: JobKind, message: Message) -> None:
         _require(_is_name(fields.get("id")), "id")
         _check_parts(fields, arrays)
         _check_proxy(arrays)
-    elif job in {JobKind.FLATTEN, JobKind.CONSOLIDATE}:
+    elif job in {JobKind.APPLY_TO_BASE, JobKind.CONSOLIDATE}:
         _require(_is_name(fields.get("id")), "id")
         _check_parts(fields, arrays)
     elif job is JobKind.MEASURE:
@@ -184,7 +184,7 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore
+    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore[reportArgumentType]
 
 
 def _is_name(value: object) -> bool:

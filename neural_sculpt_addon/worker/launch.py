@@ -4,9 +4,9 @@
 MODULE is `server.server`, the worker, with its device, or `install.installation`, with the folder
 to install into.
 
-It imports the package it lies in under its own name whatever the folder is called (an installed
-extension's is called after its id), and by its path, so that nothing that lies beside the package,
-other extensions above all, can be imported by mistake.
+The package that it lies in is imported under its own name, whatever its folder is called: that of
+an installed extension has the name of its id. It is found by its path, so nothing beside it, other
+extensions above all, can be imported by mistake.
 """
 
 import importlib
@@ -27,7 +27,7 @@ def main() -> None:
     package = importlib.util.module_from_spec(spec)
     sys.modules[PACKAGE] = package
     spec.loader.exec_module(package)
-    importlib.import_module(f"{PACKAGE}.worker.settings").settle()
+    importlib.import_module(f"{PACKAGE}.worker.runtime").set_up()
     name, argument = sys.argv[1:]
     importlib.import_module(f"{PACKAGE}.worker.{name}").main(argument)
 

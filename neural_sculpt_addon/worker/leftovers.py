@@ -45,7 +45,7 @@ def _runs_on_windows(pid: int) -> bool:
     """There a signal 0 would be Ctrl C."""
     import ctypes
 
-    kernel = ctypes.windll.kernel32  # pyright: ignore
+    kernel = ctypes.windll.kernel32
     process = kernel.OpenProcess(0x1000, False, pid)  # PROCESS_QUERY_LIMITED_INFORMATION
     if not process:
         return kernel.GetLastError() != 87  # ERROR_INVALID_PARAMETER: there is none

@@ -23,7 +23,7 @@ class Outbox:
     """Where one process puts messages."""
 
     def __init__(self, folder: Path) -> None:
-        """Into an empty folder."""
+        """Put messages into an empty folder."""
         self.folder = folder
         self.count = 0
         """Messages put so far: the name of the next one."""
@@ -41,7 +41,7 @@ class Inbox:
     """Where the other one takes them, in the same order."""
 
     def __init__(self, folder: Path) -> None:
-        """From the folder of an Outbox."""
+        """Take messages from the folder of an Outbox."""
         self.folder = folder
         self.count = 0
         """Messages taken so far: the name of the next one."""

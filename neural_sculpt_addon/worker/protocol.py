@@ -57,7 +57,7 @@ class JobKind(StrEnum):
     SAVE = "save"
     SAMPLE = "sample"
     PREPARE = "prepare"
-    FLATTEN = "flatten"
+    APPLY_TO_BASE = "apply_to_base"
     CONSOLIDATE = "consolidate"
 
 

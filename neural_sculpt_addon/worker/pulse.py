@@ -31,10 +31,10 @@ def beat(folder: Path) -> None:
 
 
 class Pulse:
-    """For how long there was no sign of life."""
+    """Watch over signs of life: how long there was none."""
 
     def __init__(self, folder: Path) -> None:
-        """Of the worker that beats in `folder`; none is known yet."""
+        """Watch the worker that beats in `folder`; no beat is known yet."""
         self._path = folder / "pulse"
         self._last: int | None = None
         self._looked = time.monotonic()

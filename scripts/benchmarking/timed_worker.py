@@ -15,9 +15,9 @@ from typing import Any
 
 sys.path.insert(0, sys.argv[1])
 
-from neural_sculpt_addon.worker.settings import settle
+from neural_sculpt_addon.worker.runtime import set_up
 
-settle()  # before NumPy and torch load
+set_up()  # before NumPy and torch load
 
 from neural_sculpt_addon.field.edit import edit  # noqa: E402
 from neural_sculpt_addon.field.mesh import proxy  # noqa: E402

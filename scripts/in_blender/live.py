@@ -42,6 +42,7 @@ TIMED = {
     "blender.scene.native_steps": ("take_back",),
     "blender.scene.commit": ("push_undo",),
     "blender.scene.kept_steps": ("settle",),
+    "blender.session.absorption.renewal": ("go_on", "renew_proxy"),
 }
 
 rows: list[dict[str, Any]] = []
@@ -131,6 +132,8 @@ def steps(extension: str, count: str, file: str) -> Steps:
     for name in BRUSHES:
         yield from measure(name, generator, worker_session())
     yield from in_a_row(int(count), generator, worker_session())
+    stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED
+    yield from hand.until(lambda: stretched not in fields()[0].data, SECONDS, "its own proxy")
     rows.extend(call_times.table(20))
     Path(file).write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 

@@ -70,7 +70,7 @@ def _sculpt(session: Any, text: str, notes: Path) -> dict[str, float]:
     import bpy
 
     def listed() -> int:
-        return len(bpy.context.active_object.neural_sculpt.strokes)  # pyright: ignore
+        return len(bpy.context.active_object.neural_sculpt.strokes)  # pyright: ignore[reportAttributeAccessIssue]
 
     operators: Any = bpy.ops
     count, start, worked = listed(), time.perf_counter(), time.thread_time()

@@ -87,10 +87,10 @@ class ForkServer:
 
 def main() -> None:
     """Fork workers one after another, until nobody is there to ask for one."""
-    from neural_sculpt_addon.worker import mailbox, protocol, settings
+    from neural_sculpt_addon.worker import mailbox, protocol, runtime
     from neural_sculpt_addon.worker.server import server
 
-    settings.settle()
+    runtime.set_up()
     bare = sys.argv[1] == "bare"
     if not bare:
         import torch

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Vertices displaced before the worker has the stroke, on a square where all heights are known."""
 
+import gc
 import tracemalloc
 import unittest
+import weakref
 
 import numpy as np
 
@@ -49,6 +51,27 @@ class Displaced(unittest.TestCase):
             np.testing.assert_allclose(
                 after[:, 2], -0.1 * np.maximum(1 - distance / 0.2, 0), atol=1e-6
             )
+
+    def test_what_is_dropped_unfinished_is_gone_at_once(self) -> None:
+        """And does not wait for Python to collect garbage, which it does seldom."""
+        points, triangles = square()
+        drawn = Stroke(LINE, Brush(0.15, 0.06, Profile("linear")))
+        gc.disable()
+        self.addCleanup(gc.enable)
+        is_whole = False
+        for pieces in range(200):
+            result = displaced(points, triangles, [])
+            result.begin(drawn)
+            for _ in range(pieces):
+                result.advance(1)
+            is_whole = result.seen is result.strokes
+            there = weakref.ref(result)
+            del result
+            self.assertIsNone(there(), pieces)
+            if is_whole:
+                break
+        self.assertTrue(is_whole)
+        self.assertGreater(pieces, 5)
 
     def test_one_stroke_upon_another(self) -> None:
         points, triangles = square()

@@ -5,6 +5,7 @@ The program that started Blender runs the lines that begin with `xdotool`.
 """
 
 import random
+from unittest.mock import patch
 
 import bpy
 from drawing import (
@@ -19,7 +20,7 @@ from drawing import (
     moved_since,
     operate,
 )
-from harness import long, push_undo, state, vertices
+from harness import long, module, push_undo, state, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from undo_orders import Order
@@ -50,15 +51,22 @@ class Person(WindowCase):
 
 
 class PersonOrders(WindowCase):
-    """Strokes of Blender's brushes are absorbed by themselves when `live`, else by Absorb alone."""
+    """Strokes of Blender's brushes are absorbed by themselves when `live`, else by Absorb alone;
+    when `off`, each of them brings another proxy as soon as the hand rests."""
 
     absorbs_live = True
     live = False
+    off = False
 
     def add(self, kind: str = "SPHERE") -> Steps:
         yield from super().add(kind)
         field().neural_sculpt.live = self.live
         push_undo("How to absorb")
+        if self.off:
+            results = module("blender.session.absorption.brush_results")
+            settling = module("blender.session.absorption.settling")
+            self.enterContext(patch.object(results, "SEEN_OFF", 0.0))
+            self.enterContext(patch.object(settling, "REST", 0.1))
 
     @long
     def test_orders(self) -> Steps:
@@ -78,6 +86,14 @@ class PersonOrders(WindowCase):
         yield from Order("live person", PersonHands(self, 0), field().name).play()
 
     @long
+    def test_random_order_of_live_strokes_that_bring_another_proxy(self) -> Steps:
+        if bpy.app.version < (5, 0, 0):
+            self.skipTest("this Blender brings it with the stroke")
+        self.live = self.off = True
+        yield from self.add()
+        yield from Order("off person", PersonHands(self, 0, renews=True), field().name).play()
+
+    @long
     def test_a_stroke_after_a_brush_stroke_that_was_undone(self) -> Steps:
         """Blender up to 4.5 rounds what it takes back, which is no sculpting."""
         yield from self.add()
@@ -91,8 +107,8 @@ class PersonOrders(WindowCase):
 class PersonHands:
     """How a person does what is in an order."""
 
-    def __init__(self, case: WindowCase, seed: int) -> None:
-        self.case, self.random = case, random.Random(seed)
+    def __init__(self, case: WindowCase, seed: int, renews: bool = False) -> None:
+        self.case, self.random, self.renews = case, random.Random(seed), renews
         bpy.context.preferences.view.pie_tap_timeout = 1000  # hundredths: a tap, though it be slow
         focus()
 
@@ -109,6 +125,9 @@ class PersonHands:
         yield hand.DRAWN
         if field().neural_sculpt.live:
             yield from self.until_entries(count + 1)
+        if self.renews:
+            stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED
+            yield from hand.until(lambda: stretched not in field().data, SECONDS, "another proxy")
 
     def neural(self) -> Steps:
         choose_tool()

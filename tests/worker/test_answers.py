@@ -56,7 +56,7 @@ GOOD = [
     (JobKind.BRUSHED, ABSORBED | {"stretched": True}, layered() | snapped()),
     (JobKind.FIT, PLACED, model()),
     (JobKind.LOAD, {"id": "b"}, model()),
-    (JobKind.FLATTEN, {"id": "b"}, {"field": np.ones(5, "u1")}),
+    (JobKind.APPLY_TO_BASE, {"id": "b"}, {"field": np.ones(5, "u1")}),
     (JobKind.CONSOLIDATE, {"revision": "r", "id": "b", "report": {}}, model()),
     (JobKind.MEASURE, {"report": {"drift_mean": 0.1}}, {}),
     (JobKind.MESH, {}, proxy()),

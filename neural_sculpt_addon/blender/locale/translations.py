@@ -56,12 +56,12 @@ _PATTERNS = [
 
 
 def translated(message: str) -> str:
-    """A message in the artist's language; what was filled in is kept, but for messages in it."""
+    """A message in the artist's language; what was filled in stays, but for messages in it."""
     return _put_together(message) or rpt_(message)
 
 
 def _put_together(message: str) -> str:
-    """Empty when it is none of the messages."""
+    """The translation with what was filled in; empty when no message has this form."""
     for text, pattern in _PATTERNS:
         if (found := pattern.fullmatch(message)) is not None:
             return rpt_(text).format(*(_put_together(part) or part for part in found.groups()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Operators of jobs, what they share: when they may run, and how they start a job of the worker."""
+"""Shared parts of operators that start jobs of the worker: when they may run, how they start."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -27,9 +27,9 @@ FINISHED: Outcome = {"FINISHED"}
 CANCELLED: Outcome = {"CANCELLED"}
 
 REGISTER: "set[OperatorTypeFlagItems]" = {"REGISTER"}
-"""Of what the artist does. Never with UNDO: the commit of a result pushes the undo step."""
+"""Options of what the artist does. UNDO is not one: the commit of a result pushes the undo step."""
 INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
-"""Of what only buttons do."""
+"""Options of what only buttons do."""
 
 
 def launch(operator: Operator, job: Job) -> Outcome:
@@ -42,8 +42,11 @@ def launch(operator: Operator, job: Job) -> Outcome:
 
 
 def launch_strokes(operator: Operator, ob: Object, strokes: tuple[Stroke, ...]) -> Outcome:
-    """Have strokes sculpted, but to what is masked or hidden now, and say of which that leaves
-    nothing. SculptError when it does so of all."""
+    """Have strokes sculpted where nothing is masked or hidden now.
+
+    The artist is told which strokes lie wholly under a mask: they are left out. SculptError when
+    all of them do.
+    """
     if len(strokes) == 1:
         return launch(operator, edit_job(ob, (protected(ob, strokes[0]),)))
     each = protected_each(ob, strokes)

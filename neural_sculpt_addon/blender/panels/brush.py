@@ -8,7 +8,7 @@ from ..presets import alpha_choices, curve_store
 from ..presets.shape_choices import CURVE
 from ..scene.brush.brush_properties import NEURAL_SCULPT_PG_brush, brush_of
 from .brush_widgets import draw_curve, draw_lengths
-from .sidebar import CLOSED, Sidebar
+from .sidebar import CLOSED_AT_FIRST, Sidebar
 
 
 class NEURAL_SCULPT_PT_brush(Sidebar):
@@ -37,7 +37,7 @@ class NEURAL_SCULPT_PT_pressure(Sidebar):
     bl_idname = "NEURAL_SCULPT_PT_pressure"
     bl_parent_id = "NEURAL_SCULPT_PT_brush"
     bl_label = "Pen Pressure"
-    bl_options = CLOSED
+    bl_options = CLOSED_AT_FIRST
 
     def draw(self, context: Context) -> None:
         """Draw the curves."""

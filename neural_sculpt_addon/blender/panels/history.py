@@ -129,6 +129,7 @@ class NEURAL_SCULPT_PT_history(FieldSidebar):
                     "neural_sculpt.draw", text="Edit Points", icon="CURVE_DATA"
                 )
                 points.uid = uid
-        if (job := job_of(context)) is not None and job.kind in (JobKind.REPLAY, JobKind.FLATTEN):
+        job = job_of(context)
+        if job is not None and job.kind in (JobKind.REPLAY, JobKind.APPLY_TO_BASE):
             draw_job(layout, job)  # pyright: ignore[reportArgumentType]
         layout.operator("neural_sculpt.apply_to_base", icon="CHECKMARK")

@@ -217,7 +217,7 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 def _length(context: Context, value: float) -> str:
-    """A length of the scene in its unit; of one that is next to nothing, what it is below."""
+    """A length of the scene in its unit; one below SHORTEST_LENGTH as less than that."""
     units = context.scene.unit_settings
     if units.system == "NONE":
         return f"{value:.3g}"

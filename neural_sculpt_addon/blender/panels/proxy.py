@@ -6,7 +6,7 @@ from bpy.types import Context
 
 from ..locale.translations import OURS
 from ..scene.properties import field_of
-from .sidebar import CLOSED, FieldSidebar
+from .sidebar import CLOSED_AT_FIRST, FieldSidebar
 
 
 class NEURAL_SCULPT_PT_proxy(FieldSidebar):
@@ -14,7 +14,7 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
 
     bl_idname = "NEURAL_SCULPT_PT_proxy"
     bl_label = "Proxy"
-    bl_options = CLOSED
+    bl_options = CLOSED_AT_FIRST
 
     def draw(self, context: Context) -> None:
         """Draw its resolution, and what can be done with it."""

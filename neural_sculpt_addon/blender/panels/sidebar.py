@@ -10,7 +10,7 @@ from ..scene.properties import is_field
 from ..session.job import Job
 from ..session.worker_session import session
 
-CLOSED: Any = {"DEFAULT_CLOSED"}
+CLOSED_AT_FIRST: Any = {"DEFAULT_CLOSED"}
 """Options of a panel that is closed at first."""
 
 

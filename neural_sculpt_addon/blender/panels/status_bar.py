@@ -43,7 +43,7 @@ def show_hint(hint: str | None) -> None:
 
 
 def shown_hint() -> str | None:
-    """What is said now of what can be done; None when the text is Blender's."""
+    """The text that says what can be done; None when the text is Blender's own."""
     return _State.hint
 
 
@@ -64,7 +64,7 @@ def strokes_that_wait() -> int:
 
 
 def _draw_keys(header: Header, context: Context) -> None:
-    """Before what Blender draws: what the keys do while the tool is at rest."""
+    """Draw what the keys do while the tool is at rest, before what Blender draws."""
     if shown_hint() is not None or not is_field(context.active_object):
         return
     if not holds_tool(context.workspace, context.mode):
@@ -80,7 +80,7 @@ def _draw_keys(header: Header, context: Context) -> None:
 
 
 def _draw_slow_job(header: Header, context: Context) -> None:
-    """After what Blender draws: how far it is, and a button that cancels."""
+    """Draw how far a slow job is and a button that cancels it, after what Blender draws."""
     if (count := strokes_that_wait()) > 1:
         text = iface_("{} strokes wait").format(count)
         header.layout.label(text=text, icon="SORTTIME", translate=False)

@@ -76,12 +76,12 @@ def _set(_: WindowManager, strength: float) -> None:
 
 
 def is_dragged() -> bool:
-    """Whether the slider shows what the stroke is not yet."""
+    """Whether the slider shows a strength that the stroke does not have yet."""
     return _State.waiting
 
 
 def release() -> None:
-    """The slider was let go."""
+    """Apply the strength soon, for the slider was let go."""
     _State.until = time.monotonic() + RELEASED
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
@@ -104,7 +104,7 @@ def _tick() -> float | None:
 
 
 def _apply() -> None:
-    """Change the stroke, and what the field is then."""
+    """Give the stroke the strength of the slider, and so change the field."""
     ob, uid = find(_State.target), _State.uid
     _State.waiting = False
     if ob is None or uid not in {item.uid for item in field_of(ob).strokes}:

@@ -15,16 +15,16 @@ class _State:
 
 
 def choose(group: Any, context: Context) -> None:
-    """Of `active_stroke`, after it was set."""
+    """Note the entry that the artist has pointed at: the update of `active_stroke`."""
     ob = group.id_data
     _State.chosen = ob.session_uid, group.active_stroke
 
 
 def forget() -> None:
-    """The history has changed."""
+    """Choose none, for the history has changed."""
     _State.chosen = None
 
 
 def is_chosen(ob: Object, place: int) -> bool:
-    """Whether it is that entry of the object."""
+    """Whether the artist has pointed at the entry at that place of the object's history."""
     return _State.chosen == (ob.session_uid, place)

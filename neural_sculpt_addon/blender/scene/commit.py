@@ -26,6 +26,7 @@ from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
 from .proxy_properties import ShownAs
 from .results import State, bytes_of, computed, edited, geometry_of, next_geometry
+from .sculpt_steps import RENEWED
 from .stroke_list import Entry
 from .undo_step import begin_change, in_window, push_undo
 
@@ -138,7 +139,7 @@ def add_kept(ob: Object, entry: Entry, result: Message, filled: str, off: bool) 
     """Append an entry of a brush stroke whose step in Blender's history stays (see `kept_steps`),
     as does the proxy, with this fingerprint; the entry with its layer.
 
-    off: whether the next stroke is to bring another proxy, for this one is off the field
+    off: whether another proxy is to come, for this one is off the field
     """
     fields = result.fields
     entry = replace(entry, layer=fields["layer"], context=fields["context"])
@@ -202,7 +203,7 @@ def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | N
 
 
 def set_solver(ob: Object, solver: str, label: str) -> None:
-    """Let strokes change something else. The field must have none yet."""
+    """Choose the solver, and so what strokes change. The field must have no strokes yet."""
     begin_change()
     field_of(ob).solver = solver
     push_undo(label)
@@ -217,6 +218,16 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     _fill(ob, geometry)
     _show_as(group, shown)
     push_undo("Remesh Proxy")
+
+
+def renew_proxy(ob: Object, result: Message) -> None:
+    """Replace the proxy by another one of the same field, which nobody asked for: undo passes over
+    it. SculptError when the object is locked."""
+    proxy_mesh.refuse_locked(ob)
+    geometry = next_geometry(ob, result, field_of(ob).smooth)
+    begin_change()
+    _fill(ob, geometry)
+    push_undo(RENEWED)
 
 
 def _show_as(group: NEURAL_SCULPT_PG_field, shown: ShownAs) -> None:

@@ -32,7 +32,7 @@ class Header:
 
 
 def header_of(ob: Object) -> Header:
-    """Of the base of a field, or of the whole field where it is one file; without its layers."""
+    """The header of a field's base, or of the whole field where that is one file; no layers."""
     group = field_of(ob)
     whole = group.weights_id or group.base_id
     if not whole:  # an older file, of some 100 kB

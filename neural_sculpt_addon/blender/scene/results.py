@@ -23,9 +23,9 @@ PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 
 @dataclass(frozen=True)
 class State:
-    """All that a result writes on an object but its layers.
+    """The values that a result writes on an object, without its layers.
 
-    weights, weights_id: where the field has none, of the whole of it
+    weights, weights_id: bytes of the whole field, and their id, where it has no layers
     """
 
     revision: str
@@ -69,23 +69,27 @@ def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dic
 
 
 def bytes_of(result: Message, name: str) -> bytes:
+    """The bytes of one of its arrays."""
     return result.arrays[name].tobytes()
 
 
 def geometry_of(result: Message, smooth: bool) -> Geometry:
+    """The mesh of a result, without attributes; whether it is shaded `smooth`."""
     return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
 
 
 def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, with what hangs on that of the object."""
+    """The mesh of a result, with the attributes of the object's mesh."""
     geometry, mesh = geometry_of(result, smooth), proxy_mesh.mesh_of(ob)
     painted, kept = carried.carried(ob, lambda: preview_attributes.true_positions(mesh), geometry)
     return replace(geometry, painted=painted, attributes=kept)
 
 
 def foresee(ob: Object, result: Message) -> bool:
-    """Work for some milliseconds at what a result, which was checked, will need as the proxy of the
-    object; whether there is more to do. What was not foreseen is done when it is applied."""
+    """Work for some milliseconds at the attributes of the mesh that a checked result brings.
+
+    Whether there is more to do. What was not foreseen is done when the result is applied.
+    """
     if proxy_mesh.why_locked(ob):
         return False
     mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays

@@ -11,6 +11,9 @@ Undo and redo go over a border and what is beyond it in one go, so the artist ne
                                              redo: to the native stroke; then, as one, to the
                                              border, which looks the same, and to the neural stroke
 
+A mesh that shows its field badly is *renewed* when the artist rests (see `renewal`). Nobody asked
+for that step: undo passes over it, too, and redo of the change before it goes on to it.
+
 Python can see the history only as text that Blender prints to its standard output, in some 0.1 ms.
 Where it has none no step is passed over, and a border goes ahead of each change in Sculpt Mode.
 """
@@ -29,6 +32,10 @@ log = logging.getLogger(__name__)
 
 BORDER = "Border"
 """Name of a border in the menu of the history."""
+
+RENEWED = "Renewed Proxy"
+"""Name of a step that brings another proxy of the same field, which the artist has not asked for:
+undo passes over it, and redo of what was before it goes on to it."""
 
 _STDOUT = 1
 _LINE = re.compile(r"\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*)'")
@@ -62,15 +69,24 @@ def is_native(step: Step) -> bool:
 
 
 def undo_passes() -> bool:
-    """Whether the scene is at a border, and undo must leave that first."""
+    """Whether the scene is at a step that nobody asked for, and undo must leave that first."""
     before, _ = steps()
-    return len(before) > 2 and before[-1].name == BORDER
+    return len(before) > 2 and _is_passed(before[-1])
 
 
-def redo_passes() -> bool:
-    """Whether a border is next and something behind it, and redo must go to the border first."""
+def redo_passes() -> int:
+    """How many steps redo must go over before its own: borders ahead of the next change, and this
+    where a renewed proxy follows."""
     _, after = steps()
-    return len(after) > 1 and after[0].name == BORDER
+    place = next((i for i, step in enumerate(after) if not _is_passed(step)), len(after) - 1)
+    names = [step.name for step in after[place + 1 : place + 3]]
+    if names[:1] == [RENEWED]:
+        return place + 1
+    return place + 2 if names == [BORDER, RENEWED] else max(place, 0)
+
+
+def _is_passed(step: Step) -> bool:
+    return step.name in (BORDER, RENEWED)
 
 
 def steps() -> tuple[list[Step], list[Step]]:

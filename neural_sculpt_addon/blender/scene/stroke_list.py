@@ -96,7 +96,7 @@ def shown(item: NEURAL_SCULPT_PG_listed_stroke) -> Stroke | None:
 
 
 def heard(listed: Iterable[Entry]) -> list[tuple[str, float, str]]:
-    """All that the field depends on: equal for lists that make the same field."""
+    """The parts of a list that the field depends on, equal for lists that make the same field."""
     return [(e.data, e.strength, e.layer) for e in listed if not e.muted]
 
 

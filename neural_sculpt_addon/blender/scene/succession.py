@@ -19,9 +19,9 @@ def link(ob: Object, like: Object | None) -> None:
     """Put an object into the collections of another one that is in the view layer, and else into
     the active collection."""
     context = bpy.context
-    seen = like is not None and like.name in context.view_layer.objects  # pyright: ignore
+    seen = like is not None and like.name in context.view_layer.objects
     for collection in like.users_collection if like is not None and seen else [context.collection]:
-        collection.objects.link(ob)  # pyright: ignore
+        collection.objects.link(ob)
 
 
 def inherit(ob: Object, like: Object) -> None:
@@ -37,8 +37,8 @@ def inherit(ob: Object, like: Object) -> None:
             value = like[key]
             ob[key] = value.to_dict() if hasattr(value, "to_dict") else value
             if isinstance(value, int | float | str):
-                described = like.id_properties_ui(key).as_dict()  # pyright: ignore
-                ob.id_properties_ui(key).update(**described)  # pyright: ignore
+                described = like.id_properties_ui(key).as_dict()  # pyright: ignore[reportAttributeAccessIssue]
+                ob.id_properties_ui(key).update(**described)  # pyright: ignore[reportAttributeAccessIssue]
     if like.parent is not None:
         _follow(ob, like)
 
@@ -59,7 +59,7 @@ def _follow(ob: Object, like: Object) -> None:
 
 
 def left_behind(ob: Object) -> str:
-    """What a field does not get of a mesh object that has it, in the artist's language."""
+    """The things that stay with a mesh object when it becomes a field, in the artist's language."""
     return ", ".join(iface_(name) for name, has in _LEFT.items() if has(ob))
 
 

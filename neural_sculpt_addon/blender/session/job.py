@@ -49,6 +49,9 @@ class Job:
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
     follows: whether the job only follows something that is a step of Blender's history by itself
+    rests:   whether it is a stroke and undo or redo came since: its result waits while something
+             can be redone
+    waits:   whether it does
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far
@@ -68,6 +71,8 @@ class Job:
     target: int | None = None
     step: Step | None = None
     follows: bool = False
+    rests: bool = False
+    waits: bool = False
     base: str = ""
     strokes: tuple[Stroke, ...] = ()
     preview: Callable[[Message], None] | None = None

@@ -3,10 +3,10 @@
 
 A job that edits an object remembers the object's session_uid and the revision it must find there,
 never a Blender reference: when the object is gone or an undo brought another revision, the job is
-dropped. A stroke that fails for no reason of its own stays in the history, muted. In Edit Mode,
-whose undo steps hold nothing else, and in Dyntopo results wait.
+dropped. A stroke that fails for no reason of its own stays in the history, muted. Results wait in
+Edit Mode, whose undo steps would not hold them, and in Dyntopo.
 
-One job may wait *behind* all others, which cancel it when they come: it shows no progress, and
+One job may wait *behind* all others: any job that comes cancels it. It shows no progress, and
 nobody is told when it fails.
 
 A `Watcher` hears what happens and shows it; the queue knows nothing of windows.
@@ -55,16 +55,17 @@ class JobQueue:
 
     @property
     def rests(self) -> bool:
-        """Whether no job waits for its result, and no result for the scene."""
-        return not self.jobs and not self.arrivals.wait()
+        """Whether no job waits for its result, and no result for the scene, but one that would cut
+        off what can be redone."""
+        return (not self.jobs or self.jobs[0].waits) and not self.arrivals.wait()
 
     def pending(self, target: int | None) -> list[Job]:
         """The jobs on an object that have no result yet."""
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, if it has no result yet and is still the last
-        thing that the artist did: Blender's history has no step after it."""
+        """The job of the last change of a field, if it has no result yet and Blender's history
+        has no step after it; None otherwise."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)
@@ -79,7 +80,7 @@ class JobQueue:
 
     @contextmanager
     def history_grows(self) -> Iterator[None]:
-        """While results reach Blender's history: the jobs that wait were asked for after them."""
+        """Let results reach Blender's history. Jobs that wait count as asked for after them."""
         before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
@@ -88,7 +89,7 @@ class JobQueue:
         self.move_on(before, after)
 
     def move_on(self, before: Step | None, after: Step | None) -> None:
-        """The jobs that were asked for at a step of Blender's history were so at another one."""
+        """Let jobs that were asked for at one step of Blender's history count for another."""
         for job in self.jobs:
             if job.step == before:
                 job.step = after
@@ -104,14 +105,8 @@ class JobQueue:
             if not job.base and ob is not None and not self.arrivals.hold(job):
                 job.base = field_of(ob).revision
 
-    def forget_bases(self, target: int) -> None:
-        """The jobs on an object that have not begun build on another state of it."""
-        for job in self.pending(target):
-            if job.status is JobStatus.QUEUED:
-                job.base = ""
-
     def tell_waiting(self) -> None:
-        """Tell which strokes have no result yet; none where operators wait."""
+        """Tell the watcher which strokes have no result yet; none where operators wait."""
         waiting: dict[int, list[Stroke]] = {}
         for job in self.jobs if not self.waits else ():
             if job.target is not None and job.pending and job.strokes:
@@ -119,7 +114,7 @@ class JobQueue:
         self.watcher.strokes_wait(waiting)
 
     def in_other_mode(self, job: Job) -> bool:
-        """Whether the artist is in a mode whose undo steps do not hold a result."""
+        """Whether the artist is in a mode whose undo steps hold no result; the job says so."""
         ob = None if job.target is None else find(job.target)
         if in_edit_mode():
             job.message = n_("Waits until Edit Mode is left")
@@ -152,14 +147,37 @@ class JobQueue:
         if field_of(ob).revision != job.base:
             raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
 
+    def keeps_redo(self, job: Job) -> bool:
+        """Whether the result of a job must wait, for the undo step that it becomes would cut off
+        what can be redone."""
+        if not job.rests or self.undone.has_borders():
+            return False
+        return bool(sculpt_steps.steps()[1])
+
+    def waits_for_redo(self, job: Job) -> bool:
+        """The same, of a job that could go on, which is noted."""
+        job.waits = self.keeps_redo(job)
+        if job.waits:
+            job.message = n_("Waits, so that redo is kept")
+        return job.waits
+
+    def let_come(self) -> None:
+        """The artist goes on: results that wait so may cut off what can be redone."""
+        self.undone.cut_off()
+        for job in self.jobs:
+            job.rests = job.waits = False
+
     def queue_again(self, job: Job) -> None:
         """Let a job begin once more."""
+        job.waits = False
         job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
         self.watcher.changed()
 
     def fail(self, job: Job, why: str) -> None:
-        """End a job; its strokes, which are not at fault, stay in the history, as soon as a mode
-        is left whose undo steps would not hold them."""
+        """End a job whose strokes are not at fault: they stay in the history, muted.
+
+        In a mode whose undo steps would not hold them, it ends when that is left.
+        """
         if job.keep is not None and find(job.target or 0) is not None:
             if not self.waits and self.in_other_mode(job):
                 job.status, job.number, job.failure = JobStatus.RUNNING, -1, why

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How good fields are: reports by revision.
+"""Reports, which tell how good fields are, by revision.
 
 A report of a fit or of absorbed sculpting comes with its result. That of a stroke is measured after
-its result is shown and when nothing else waits: it is no part of the undo step, so it is kept here
-by the revision that it belongs to, and on the object while that is at this revision.
+its result is shown, when nothing else waits, and so is no part of the undo step. It is kept here by
+its revision, and on the object while that is at this revision.
 """
 
 import json
@@ -14,7 +14,6 @@ import bpy
 from bpy.types import Object
 
 from ...worker.client import JobKind, Message
-from .. import redraw
 from ..scene.properties import field_of, is_field
 from .job import Job, Request
 from .worker_session import session
@@ -81,7 +80,7 @@ def measure(ob: Object) -> None:
     def keep(result: Message) -> None:
         _known[revision] = json.dumps(result.fields["report"])
         follow()
-        redraw.tag_panels()
+        session.watcher.changed()
 
     request = Request({"revision": revision})
     job = Job(JobKind.MEASURE, "Measuring", lambda: request, keep, ob.session_uid, base=revision)
@@ -89,7 +88,7 @@ def measure(ob: Object) -> None:
 
 
 def follow() -> None:
-    """After undo and redo, or when a report came: show on each field that of its revision."""
+    """Show on each field the report of its revision: after undo, redo, and when one has come."""
     for ob in bpy.data.objects:
         known = _known.get(field_of(ob).revision) if is_field(ob) else None
         if known and field_of(ob).report != known and ob.library is None:
@@ -97,6 +96,6 @@ def follow() -> None:
 
 
 def measure_again(ob: Object) -> None:
-    """After undo and redo: measure what was not, because something else was wanted then."""
+    """Measure, after undo and redo, a revision that something else kept from being measured."""
     if _known.get(field_of(ob).revision) == "":
         measure(ob)

@@ -18,7 +18,7 @@ _uids: set[str] = set()
 
 
 def add() -> None:
-    """Before saving."""
+    """Put them into the histories, before a file is saved."""
     for job in session.jobs:
         ob = find(job.target or 0)
         if ob is None or not job.strokes or not job.pending or ob.library or ob.override_library:
@@ -30,7 +30,7 @@ def add() -> None:
 
 
 def remove() -> None:
-    """After saving, or when that failed."""
+    """Take them out again, after the file was saved or could not be."""
     for target, place in _places.items():
         if (ob := find(target)) is None:
             continue

@@ -8,6 +8,12 @@ that was not undone; after that the borders are pushed once more.
 
     two strokes wait, undo, undo    ...; to redo: border (One), border (Two)
     redo                            ..., border; to redo: border (Two)
+
+Where something else can be redone already a border would cut that off. There a step is taken forth,
+so that Blender's undo takes that back, and for redo one is taken back:
+
+    a stroke waits, a brush stroke, undo, undo    ...; to redo: the brush stroke
+    redo, redo                                    the stroke waits again; the brush stroke
 """
 
 import logging
@@ -24,32 +30,68 @@ log = logging.getLogger(__name__)
 
 
 class Undone:
-    """Those that redo can bring back."""
+    """The cancelled jobs that redo can bring back."""
 
     def __init__(self) -> None:
         """There are none."""
         self._jobs: list[Job] = []  # the next one last
         self._borders: list[Step] = []  # the next one first
+        self._place: tuple[Step, list[Step]] | None = None
+        """Where the jobs were undone without borders: the step, and what can be redone there."""
+        self._steps_aside = False
 
     def forget(self) -> None:
         """Redo brings nothing back."""
         self._jobs.clear()
         self._borders.clear()
+        self._place = None
 
     def is_next(self) -> bool:
-        """Whether redo would bring a job back now, and nothing else."""
-        return bool(self._jobs) and sculpt_steps.steps()[1] == self._borders
+        """Whether redo would bring a job back now."""
+        if not self._jobs:
+            return False
+        before, after = sculpt_steps.steps()
+        if self._place is not None:
+            return (before[-1], after) == self._place
+        return after == self._borders
+
+    def has_borders(self) -> bool:
+        """Whether redo would bring jobs back, and nothing else."""
+        return self._place is None and self.is_next()
 
     def take(self, job: Job) -> None:
-        """Before undo: a job that was cancelled. What undo takes back then is its border."""
+        """Take in a job that was cancelled before undo. What undo takes back then is its border, or
+        the step that was taken forth."""
         if not self.is_next():
             self.forget()
+        before, after = sculpt_steps.steps()
+        if job.rests and after and after != self._borders and len(before) > 1:
+            self._jobs.append(job)
+            self._place = before[-1], after
+            with native_steps.ours():
+                bpy.ops.ed.redo()
+            return
         self._jobs.append(job)
         self._push()
         self._step_back(len(self._jobs) - 1)
 
+    def cut_off(self) -> None:
+        """The artist goes on where jobs were undone without borders."""
+        if self._place is not None:
+            self.forget()
+
+    def step_aside(self) -> None:
+        """Before redo that is to bring a job back and has no border: a step is taken back."""
+        if self._place is not None:
+            self._steps_aside = True
+            self._step_back(1)
+
     def bring_back(self) -> Job | None:
-        """After redo: the job whose border it has reached."""
+        """The job whose border, or whose place, redo has just reached; None when it has reached
+        none."""
+        if self._steps_aside:
+            self._steps_aside = False
+            return self._jobs.pop() if self.is_next() else None
         before, after = sculpt_steps.steps()
         if not self._jobs or [*before[-1:], *after] != self._borders:
             return None
@@ -57,12 +99,15 @@ class Undone:
         return self._jobs.pop()
 
     def push_again(self) -> None:
-        """After a new step of Blender's history, before which a job was next. An operator that runs
-        would not bear it, but what it does cuts off the borders anyway."""
+        """Push the borders again, after a new step of Blender's history has cut them off.
+
+        While an operator runs they are forgotten: it would not bear undo, and cuts them off itself.
+        """
         windows = bpy.context.window_manager.windows
         if any(len(window.modal_operators) for window in windows):
             self.forget()
             return
+        self._place = None
         self._push()
         self._step_back(len(self._jobs))
         preview.show()

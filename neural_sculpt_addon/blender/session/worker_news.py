@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """News of the worker: whether a message can be heard now, and what it does to the job it is about.
 
-A result waits while a brush is down, in modes whose undo steps would not hold it, and until what it
-will need is prepared, some milliseconds in each poll. It is dropped when a brush was used since the
-job began: the job is done again after the brush's stroke.
+A result waits while a brush is down, in modes whose undo steps would not hold it, after undo while
+something can be redone that it would cut off, and until what it will need is prepared, some
+milliseconds in each poll. It is dropped when a brush was used since the job began: the job is done
+again after the brush's stroke.
 """
 
 import logging
@@ -51,7 +52,7 @@ class WorkerNews(JobQueue):
         if self.arrivals.may_come(job):
             return True
         return not self.arrivals.hold(job) and (
-            self.in_other_mode(job) or self._foresee(job, message)
+            self.in_other_mode(job) or self.waits_for_redo(job) or self._foresee(job, message)
         )
 
     def _check(self, job: Job, message: Message) -> None:
@@ -105,11 +106,14 @@ class WorkerNews(JobQueue):
             self._hear_result(job, message)
 
     def _hear_result(self, job: Job, message: Message) -> None:
-        """It is dropped when a brush was used meanwhile, whose stroke has to come first."""
+        """Apply a result, or drop it when a brush was used meanwhile, whose stroke comes first."""
         self.worker.keep(message)
         if self.arrivals.hold(job):
             self.queue_again(job)
-            job.base, job.step = "", sculpt_steps.active()
+            job.base, step = "", sculpt_steps.active()
+            for other in self.pending(job.target):
+                if not other.follows:  # they come after the brush's stroke, too
+                    other.step = step
             return
         with self.history_grows():
             if self.attempt(job, partial(job.apply, message)):
@@ -133,7 +137,7 @@ class WorkerNews(JobQueue):
             self.end(job, JobStatus.FAILED, text)
 
     def _hear_behind(self, job: Job, message: Message) -> None:
-        """Of the job behind the others, which nobody waits for."""
+        """Hear a message of the job behind the others, which nobody waits for."""
         if message.kind is MessageKind.RESULT:
             self.behind = None
             self._try_behind(job, partial(self._apply_behind, job, message))

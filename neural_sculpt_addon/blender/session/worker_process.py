@@ -17,7 +17,7 @@ class Worker:
     """No process, or one."""
 
     def __init__(self) -> None:
-        """None is started yet."""
+        """No worker is started yet."""
         self.client: Client | None = None
         self._held: set[str] = set()  # ids of bytes that it has
 
@@ -28,7 +28,7 @@ class Worker:
 
     @property
     def state(self) -> WorkerState:
-        """What is known of it, as of the last poll."""
+        """The worker's state as of the last poll."""
         return WorkerState.STOPPED if self.client is None else self.client.state
 
     @property
@@ -73,7 +73,7 @@ class Worker:
         return number
 
     def poll(self) -> list[Message]:
-        """What it has sent since the last call."""
+        """The messages that the worker has sent since the last call."""
         return [] if self.client is None else self.client.poll_once()
 
     def cancel(self, number: int) -> None:
@@ -91,7 +91,7 @@ class Worker:
         self._held.update(_ids(result))
 
     def forget(self) -> None:
-        """It has lost bytes."""
+        """Send all bytes again, for the worker has lost some."""
         self._held.clear()
 
 

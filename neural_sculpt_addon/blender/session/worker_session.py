@@ -23,6 +23,7 @@ from .. import preferences
 from ..scene import sculpt_steps
 from ..scene.objects import find
 from ..scene.properties import field_of
+from ..scene.sculpt_steps import Step
 from .job import Job, JobStatus
 from .worker_news import WorkerNews
 
@@ -54,6 +55,10 @@ class Session(WorkerNews):
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
+        self.let_come()
+        self._queue(job)
+
+    def _queue(self, job: Job) -> None:
         self.ensure_worker()
         self.last_error = ""
         self.drop_behind()
@@ -67,7 +72,8 @@ class Session(WorkerNews):
         """Queue a job that was cancelled. SculptError when there is no worker to run it."""
         job.base = ""
         self.queue_again(job)
-        self.submit(job)
+        job.rests = True
+        self._queue(job)
 
     def submit_behind(self, job: Job, start: bool = False) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be.
@@ -114,6 +120,23 @@ class Session(WorkerNews):
             self.worker.give_up()
             self.watcher.work_came()
 
+    def forget_bases(self, target: int, step: Step | None = None) -> None:
+        """The jobs on an object build on another state of it, but those of other strokes that
+        follow.
+
+        step: of a stroke that came into the scene ahead of jobs that were asked for before it
+        """
+        before = sculpt_steps.steps()[0] if step is not None else []
+        for job in self.pending(target):
+            if job.follows and job.status is JobStatus.RUNNING:
+                continue
+            if job.status is JobStatus.RUNNING:
+                self._silence(job)
+                self.queue_again(job)
+            job.base = ""
+            if step in before and job.step in before[: before.index(step)]:
+                job.step = step
+
     def settle(self, job: Job) -> None:
         """Let a running job end with what it has."""
         if job.status is JobStatus.RUNNING:
@@ -125,15 +148,20 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """After undo and redo: cancel the jobs whose object or base is gone."""
+        """Cancel the jobs whose object or base is gone, after undo and redo. Strokes that are left
+        wait while something can be redone."""
+        for job in self.jobs:
+            job.rests, job.waits = bool(job.strokes), False
         for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or (first.base and field_of(ob).revision != first.base):
                 for job in self.pending(target):
                     self.cancel_job(job, f"{first.label:.100} was cancelled: its field was undone.")
+        if self.jobs:
+            self.watcher.work_came()
 
     def leave_file(self) -> None:
-        """Before another file is loaded."""
+        """Cancel and forget all, before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
         self.undone.forget()
         self.drop_behind()
@@ -175,7 +203,7 @@ class Session(WorkerNews):
         return heard
 
     def _recover(self) -> None:
-        """After a defect: end the job that it was met in, and the worker that may be at fault."""
+        """End the job in which a defect was met, and the worker that may be at fault."""
         self.worker.stop()
         self._news.clear()
         self.behind = None
@@ -228,6 +256,7 @@ class Session(WorkerNews):
         self.tell_bases()
         while self.jobs and self.jobs[0].status is JobStatus.QUEUED:
             if self.arrivals.hold(self.jobs[0]) and not self._let_by():
+                self.waits_for_redo(self.jobs[0])
                 break
             self.attempt(self.jobs[0], partial(self._start, self.jobs[0]))
             self.tell_bases()  # when that could not begin, the next one is the first
@@ -261,7 +290,7 @@ class Session(WorkerNews):
             request.fields["preview"] = not self.waits
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
-        job.status, job.begun = JobStatus.RUNNING, time.monotonic()
+        job.status, job.begun, job.waits = JobStatus.RUNNING, time.monotonic(), False
 
 
 session = Session()

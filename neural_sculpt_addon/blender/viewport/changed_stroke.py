@@ -53,14 +53,14 @@ def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
 
 
 def hide() -> None:
-    """The dialog is closed."""
+    """Show nothing, for the dialog is closed."""
     if _State.shown is not None:
         _State.shown = None
         redraw.tag_views()
 
 
 def shown() -> Shown | None:
-    """What is shown; None when nothing is."""
+    """The stroke that is shown, None when none is."""
     if (now := _State.shown) is None:
         return None
     ob = find(now.target)
@@ -75,7 +75,7 @@ def _field(ob: Object) -> tuple[str, str]:
 
 
 def _draw() -> None:
-    """In the scene, in world space; what lies below the surface shines through."""
+    """Draw in the scene, in world space; what lies below the surface shines through."""
     if (drawn := shown()) is None:
         return
     with over_surface(find(drawn.target)):  # pyright: ignore[reportArgumentType]

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A field that is not there yet, drawn over the scene: of a running fit, over the mesh that it
-learns and sharpening with it, or what a Boolean would come to, over the two solids.
+"""A field that is not there yet, drawn over the scene.
 
-Nothing of it is in the scene: it goes when what it shows is over, and neither undo nor files know
-of it.
+It is that of a running fit, over the mesh that is fitted, or the result of a Boolean whose dialog
+is open, over the two solids. Nothing of it is in the scene, in undo steps or in files.
 """
 
 from collections.abc import Callable
@@ -66,7 +65,7 @@ def keep(holds: Callable[[], bool]) -> None:
 
 
 def _draw() -> None:
-    """In the scene, in world space."""
+    """Draw in the scene, in world space."""
     shown = _State.shown
     if shown is None:
         return

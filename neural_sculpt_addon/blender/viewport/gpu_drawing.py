@@ -43,7 +43,7 @@ def over_surface(ob: Object) -> Iterator[None]:
 
 
 def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
-    """Of a stroke and its images, which are as high and strong as it is."""
+    """Draw the ribbons of a stroke and of its images, which are as high and strong as it is."""
     if not shown:
         return
     colors, ribbon = preferences.overlay_colors(), shown[0]
@@ -67,7 +67,7 @@ def draw_ribbons(shown: Sequence[Ribbon], opacity: float = 1.0) -> None:
 
 
 def draw_knots(knots: NDArray[np.float64], chosen: int | None, color: Color) -> None:
-    """Control points (K, 3); the chosen one is larger."""
+    """Draw control points (K, 3); the chosen one is larger."""
     shader = gpu.shader.from_builtin(POINTS)
     for index, knot in enumerate(knots):
         gpu.state.point_size_set(KNOT * (1.6 if index == chosen else 1.0))
@@ -80,7 +80,7 @@ def draw_knots(knots: NDArray[np.float64], chosen: int | None, color: Color) -> 
 def draw_lines(
     lines: Sequence[NDArray[np.float64]] | NDArray[np.float64], width: float, color: Color
 ) -> None:
-    """Lines through points (N, 2) or (N, 3), with edges that part them from any material."""
+    """Draw lines through points (N, 2) or (N, 3), with edges that part them from any material."""
     if not len(lines):
         return
     pairs = [np.stack([line[:-1], line[1:]], axis=1) for line in lines]  # (N - 1, 2, 2 or 3)
@@ -97,7 +97,7 @@ def draw_lines(
 
 
 def draw_strip(one: NDArray[np.float64], other: NDArray[np.float64], color: Color) -> None:
-    """The area between two lines (N, 2) with as many points."""
+    """Draw the area between two lines (N, 2) with as many points."""
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
     shader.uniform_float("color", color)
     points = np.stack([one, other], axis=1).reshape(-1, 2)

@@ -96,7 +96,7 @@ def shown_stroke() -> Shown | None:
 
 
 def hide_stroke() -> None:
-    """The stroke is sculpted, or given up."""
+    """Show no stroke, for it is sculpted or given up."""
     _State.stroke = None
 
 
@@ -106,7 +106,7 @@ def hold_brush(anchor: Anchor | None) -> None:
 
 
 def _draw_chosen() -> None:
-    """In the scene, in world space: where the stroke runs that the artist pointed at."""
+    """Draw where the stroke runs that the artist pointed at, in world space."""
     ob = bpy.context.active_object
     if _State.stroke is not None or ob is None or not is_field(ob) or not ob.visible_get():
         return
@@ -127,7 +127,7 @@ def _draw_chosen() -> None:
 
 
 def draw_stroke() -> None:
-    """In the scene, in world space."""
+    """Draw the stroke in the scene, in world space."""
     _draw_chosen()
     shown = _State.stroke
     ob = None if shown is None else find(shown.target)

@@ -9,7 +9,8 @@ the blend radius k, the minimum is the quadratic one of Quilez ("Smooth minimum"
 
     min(f, g) - (k - |f - g|)^2 / 4k
 
-which fills a union's corner by at most k / 4 and rounds off that of the others. Model space.
+which fills a union's corner by at most k / 4 and rounds off that of the others. Model space. See
+docs/method.md, section 6.
 """
 
 import time

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of the surface that an absorbed mesh asks for. Model space."""
+"""Samples of the surface that an absorbed mesh asks for. Model space. See docs/method.md,
+section 6."""
 
 from typing import NamedTuple
 

@@ -30,14 +30,21 @@ from ..network import Siren
 from ..problem.metrics import find_surface
 from ..threads import one_thread
 from .fit import OMEGA
-from .fit_distance import AROUND_DEVIATION, NEAR_DEVIATION, SAMPLED_BOX, Learner, Samples, arranged
+from .fit_distance import (
+    AROUND_DEVIATION,
+    NEAR_DEVIATION,
+    SAMPLED_BOX,
+    Learner,
+    TrainingSamples,
+    arranged,
+)
 from .schedule import Schedule, follow
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box
 RANDOM = Schedule(3000, 512, 150_000, 1.2e-3, omega=48.0)  # 5000 steps: a tenth less is lost
 CONTINUED = replace(RANDOM, rate=4e-4)  # of the field's own network
-CELLS = 128
+CELLS = 128  # per axis of the meshes that are compared
 MEASURED = 20_000  # samples
 
 
@@ -87,7 +94,7 @@ def consolidate(
     return Consolidation(plain, report)
 
 
-def _samples(field: Field, proxy: Proxy, count: int, seed: int) -> Samples:
+def _samples(field: Field, proxy: Proxy, count: int, seed: int) -> TrainingSamples:
     """`count` points near the surface and in the box, with the field there."""
     random = np.random.default_rng(seed)
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)

@@ -67,7 +67,8 @@ SCHEDULES = {
 
 BENEATH_DETAIL = Schedule(200, 384, 20_000, 1.5e-3)
 """Of all presets with detail: twice as many steps save neither a level nor coefficients. But wide
-networks are rough by then, finer than detail can put right: they take the draft's."""
+networks, from WIDE_LAYER units on, are rough by then, finer than detail can put right: they take
+the draft's."""
 WIDE_LAYER = 256
 
 TOLERANCES: dict[str, Tolerance] = {
@@ -184,7 +185,7 @@ def _without_strays(
     progress: Progress,
     may_add: bool,
 ) -> Repaired:
-    """See `repaired`. SculptError when nothing of the mesh is left in the field."""
+    """The field as of `repaired`. SculptError when nothing of the mesh is left in it."""
     try:
         return repaired(field, distance, cells, rng, progress, may_add)
     except SculptError as error:

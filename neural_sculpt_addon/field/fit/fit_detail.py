@@ -65,6 +65,10 @@ ROW_REACH, SIDE_CLEARANCE = 0.5, 0.1
 HEAVIER, HEAVIER_RINGS = 4.0, 3
 """Weight of what is not, and rings of nodes around it that are solved once more."""
 
+GROSS = 5.0
+"""Times the tolerance: what misses by more, creases and gaps thinner than a cell, gets one level
+more than the preset's finest. It takes a fifth longer and halves the error of meshes with many."""
+
 ITERATIONS = 10
 """Of conjugate gradients: a level only adds what coarser ones miss. 30 are 1 % closer."""
 DAMPED = 1.0
@@ -107,9 +111,13 @@ def refine(
 
     preview: given the field after each level but the last
     enough:  once it is true, no other level is begun
+
+    Where the finest level of the tolerance misses by GROSS times as much, there is one more.
     """
-    levels = range(FIT_COARSEST, tolerance.finest + 1)
+    levels = range(FIT_COARSEST, tolerance.finest + 2)
     for done, level in enumerate(levels):
+        if level > tolerance.finest:
+            tolerance = Tolerance(GROSS * tolerance.distance, GROSS * tolerance.degrees, level)
         if enough():
             break
         if done:

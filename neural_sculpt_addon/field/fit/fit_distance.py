@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit by distance: a network learns the value and the gradient of a mesh's signed distance.
+"""Fit by distance: a network learns value and gradient of a mesh's signed distance.
 
     L = mean( (f - d)^2 / (|d| + SOFTNESS) ) + GRADIENT_WEIGHT mean( |grad f - grad d|^2 )
 
@@ -7,7 +7,7 @@ The samples crowd near the surface and the weight falls with the distance from i
 the distance points away from the closest point, so it costs nothing and teaches the normals; only
 the samples near the surface learn it, for it doubles the work. The derivatives of L by the weights,
 second derivatives of the network among them, are written out: one pass up, one down, and the same
-back (autograd is the oracle in the tests). Model space.
+back (autograd is the oracle in the tests). Model space. See docs/method.md, section 5.
 """
 
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ NEAR_SHARE, AROUND_SHARE = 0.6, 0.15  # the rest is uniform in the sampled box
 SAMPLED_BOX = 1.15
 """Half the edge of the sampled box. With 1, islands grow on the faces of the real box."""
 
-SOFTNESS = 0.03
-GRADIENT_WEIGHT = 0.045
-BETAS = (0.9, 0.98)
+SOFTNESS = 0.03  # model units: the smaller, the more samples near the surface weigh
+GRADIENT_WEIGHT = 0.045  # of slopes against values in the loss
+BETAS = (0.9, 0.98)  # of Adam, the second by custom 0.999: shorter memory
 
 
 @dataclass(frozen=True)
-class Samples:
+class TrainingSamples:
     """What the network learns, float32."""
 
     points: Tensor  # (N, 3)
@@ -45,7 +45,7 @@ class Samples:
 
 def sample(
     distance: MeshDistance, count: int, rng: np.random.Generator, progress: Progress = silent
-) -> Samples:
+) -> TrainingSamples:
     """`count` points near the surface and in the box, with the distance there."""
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)
     spread = rng.permutation(np.repeat([NEAR_DEVIATION, AROUND_DEVIATION], [near, around]))[:, None]
@@ -58,17 +58,19 @@ def sample(
     return arranged(points, found.value, found.gradient, close)
 
 
-def arranged(points: NDArray, values: NDArray, gradients: NDArray, close: NDArray) -> Samples:
+def arranged(
+    points: NDArray, values: NDArray, gradients: NDArray, close: NDArray
+) -> TrainingSamples:
     """Samples of which `close` (N,) come first: points (N, 3), values (N,), gradients (N, 3)."""
     order = np.argsort(~close, kind="stable")
     gradients = gradients[order[: close.sum()]]
-    return Samples(*(_float(array) for array in (points[order], values[order], gradients)))
+    return TrainingSamples(*(_float(array) for array in (points[order], values[order], gradients)))
 
 
 class Learner:
     """Adam on samples. `network` is the one that learns: its tensors change with each step."""
 
-    def __init__(self, samples: Samples, network: Siren, batch: int, seed: int) -> None:
+    def __init__(self, samples: TrainingSamples, network: Siren, batch: int, seed: int) -> None:
         """Learn from `batch` samples at a time; one torch thread does best."""
         generator = torch.Generator().manual_seed(seed)
         sizes = [tensor.numel() for tensor in network.parameters]
@@ -87,7 +89,9 @@ class Learner:
         close = self._close.deal()
         index = torch.cat([close, self._others.deal()])
         samples = self._samples
-        batch = Samples(samples.points[index], samples.values[index], samples.gradients[close])
+        batch = TrainingSamples(
+            samples.points[index], samples.values[index], samples.gradients[close]
+        )
         error, slopes = loss_gradients(self.network, batch)
         self._adam.step([torch.cat([slope.flatten() for slope in slopes])], rate)
         return error
@@ -110,7 +114,7 @@ class _Deck:
 
 
 @torch.no_grad()
-def loss_gradients(network: Siren, batch: Samples) -> tuple[float, list[Tensor]]:
+def loss_gradients(network: Siren, batch: TrainingSamples) -> tuple[float, list[Tensor]]:
     """The mean |f - d| of the close samples, and dL / dparameter in the order of the parameters.
 
     Notation: h_k = sin z_k, s_k = cos z_k, z_k = omega_k (W_k h_{k-1} + b_k); going down, for the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit as the paper does it: the surface's points and normals, and the eikonal equation elsewhere.
+"""Fit as the paper does it: points and normals of the surface, the eikonal equation elsewhere.
 
     L = 1500 mean |f|                on the surface
       + 2.5  mean (1 - cos(grad f, normal))
@@ -9,7 +9,7 @@
 Rubab and Tong, "Interactive Stroke-based Neural SDF Sculpting", HPG 2025; the losses are those of
 Sitzmann et al. 2020 with other weights. No distance is needed, but nothing tells the network how
 far away the surface is, so it converges slowly and the sign may go wrong in the volume. Kept for
-comparison. Model space.
+comparison. Model space. See docs/method.md, section 11.
 """
 
 import torch

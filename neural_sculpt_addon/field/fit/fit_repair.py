@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No surface where the mesh has none: what a fit left beside it is taken away.
+"""Strays of a fit, surface where the mesh has none, taken away (docs/method.md, section 5).
 
 A network learns from samples, and can dip through zero where there were none; splines can swing
 between rows. So vertices of the proxy are asked how far the mesh is. Places around the surface
@@ -38,9 +38,11 @@ from .fit_detail import among
 from .mesh_distance import MeshDistance
 
 NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
-NO_PIECE = (
-    0.25  # cells that the vertices of a piece are off on average when the mesh has none there
-)
+NO_PIECE = 0.25
+"""Cells that the vertices of a piece are off on average when the mesh has none there."""
+FACES = 0.5
+"""Mean cosine between the normals of a piece and those of the mesh where it is, below which it is a
+crumb or a hollow beside the mesh."""
 ASKED, ASKED_OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
 HIDDEN_LEVEL, HIDDEN_RINGS, HIDDEN_LOW = 6, 3, 0.4
 """Where hidden pieces are looked for: at a place in each cell of this level, in so many rings of
@@ -143,8 +145,30 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     points, piece, away, far = points[mesh], piece[mesh], away[mesh], far[mesh]
     mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
     far |= (mean > NO_PIECE * cell)[piece]
+    far |= _facing_elsewhere(proxy, asked[mesh], piece, distance)
     far &= ~beside[piece]
     return join([_known(Strays(points[far], away[far]), distance), apart])
+
+
+def _facing_elsewhere(
+    proxy: Proxy, vertices: NDArray[np.intp], piece: NDArray[np.integer], distance: MeshDistance
+) -> NDArray[np.bool_]:
+    """Which `vertices` (N,) are of pieces that do not face as the mesh does where they are: crumbs
+    and hollows beside it. The largest piece is none.
+
+    piece: (N,) of each
+    """
+    chosen = np.flatnonzero(piece != np.bincount(proxy.components.labels).argmax())
+    place = vertices[chosen]
+    there = distance(proxy.vertices[place].astype(float)).gradient
+    cosines = np.einsum("na,na->n", there, proxy.normals[place])
+    count = proxy.components.total
+    mean = np.bincount(piece[chosen], cosines, count) / np.maximum(
+        np.bincount(piece[chosen], minlength=count), 1
+    )
+    found = np.zeros(len(vertices), bool)
+    found[chosen] = mean[piece[chosen]] < FACES
+    return found
 
 
 def _within(points: Points, reached: Cells) -> NDArray[np.bool_]:
@@ -218,7 +242,7 @@ def _worst_around(
 
 
 def _known(strays: Strays, distance: MeshDistance) -> Strays:
-    """Those that are not near the film across a hole."""
+    """The strays that are not near the film across a hole."""
     known = distance.known(strays.points.astype(float))
     return Strays(strays.points[known], strays.away[known])
 

@@ -15,7 +15,8 @@ thin, thin_off                    share of the mesh with the other side, or anot
 worst                             places of the mesh that are off by most, at least APART, the worst
                                   first
 
-What an artist should know of it becomes a sentence, with the preset that would do.
+What an artist should know of it becomes a sentence, with the preset that would do. See
+docs/method.md, section 9.
 """
 
 from collections.abc import Callable, Mapping
@@ -35,11 +36,11 @@ from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import Tolerance
 from .mesh_cleanup import CleanMesh
-from .mesh_distance import MeshDistance, Surface
+from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
 
-SURFACE_SAMPLES = 8192
-VOLUME_SAMPLES = 16384
+SURFACE_SAMPLES = 8192  # of the mesh; more measure more steadily, and take longer
+VOLUME_SAMPLES = 16384  # in the box, where signs are compared: likewise
 SIGN_CLEARANCE = 0.015  # model units from the mesh, within which a sign is not judged
 SAMPLES_OF_PIECE = 16  # samples of each piece of the mesh at least,
 MOST_PIECES = 2000  # of so many pieces at most
@@ -59,12 +60,12 @@ class Presets(NamedTuple):
 
     @property
     def tolerance(self) -> Tolerance:
-        """The one that counts."""
+        """The tolerance that counts."""
         return self.tolerances[self.used]
 
     @property
     def finer(self) -> dict[str, Tolerance]:
-        """Those that are finer, the coarsest first."""
+        """The finer tolerances by their presets, the coarsest first."""
         names = list(self.tolerances)
         return {name: self.tolerances[name] for name in names[names.index(self.used) + 1 :]}
 
@@ -77,8 +78,11 @@ class Report(NamedTuple):
 
 
 class _Known(NamedTuple):
-    """What is known of a mesh. Films across openings make one of several pieces, and cavities; so
-    do parts that stick into each other."""
+    """Whether the pieces and cavities of a mesh are known.
+
+    They are not where films across openings, or parts that stick into each other, join pieces and
+    close cavities.
+    """
 
     pieces: bool
     cavities: bool
@@ -87,7 +91,7 @@ class _Known(NamedTuple):
 class _Samples(NamedTuple):
     """Points of the mesh, and how far off the zero level is."""
 
-    surface: Surface
+    surface: MeshSamples
     found: Projection
     error: NDArray[np.floating]  # (N,)
 
@@ -164,7 +168,7 @@ def deviation(found: Projection, points: NDArray, normals: NDArray) -> dict[str,
     }
 
 
-def _measured(field: Field, proxy: Proxy, surface: Surface) -> _Samples:
+def _measured(field: Field, proxy: Proxy, surface: MeshSamples) -> _Samples:
     """How far off the zero level is: where a projection goes astray, by the proxy's vertices."""
     found = project(field, surface.points)
     error = np.linalg.norm(found.points - surface.points, axis=1)  # (N,)
@@ -176,7 +180,7 @@ def _measured(field: Field, proxy: Proxy, surface: Surface) -> _Samples:
     return _Samples(surface, found, error)
 
 
-def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surface:
+def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> MeshSamples:
     """Samples of each piece that counts, however small it is."""
     order = np.argsort(pieces.of_faces, kind="stable")
     counts = np.bincount(pieces.of_faces, minlength=len(pieces.solid))
@@ -192,7 +196,7 @@ def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> Surfa
     )
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     bounds = distance.facing(points, normal) != 0
-    return Surface(points[bounds], normal[bounds], faces[bounds])
+    return MeshSamples(points[bounds], normal[bounds], faces[bounds])
 
 
 def _lost(

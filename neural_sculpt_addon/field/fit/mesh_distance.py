@@ -38,7 +38,7 @@ NEAR_FILM = 0.6  # half width of what is near a film, as that
 INSIDE_OUT = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
-class Surface(NamedTuple):
+class MeshSamples(NamedTuple):
     """Points uniform by area, with the outward unit normals there."""
 
     points: Array  # (N, 3)
@@ -102,7 +102,7 @@ class MeshDistance:
         square[order] = self._tree.squared_distance(self.vertices, self.faces, sorted_points)[0]
         return np.sqrt(square)
 
-    def surface(self, count: int, rng: np.random.Generator) -> Surface:
+    def surface(self, count: int, rng: np.random.Generator) -> MeshSamples:
         """`count` points of the mesh, spread evenly, in the order of its faces."""
         corners = self.vertices[self.faces]
         area = areas(corners)
@@ -112,7 +112,7 @@ class MeshDistance:
         corners = corners[faces]  # (N, 3, 3)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
-        return Surface(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
+        return MeshSamples(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """Which of the points (N, 3) are inside."""
@@ -148,7 +148,7 @@ class MeshDistance:
         number = self._winding(points)
         return np.maximum(number / self._threshold, -number / INSIDE_OUT)
 
-    def _sides(self, probes: Surface, progress: Progress) -> Array:
+    def _sides(self, probes: MeshSamples, progress: Progress) -> Array:
         """Winding number just behind and just before each of the probes (2, N)."""
         progress(0.0, "Looking for the inside")
         step = BESIDE_FACE * probes.normals

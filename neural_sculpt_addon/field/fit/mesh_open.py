@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 DOUBTFUL = (0.2, 0.8)  # |winding numbers| that are neither inside nor outside,
 ALIKE = 0.4  # when those of a face's two sides differ by less
 SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a sheet
-SCRAP = 0.05  # share of the surface that may be sheets which get a thickness unasked
+FEW_SHEETS = 0.05  # share of the surface that may be sheets which get a thickness unasked
 PROPOSED = 0.02  # thickness as a share of the longest side: two cells of a proxy of 128
 WORTH = 0.02  # area of openings as a share of the surface, from which on a film gets a word
 PROBES = 20_000  # faces at most that tell which pieces are sheets
@@ -82,7 +82,7 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
     sheets = _sheets(mesh, opened)
     area = areas(mesh.corners)
     part = float(area[sheets].sum() / area.sum())
-    if 0 < part <= SCRAP:
+    if 0 < part <= FEW_SHEETS:
         notes.append(f"Open sheets ({part:.1%} of the area) got a thickness of {in_units:.2g}.")
         mesh = thicken(mesh, proposed, sheets)
         hole = openings(mesh)

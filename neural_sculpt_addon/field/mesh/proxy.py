@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The proxy: the triangle mesh that stands for a field in the scene (docs/method.md, section 8).
 
-    active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0
+    active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0 -> untangling
 
 Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each vertex in its tangent
 plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
-within 1e-5 of the surface, and its gradients are the normals.
+within 1e-5 of the surface, and its gradients are the normals. Triangles that are turned over then
+are turned back.
 
 `extract` does so from nothing; `update` after an edit, and only in the cells that the edit reached:
 nothing else of the field has changed. `sketch` stops after marching cubes.
@@ -36,7 +37,8 @@ from .extraction.cells import find_active
 from .extraction.lattice import ActiveCells, steps
 from .extraction.march import RawMesh, march, weld_caps
 from .extraction.mesh_update import update_mesh
-from .extraction.specks import find_specks
+from .extraction.specks import find_specks, small_pieces
+from .extraction.untangle import untangle
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 REACH = 0.5  # longest Newton step, in cells
@@ -98,8 +100,8 @@ def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
     progress(0.0, "Meshing")
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 1))
-    return _proxy(mesh, active, field, progress)
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 0.8))
+    return _untangled(mesh, fresh, active, field, sub_progress(progress, 0.8, 1))
 
 
 def update(
@@ -118,8 +120,8 @@ def update(
     if mesh.cap.any():
         return extract(field, active.cells, sub_progress(progress, 0.6, 1))
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 1))
-    return _proxy(mesh, active, field, progress)
+    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 0.9))
+    return _untangled(mesh, fresh, active, field, sub_progress(progress, 0.9, 1))
 
 
 def sketch(field: Field, cells: int, progress: Progress = silent) -> Proxy:
@@ -128,7 +130,7 @@ def sketch(field: Field, cells: int, progress: Progress = silent) -> Proxy:
 
     Errors as from `extract`.
     """
-    return _proxy(*find(field, cells, progress), field, progress)
+    return _without_specks(_proxy(*find(field, cells, progress)), field, progress)
 
 
 def update_sketch(
@@ -138,7 +140,7 @@ def update_sketch(
     if not proxy.marched.cap.any():
         rough, _ = _updated(proxy, field, reached, progress)
         if not rough.mesh.cap.any():
-            return _proxy(*rough, field, progress)
+            return _without_specks(_proxy(*rough), field, progress)
     return sketch(field, proxy.active.cells, progress)
 
 
@@ -171,20 +173,37 @@ def _mesh(active: ActiveCells) -> RawMesh:
     return weld_caps(mesh) if mesh.cap.any() else mesh
 
 
-def _proxy(mesh: RawMesh, active: ActiveCells, field: Field, progress: Progress) -> Proxy:
-    """The proxy whose mesh is ready, without its specks."""
+def _untangled(
+    mesh: RawMesh, fresh: NDArray[np.bool_], active: ActiveCells, field: Field, progress: Progress
+) -> Proxy:
+    """The proxy whose mesh is ready but for what is turned over about its `fresh` (V,) vertices.
+
+    Small pieces stay: where their vertices are says whether they are specks.
+    """
+    proxy = _proxy(mesh, active)  # it has the mesh's own arrays
+    free = fresh & ~small_pieces(proxy.components)[proxy.components.labels]
+    untangle(mesh, free, field, active.spacing, progress)
+    return _without_specks(proxy, field, progress)
+
+
+def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
+    """The proxy with a mesh, and with its specks."""
     np.clip(mesh.vertices, -1, 1, out=mesh.vertices)
-    vertices, normals, triangles, edges = mesh.vertices, mesh.normals, mesh.triangles, mesh.edges
-    proxy = Proxy(vertices, normals, triangles, edges, active, mesh)
+    return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active, mesh)
+
+
+def _without_specks(proxy: Proxy, field: Field, progress: Progress) -> Proxy:
+    vertices, normals, triangles = proxy.vertices, proxy.normals, proxy.triangles
     left = ~find_specks(
-        *(field, vertices, triangles, proxy.components, active.spacing),
+        *(field, vertices, triangles, proxy.components, proxy.active.spacing),
         lambda: progress(1, "Meshing"),
     )
     if left.all():
         return proxy
     number = (np.cumsum(left) - 1).astype(np.int32)
     triangles = number[triangles[left[triangles[:, 0]]]]
-    return Proxy(vertices[left], normals[left], triangles, edges[left], active, mesh)
+    edges = proxy.edges[left]
+    return Proxy(vertices[left], normals[left], triangles, edges, proxy.active, proxy.marched)
 
 
 def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:

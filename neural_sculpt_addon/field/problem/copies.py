@@ -25,7 +25,7 @@ from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
 from .lay import Laid
 
-FARTHEST = 2.5
+MEASURED_RADII = 2.5
 """Radii: how far nearness and distance are told. Farther is slower; no solver or measure asks for
 more than 2.2."""
 
@@ -54,12 +54,12 @@ class Copies:
     check: Check = go_on
 
     def close(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Which points (N, 3) lie in the box around a path: all within FARTHEST radii do."""
+        """Which points (N, 3) lie in the box around a path: all within MEASURED_RADII do."""
         return np.logical_or.reduce([close(one, points) for one in self.laid])
 
     @cached_property
     def meeting(self) -> list[list[Laid]]:
-        """Of each copy the other ones that come near to it."""
+        """The other copies that come near to each copy."""
         low, high = (np.stack(side) for side in zip(*map(_box, self.laid), strict=True))  # (M, 3)
         meets = ((low[:, None] < high) & (low < high[:, None])).all(axis=2)
         np.fill_diagonal(meets, val=False)
@@ -72,7 +72,7 @@ class Copies:
     def nearness(self, surface: Samples, beyond_flat_ends: bool = True) -> Array:
         """Distance (N,) of surface samples from the nearest copy of the stroke, in its radii.
 
-        Infinite on the other sheet of thin parts and, more than FARTHEST radii away, anywhere;
+        Infinite on the other sheet of thin parts and, more than MEASURED_RADII away, anywhere;
         without `beyond_flat_ends` also past a flat end, where a stroke does nothing.
         """
 
@@ -103,7 +103,7 @@ class Copies:
     def distance(self, points: NDArray[np.float32]) -> Array:
         """Distance (N,) of any points (N, 3) from the nearest path, in radii of the brush.
 
-        Infinite more than FARTHEST radii away.
+        Infinite more than MEASURED_RADII away.
         """
         distance = np.full(len(points), np.inf)
         for one in self.laid:
@@ -114,9 +114,11 @@ class Copies:
         return distance
 
     def move(self, surface: Samples) -> tuple[Samples, Array]:
-        """Where surface samples (N,) that have the normals of the field shall be, without a look at
-        where the displaced surface runs through itself, and by what factor (N,) their area is
-        stretched."""
+        """Displaced surface samples (N,), and by what factor (N,) their area is stretched.
+
+        The samples have the normals of the field. Whether the displaced surface runs through itself
+        is not looked at.
+        """
 
         def part_of(part: slice) -> tuple[Samples, Array]:
             return self._move(surface.where(part))
@@ -193,8 +195,8 @@ def close(one: Laid, points: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def _box(one: Laid) -> tuple[Array, Array]:
-    """Least and greatest coordinates (3,) of what lies within FARTHEST radii of a path."""
-    margin = FARTHEST * one.stroke.brush.radius * one.stroke.largest_factor
+    """Least and greatest coordinates (3,) of what lies within MEASURED_RADII of a path."""
+    margin = MEASURED_RADII * one.stroke.brush.radius * one.stroke.largest_factor
     return one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
 
 

@@ -24,11 +24,13 @@ from ..threads import SEARCHED, in_pieces
 WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
 BESIDE = 1 / 64  # radii: how far outside and inside of a sample winding numbers are taken
-NEAR = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
+NEAR_CROSSING = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
 CLIFF = 8  # times its length before: an edge that grows so much becomes a wall
 ROUNDING = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
-ORDER, REACH = 2, 1.25  # of their series, and from how many radii a part is seen by it: within 0.05
+ORDER, ACCURACY_SCALE = 2, 1.25
+"""Of the series of winding numbers, as libigl calls them: its order, and the radii of a part from
+which on the part is seen by its series: within 0.05."""
 WOUND = 2048  # points at a time: igl shares more than a thousand among threads of its own
 
 
@@ -86,7 +88,7 @@ class SweptVolume:
         before, after: (N,) vertices of the surface, of which `triangles` (T, 3) are
         radius:        of the stroke
         """
-        self._check, self._reach = check, NEAR * radius
+        self._check, self._reach = check, NEAR_CROSSING * radius
         self.beside = BESIDE * radius
         crossed = crossings(field, before, after, check)
         crossed[triangles[steep(before, after, triangles).any(axis=1)]] = True
@@ -130,7 +132,9 @@ class SweptVolume:
 
         def wind(part: slice) -> NDArray[np.float64]:
             place = points[part].astype(float)
-            halves = [np.asarray(half.winding_number(place, REACH)) for half in self._trees]
+            halves = [
+                np.asarray(half.winding_number(place, ACCURACY_SCALE)) for half in self._trees
+            ]
             return np.sum(halves, axis=0)
 
         return in_pieces(wind, len(points), self._check, light=True, size=WOUND)

@@ -62,7 +62,7 @@ class _Bounding(NamedTuple):
 
 
 class Folded:
-    """What a stroke asks for where the displaced surface runs through itself."""
+    """The surface that a stroke asks for where the displaced surface runs through itself."""
 
     def __init__(
         self,
@@ -73,12 +73,12 @@ class Folded:
         radius: float,
         check: Check,
     ) -> None:
-        """Of a field.
+        """Nothing is divided yet.
 
-        below: its surface under the stroke
-        held:  that elsewhere
-        move:    where samples of the surface are displaced to
-        radius:  of the stroke
+        below:  the surface of the field under the stroke
+        held:   its surface elsewhere
+        move:   where samples of the surface are displaced to
+        radius: of the stroke
         """
         self._field, self._below, self._held = field, below, held
         self._move, self._radius, self._check = move, radius, check

@@ -2,7 +2,7 @@
 """Laying a stroke on the surface: the spline through its control points, projected onto f = 0.
 
 The result is spaced uniformly by arc length on the surface itself, so u means the same on a flat
-and on a bumpy shape (paper, section 3). Model space.
+and on a bumpy shape (paper, section 3). Model space. See docs/method.md, section 2.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from ..projection import project
 
 PATH_POINTS = 257  # of a path; more on one that is longer than 64 radii
 PER_RADIUS = 4  # at least
-MOST_POINTS = 2049
+MOST_POINTS = 2049  # on a longer one still they are farther apart
 MOST_OFF = 0.2
 """How far a control point may lie from the surface, or one radius if that is more. A stroke can
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""

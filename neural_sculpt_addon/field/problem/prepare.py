@@ -18,10 +18,10 @@ from ..field import Field
 from ..mesh.proxy import Proxy, extract
 from ..mesh.surface import Samples, sample_surface, spatial_order
 
-CELLS = 128
-SURFACE_SAMPLES = 40_000
+CELLS = 128  # per axis of the proxy; more find thinner parts, and take longer to march
+SURFACE_SAMPLES = 40_000  # more hold the untouched surface more closely, and take longer to make
 SHELL = 0.01  # standard deviation of the distance of shell points from the surface
-BOX_SAMPLES = 20_000
+BOX_SAMPLES = 20_000  # in the whole box, where nothing may appear: likewise
 SAFE = 0.01  # of |f|, at which a change of it hardly makes a surface
 SEED = 0  # of all samples, which so depend on the field alone
 

@@ -35,9 +35,9 @@ from .lay import Laid
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
-STRETCHED = 3  # times as many samples at most where the surface is stretched: walls of 70 degrees
+MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: 70 degree walls
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
-FINER = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
+TIMES_AS_FINE = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
 MOST_TRIANGLES = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
@@ -151,7 +151,7 @@ class Problem:
         """
         sampled = self._sample(rows, columns, jitter)
         _, before, after, stretch, f, gradient, swept, tree = sampled
-        more = np.minimum(stretch, STRETCHED) - 1 + jitter.uniform(size=len(stretch))
+        more = np.minimum(stretch, MOST_STRETCH) - 1 + jitter.uniform(size=len(stretch))
         stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
         if swept is None:
             others = self.copies.beside(before.where(stretched), apart, jitter)
@@ -167,8 +167,8 @@ class Problem:
     def beside(
         self, surface: Samples, apart: float, jitter: np.random.Generator
     ) -> tuple[Samples, Samples]:
-        """As `Copies.beside`, without what bounds nothing, where the displaced surface runs through
-        itself."""
+        """Samples as of `Copies.beside`, without those that bound nothing where the displaced
+        surface runs through itself."""
         before, after = self.copies.beside(surface, apart, jitter)
         bounding = self.folded.bounding(before, after)
         return before.where(bounding), after.where(bounding)
@@ -224,7 +224,7 @@ class Problem:
 
     @cached_property
     def folded(self) -> Folded:
-        """What is asked for where the displaced surface runs through itself."""
+        """The surface asked for where the displaced surface runs through itself."""
         proxy = self.preparation.proxy
         whole = SurfaceMesh(Samples(proxy.vertices, proxy.normals), proxy.triangles)
         near = self.copies.nearness(whole.vertices, beyond_flat_ends=False) < 1
@@ -250,14 +250,16 @@ class Problem:
         )
 
     def _finer(self, under: SurfaceMesh) -> int:
-        """How many times as fine as the proxy the mesh under a stroke that folds is to be: its
-        cells are those of the finest detail there, or larger where those would be too many."""
+        """How many times as fine as the proxy the mesh under a stroke that folds is.
+
+        Its cells are those of the finest detail there, or larger where those would be too many.
+        """
         finest = self.field.detail.finest_at(under.points()).max(initial=0)
         most = min(
             self.preparation.spacing / spacing(finest),
             math.sqrt(MOST_TRIANGLES / max(len(under.triangles), 1)),
         )
-        return max((times for times in FINER if times <= most), default=1)
+        return max((times for times in TIMES_AS_FINE if times <= most), default=1)
 
     def displaced(self, surface: Samples) -> tuple[Samples, Array]:
         """Where surface samples (N,) shall be, and by what factor (N,) their area is stretched.
@@ -288,8 +290,10 @@ class Problem:
         return vertices, self.copies.move(upright)[0]
 
     def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
-        """The same where the displaced surface runs through itself, by the displaced samples
-        `target` of the tube: without those that bound nothing."""
+        """`gaps` where the displaced surface runs through itself: without what bounds nothing.
+
+        target: displaced samples of the tubes; what is farther from all of them is a gap
+        """
         surface, moved, bounds, _ = self.folded.under
 
         def facing(some: Samples) -> NDArray[np.float32]:

@@ -22,7 +22,7 @@ from .lay import Laid
 from .problem import Problem
 from .tube import Tube
 
-INNER = 0.95
+MEASURED = 0.95
 """Radii, within which the displaced surface is near enough to measure the way back."""
 
 GAP, GAP_REACH = 1.5, 2.0
@@ -67,7 +67,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
             distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
-            inner = (tube.displacement.nearness < INNER) & tube.inner()
+            inner = (tube.displacement.nearness < MEASURED) & tube.inner()
             inner = inner[triangles].all(axis=1)
             if gap is not None:
                 nearest = gap.query(vertices)[1]
@@ -83,11 +83,11 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 
 
 def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy) -> Array:
-    """The same where the displaced surface runs through itself, from all of the surface asked for.
+    """Distance as of `_from_tubes`, where the displaced surface runs through itself.
 
-    The vertices that count are those to which its displaced part is nearest, and those in the swept
-    volume: a film that is left where a sheet was carved away counts, however near it is to
-    untouched surface.
+    It is measured from all of the surface asked for. The vertices that count are those to which the
+    displaced part of that is nearest, and those in the swept volume: a film that is left where a
+    sheet was carved away counts, however near it is to untouched surface.
     """
     vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
     surface, triangles, displaced = problem.folded.triangles()

@@ -24,10 +24,10 @@ from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
 from .copies import displaced
 
-ROWS, COLUMNS = 99, 101
+ROWS, COLUMNS = 99, 101  # along and across, as in the paper
 LONGEST_CELL = 10  # times its width may be the length of a cell of the grid
-FEWEST_COLUMNS = 7
-MOST_CAP_ROWS = 99
+FEWEST_COLUMNS = 7  # of a very long path, which gets more rows for them
+MOST_CAP_ROWS = 99  # around an end of a path that is short beside its radius
 TORN = 4.0  # usual edges of a triangle, at which it spans two parts of the surface
 INNER_RIM = 1.02  # radii; the rim begins just outside of the tube
 

@@ -143,20 +143,21 @@ class EditedSurface:
         def was(some: NDArray[np.intp]) -> NDArray[np.float32]:
             return values(self._problem.field, points[some]) if f0 is None else f0[some]
 
-        def measure(part: slice) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-            away, nearest = map(np.asarray, self._tree.query(points[part]))
+        def measure(part: slice) -> tuple[Array, NDArray[np.floating], NDArray[np.bool_]]:
+            found = self._tree.query(points[part])
+            away, nearest = np.asarray(found[0]), np.asarray(found[1])
             sample = after.where(nearest)
             plane = ((points[part] - sample.points) * sample.normals).sum(axis=1)
             aside = np.sqrt(np.maximum(away**2 - plane**2, 0))
             some = np.flatnonzero(aside > BEYOND * spacing(level))
             plane[some] = self._beyond(points[part][some], nearest[some], plane[some], aside[some])
-            return plane, (sample.points != before.points[nearest]).any(axis=1)
+            return plane, away, (sample.points != before.points[nearest]).any(axis=1)
 
-        wanted, moved = in_pieces(measure, len(points), self._problem.check)
+        wanted, away, moved = in_pieces(measure, len(points), self._problem.check)
         kept = np.flatnonzero(~moved)
         wanted[kept] = was(kept)
         if self._swept is not None:
-            near = np.flatnonzero(self._swept.near(points) | (np.abs(wanted) > spacing(level)))
+            near = np.flatnonzero(self._swept.near(points) | (away > spacing(level)))
             f0_near = was(near)
             sides = np.where(self._problem.folded.inside(points[near], f0_near), -1, 1)
             most = np.maximum(sides * f0_near, spacing(level))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damped linear least squares with a Jacobian that is never formed.
+"""Damped linear least squares, the Jacobian never formed (docs/method.md, section 10).
 
     minimise |J x - r|^2 + lambda |y|^2,  x = s y
 

@@ -62,7 +62,7 @@ STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at: not more than a cell, or it
 would leap over one; half as much makes no difference."""
 
-REPAIRS, HEAVIER = 3, 4.0
+REPAIRS, HEAVIER = 8, 4.0
 """How often rows whose sign came out wrong are solved again, with nodes within two cells of them,
 and how much more they weigh each time. Few strokes have such rows; deep carves that fold do."""
 
@@ -166,7 +166,7 @@ class LocalEdit:
             if not wrong.any():
                 break
             self._rows.weights[wrong] *= HEAVIER
-            self._add_near(self._rows.points[wrong])
+            self._add_near(self._rows.points[wrong], level)
         if self._swept is not None:
             self._clear()
         return self._layer
@@ -174,25 +174,27 @@ class LocalEdit:
     def _clear(self) -> None:
         """Solve away what is loose where the displaced surface runs through itself."""
         level, problem = self.resolution.level, self._problem
-        cells = dilated(self._active, level)
+        coarse = children(dilated(self._coarse, level - 1), level - 1)
+        cells = np.union1d(dilated(self._active, level), coarse)
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
             loose = loose_parts(self.field, cells, level, held, problem.check)
-            if not len(loose.points):
+            for found, parts in loose.items():
+                self.forbid(parts, found)
+            if not loose:
                 break
-            self.forbid(loose, 2 * float(np.abs(loose.distance).max()))
 
-    def forbid(self, islands: Islands, size: float | None = None) -> Coefficients:
+    def forbid(self, islands: Islands, found: int | None = None) -> Coefficients:
         """The layer without surface where `islands` are, which it has but nobody asked for.
 
-        size: of the cells in which they were found, if not of those of the stroke
+        found: the level of the cells in which they were found, if not that of the stroke
 
         Rows are added at their vertices, and those that lie close by are brought to the same side.
         Coarse nodes alone could not change the field there and leave it as it is around: fine ones
         are added.
         """
-        level, rows = self.resolution.level, self._rows
-        h, field = size or spacing(level), self.field
+        level, rows, field = self.resolution.level, self._rows, self.field
+        h = spacing(found or level)
         added = np.setdiff1d(dilated(numbers(islands.points, level), level), self._active)
         self._active = np.union1d(self._active, added)
         middles = centres(places(added, level), level)
@@ -208,14 +210,16 @@ class LocalEdit:
         targets = np.float32(CLEAR * h) * side
         before = values(field, islands.points)
         rows.add(islands.points, targets, targets - before, HEAVIER)
-        self._add_near(islands.points)
+        self._add_near(islands.points, min(found or level, level + FINER))
         return self._layer
 
-    def _add_near(self, points: NDArray[np.float32]) -> None:
-        """Solve the stroke's level once more, by nodes within two cells of points (N, 3)."""
-        level = self.resolution.level
+    def _add_near(self, points: NDArray[np.float32], level: int) -> None:
+        """Solve a level once more, by nodes within two cells of points (N, 3)."""
+        active = self._active
+        for coarser in range(self.resolution.level, level):
+            active = children(active, coarser)
         near = dilated(dilated(numbers(points, level), level), level)
-        self._add(level, np.intersect1d(near, self._active, assume_unique=True))
+        self._add(level, np.intersect1d(near, active, assume_unique=True))
 
     def _add(self, level: int, cells: NDArray[np.int32]) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from ...common.progress import Check
 from ..evaluate import values
 from ..field import Field
-from ..levels import block, cells_of, centres, children, linear, places, spacing
+from ..levels import block, cells_of, centres, children, dilated, linear, places, spacing
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..threads import in_pieces
@@ -26,21 +26,41 @@ HALF = 13  # of the 26 cells that touch one: those before it
 
 def loose_parts(
     field: Field, cells: NDArray[np.int32], level: int, held: Samples, check: Check
-) -> Islands:
-    """The middles of cells in loose parts, and half a cell of the other side.
+) -> dict[int, Islands]:
+    """The middles of cells in loose parts, and half a cell of the other side, by levels that have
+    some.
 
     cells: (N,) of a level, rising, that are looked at: what goes on beyond them is not loose
     held:  samples of the untouched surface: a part that has some of it is not loose
 
-    Of those that the surface may pass the children are looked at, too, unless some are loose.
+    Of those that the surface may pass the children are looked at, too. For their neighbours in
+    other cells the sign of those is enough.
     """
-    place, h = places(cells, level), spacing(level)
-    middles = centres(place, level)
-    f = in_pieces(lambda part: values(field, middles[part]), len(cells), check)
-    chosen = _is_loose(cells, f < 0, level, held, check)
-    if chosen.any() or level >= SMALLEST:
-        return Islands(middles[chosen], np.where(f[chosen] < 0, h, -h) / 2)
-    return loose_parts(field, children(cells[np.abs(f) < h], level), level + 1, held, check)
+    found, f = dict[int, Islands](), _middle_values(field, cells, level, check)
+    while True:
+        h = spacing(level)
+        loose = _is_loose(cells, f < 0, level, held, check)
+        if loose.any():
+            middles = centres(places(cells[loose], level), level)
+            found[level] = Islands(middles, np.where(f[loose] < 0, h, -h) / 2)
+        if level >= SMALLEST:
+            return found
+        near = cells[(np.abs(f) < h) & ~loose]
+        around = np.intersect1d(dilated(near, level), cells, assume_unique=True)
+        finer = children(around, level)
+        parents = linear(cells_of(centres(places(finer, level + 1), level + 1), level), level)
+        f = f[np.searchsorted(cells, parents)]
+        passed = np.isin(parents, near)
+        f[passed] = _middle_values(field, finer[passed], level + 1, check)
+        cells, level = finer, level + 1
+
+
+def _middle_values(
+    field: Field, cells: NDArray[np.int32], level: int, check: Check
+) -> NDArray[np.float32]:
+    """f (N,) in the middles of `cells` (N,) of a level."""
+    middles = centres(places(cells, level), level)
+    return in_pieces(lambda part: values(field, middles[part]), len(cells), check)
 
 
 def _is_loose(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The equations of a Gauss-Newton edit, drawn once. Model space.
+"""The equations of a Gauss-Newton edit, drawn once (docs/method.md, section 10). Model space.
 
 tube      f(p') = 0               on the displaced surface
 slope     grad f(p') . e = n' . e along a random direction e there

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The unknowns of a Gauss-Newton edit: W, b of the last hidden layer and w, c of the output.
+"""Unknowns of a Gauss-Newton edit: W, b of the last hidden layer, w, c of the output.
 
     f(x) = w . sin(omega (W a(x) + b)) + c
 
@@ -7,7 +7,8 @@ The layers below stay as they are, so the activations a(x) of a point never chan
 more column of its matrix, and one more activation that is 1. Changes are expressed in directions in
 which J^T J is nearly diagonal: the eigenbases of EKFAC (George et al., "Fast Approximate Natural
 Gradient Descent in a Kronecker-factored Eigenbasis", 2018). Activations of neighbouring points are
-much alike: W changes only in the K directions in which they differ most.
+much alike: W changes only in the K directions in which they differ most. See docs/method.md,
+section 10.
 """
 
 from collections.abc import Sequence

@@ -10,10 +10,10 @@ V = TypeVar("V")
 
 
 class Cache(MutableMapping[K, V]):
-    """Forgets what was not asked for longest; what was put last is always there."""
+    """Cache that forgets what was not asked for longest; what was put last is always there."""
 
     def __init__(self, most: int, size: Callable[[V], int]) -> None:
-        """At most so many bytes, of which a value takes `size`."""
+        """Hold at most so many bytes; a value takes `size`(value) of them."""
         self._most, self._size, self._bytes = most, size, 0
         self._items: OrderedDict[K, tuple[V, int]] = OrderedDict()
 

@@ -72,7 +72,7 @@ class Jobs:
             JobKind.SAVE: self.save,
             JobKind.SAMPLE: self.sample,
             JobKind.PREPARE: self.prepare,
-            JobKind.FLATTEN: self.flatten,
+            JobKind.APPLY_TO_BASE: self.apply_to_base,
             JobKind.CONSOLIDATE: self.consolidate,
         }
 
@@ -109,7 +109,12 @@ class Jobs:
         return Payload({"report": self._edits[revision].report(progress=progress)})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
-        """state, resolution, triangles -> <proxy>."""
+        """state, resolution, triangles -> <proxy>, made anew; if `updated`, from the last one."""
+        if job.fields.get("updated", False):
+            state = self._store.state(job, sub_progress(progress, 0.0, 0.5))
+            return Payload(
+                {}, proxy_arrays(self._shown.state(state, job, sub_progress(progress, 0.5, 1.0)))
+            )
         field = self._store.field(job)
         proxy = _extract(field, job, sub_progress(progress, 0.0, 0.5))
         shown = refined(field, proxy, job, sub_progress(progress, 0.5, 1.0))
@@ -264,7 +269,7 @@ class Jobs:
         self._shown.state(state, job, sub_progress(progress, 0.5, 1.0))
         return Payload()
 
-    def flatten(self, job: Payload, progress: Progress) -> Payload:
+    def apply_to_base(self, job: Payload, progress: Progress) -> Payload:
         """state -> id <field>: the sum of base and layers as a base."""
         state = self._store.state(job, progress)
         flat, data = self._store.new_base(state.preparation)

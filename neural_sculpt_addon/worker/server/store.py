@@ -63,7 +63,7 @@ class Store:
         return name, data
 
     def new_base(self, preparation: "Preparation") -> "tuple[State, bytes]":
-        """The same, and the state without layers, which is remembered by the base's id."""
+        """Keep a base as `keep_base` does; its state without layers, and its bytes."""
         from ...field.edit.layers import State
 
         name, data = self.keep_base(preparation.field)

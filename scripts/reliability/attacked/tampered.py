@@ -94,7 +94,7 @@ class Place:
         if name == "region":
             return types.SimpleNamespace(width=300)
         if name == "preferences":
-            addons = bpy.context.preferences.addons  # pyright: ignore
+            addons = bpy.context.preferences.addons
             return types.SimpleNamespace(addons=addons, system=types.SimpleNamespace(ui_scale=1.0))
         return getattr(bpy.context, name)
 

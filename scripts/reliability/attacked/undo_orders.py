@@ -4,7 +4,8 @@
     blender --python scripts/in_blender/start.py -- \\
         reliability.attacked.undo_orders FOLDER SEED FIRST COUNT
 
-In every other order the field takes in native strokes by itself.
+In every other order the field takes in native strokes by itself, and in half of these each of them
+brings another proxy when the hand rests.
 
 FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. What
 started Blender does the lines that begin with `xdotool`. Of an order that fails, KEPT has a text,
@@ -41,10 +42,10 @@ def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.S
     case = person.PersonOrders()
     for number in range(first, first + count):
         case.setUp()
-        case.live = bool(number % 2)
+        case.live, case.off = bool(number % 2), number % 4 == 3
         yield simulated_input.DRAWN
         yield from case.add()
-        hands = person.PersonHands(case, number)
+        hands = person.PersonHands(case, number, renews=case.off)
         order = undo_orders.Order(f"{seed} {number}", hands, drawing.field().name)
         print(f"sequence {number} begins", flush=True)
         try:

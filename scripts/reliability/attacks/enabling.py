@@ -106,7 +106,7 @@ def _timers(harness: Any) -> Iterator[str]:
         if name.startswith(harness.EXTENSION):
             for word, value in vars(module).items():
                 methods = [value, *(getattr(value, "__dict__", None) or {}).values()]
-                if any(callable(each) and known(each) for each in methods):  # pyright: ignore
+                if any(callable(each) and known(each) for each in methods):  # pyright: ignore[reportArgumentType]
                     yield f"{name}.{word}"
 
 

@@ -240,7 +240,7 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "save": ({**of, "path": "out.safetensors"}, held),
         "sample": ({**of, "resolution": 8}, held),
         "prepare": (of, held),
-        "flatten": (of, held),
+        "apply_to_base": (of, held),
         "consolidate": ({**made, "width": 0}, held),
         "cancel": ({}, {}),
         "enough": ({}, {}),

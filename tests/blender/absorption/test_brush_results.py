@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Brush strokes that wait for the scene get there one at a time, whatever comes between them."""
 
-# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
-
 import os
 import signal
 from contextlib import AbstractContextManager
@@ -308,6 +306,26 @@ class BrushResults(BrushCase):
         redo()
         self.finish()
         self.assert_all_are_steps(["Clay", "Neural"])
+
+    def test_of_several_undo_takes_back_the_last_first(self) -> None:
+        """Those that waited when the brush was used come after its stroke."""
+        self.before = state(self.ob())
+        for name in ("One", "Two"):
+            stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name=name)
+        self.pump(lambda: self.session.jobs[0].status == "running")
+        brush("Clay")
+        self.look()
+        self.pump(lambda: self.names() == ["Clay"])
+        for waiting in (["One"], []):
+            undo()
+            self.assertEqual([job.label for job in self.session.jobs], waiting)
+            self.assertEqual(self.names(), ["Clay"])
+        undo()
+        self.assertEqual(state(self.ob()), self.before)
+        for _ in range(3):
+            redo()
+        self.finish()
+        self.assert_all_are_steps(["Clay", "One", "Two"])
 
     def test_a_job_that_waits_for_them_is_undone(self) -> None:
         self.come_in(2)

@@ -101,6 +101,12 @@ class BrushCase(SculptCase):
         """What the timer does when a stroke has ended."""
         self.live.look()
 
+    def rest(self) -> None:
+        """What the timer does when the artist rests."""
+        module("blender.scene.kept_steps").settle()
+        go_on = module("blender.session.absorption.renewal").go_on
+        self.pump(lambda: go_on() is None)
+
     def assert_is(self, sculpted: np.ndarray) -> None:
         """The proxy is what was sculpted (V, 3), on the field."""
         off = np.linalg.norm(vertices(self.ob()) - sculpted, axis=1)
@@ -210,13 +216,23 @@ class Live(BrushCase):
         self.assertEqual(state(self.ob()), before)
 
     def test_undo_while_brush_and_neural_strokes_are_on_their_way(self) -> None:
-        """One press takes back one of them, one more brings it back, and nothing is muted."""
+        """One press takes back one of them, one more brings it back, and nothing is muted. What
+        waits cuts not off what can be redone before the artist goes on."""
         orders = {
             "clay neural undo": ["Clay"] * KEPT,
             "clay neural undo redo": ["Clay", "Neural"],
-            "neural clay undo": ["Neural"],
+            "neural clay undo": [],
             "neural clay undo redo": ["Clay", "Neural"],
-            "clay neural grab undo": ["Clay", "Neural"],
+            "neural clay undo grab": ["Grab", "Neural"],
+            "neural clay undo finish redo": ["Clay", "Neural"],
+            "neural clay undo undo redo redo": ["Clay", "Neural"],
+            "neural clay undo undo finish redo finish redo": ["Clay", "Neural"],
+            "neural clay undo undo redo undo redo redo": ["Clay", "Neural"],
+            "neural clay undo undo redo two": ["Neural", "Two"],
+            "neural clay undo undo grab undo redo": ["Grab"] * KEPT,
+            "neural clay grab undo undo undo redo redo redo": ["Clay", "Grab", "Neural"],
+            "clay neural grab undo": ["Clay"] * KEPT,
+            "clay neural grab undo redo": ["Clay", "Grab", "Neural"],
             "clay neural undo undo redo redo": ["Clay", "Neural"],
             "clay grab undo absorb": ["Clay"],
             "clay undo redo absorb": ["Clay"],
@@ -226,9 +242,11 @@ class Live(BrushCase):
             "clay": lambda: brush("Clay", -40),
             "grab": lambda: brush("Grab", 40),
             "neural": lambda: stroke(arc(self.ob(), tilt=0.4), radius=0.1, name="Neural"),
+            "two": lambda: stroke(arc(self.ob(), tilt=2.0), radius=0.1, name="Two"),
             "undo": undo,
             "redo": redo,
             "absorb": bpy.ops.neural_sculpt.absorb,
+            "finish": self.finish,
         }
         for order, expected in orders.items():
             with self.subTest(order), self.as_in_a_window():
@@ -239,7 +257,9 @@ class Live(BrushCase):
                 self.assertEqual(self.names(), expected)
                 self.assertFalse(any(item.muted for item in self.ob().neural_sculpt.strokes))
                 self.assertEqual(self.session.last_error, "")
-                for _ in expected or ["clay"] * (order == "clay neural undo"):
+                done = order.split()
+                strokes = sum(word in ("clay", "grab", "neural", "two") for word in done)
+                for _ in range(strokes - done.count("undo") + done.count("redo")):
                     undo()
                 self.assertEqual(state(self.ob()), before)
 

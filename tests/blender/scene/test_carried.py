@@ -281,6 +281,6 @@ class Carried(SphereCase):
     def test_where_there_is_nothing_nothing_is_looked_for(self) -> None:
         self.mesh().materials.append(bpy.data.materials.new("Clay"))
         sources = module("blender.scene.mesh.sources")
-        with patch.object(sources.Surface, "of", side_effect=AssertionError):
+        with patch.object(sources.MeshSurface, "of", side_effect=AssertionError):
             self.sculpt()
         self.assertEqual(len(self.ob().neural_sculpt.strokes), 1)

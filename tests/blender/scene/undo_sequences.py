@@ -55,7 +55,7 @@ FIRST = "draw", "draw", "draw", "deliver"
 """What each sequence begins with, so that there is a history."""
 TAKE_IN = ("mesh", "absorb", "brushed")
 """Jobs that may take away what Blender's own tools made."""
-BY_THEMSELVES = ("mesh", "flatten", "consolidate")
+BY_THEMSELVES = ("mesh", "apply_to_base", "consolidate")
 """Jobs whose results no sequence keeps back."""
 Steps = Generator[float, None, None]
 
@@ -233,7 +233,7 @@ class Sequence:
 
         def over() -> bool:
             jobs = self.session.jobs
-            return len(jobs) <= count or "Edit Mode" in jobs[0].message
+            return len(jobs) <= count or jobs[0].waits or "Edit Mode" in jobs[0].message
 
         self.case.say("go")
         yield from self._until(over)
@@ -575,5 +575,5 @@ def check_strokes(ended: list) -> None:
         ob = objects.find(job.target)
         if job.strokes and job.status != "cancelled" and ob is not None:
             listed = [item.name for item in ob.neural_sculpt.strokes]
-            flattened = any(other.kind == "flatten" for other in ended)
+            flattened = any(other.kind == "apply_to_base" for other in ended)
             assert flattened or job.label in listed, f"{job.label} is lost: {job.message}"

@@ -245,7 +245,7 @@ def mesh(job, progress):
     return Payload({}, proxy(summed(job), job.fields["resolution"]))
 
 
-def flatten(job, progress):
+def apply_to_base(job, progress):
     """The sum as a base."""
     name, data = named(summed(job))
     return Payload({"id": name}, {"field": data})
@@ -266,7 +266,7 @@ def prepare(job, progress):
 if __name__ == "__main__":
     handlers = {
         **{JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.REPLAY: replay, JobKind.ABSORB: absorb},
-        **{JobKind.MEASURE: measure, JobKind.MESH: mesh, JobKind.FLATTEN: flatten},
+        **{JobKind.MEASURE: measure, JobKind.MESH: mesh, JobKind.APPLY_TO_BASE: apply_to_base},
         **{JobKind.SAVE: save, JobKind.PREPARE: prepare, JobKind.BRUSHED: brushed},
         **{JobKind.BOOLEAN: boolean, JobKind.CONSOLIDATE: consolidate},
     }

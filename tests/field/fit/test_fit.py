@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit import mesh_cleanup, schedule
-from neural_sculpt_addon.field.fit.fit import fit_mesh
+from neural_sculpt_addon.field.fit.fit import TOLERANCES, fit_mesh
 from neural_sculpt_addon.field.fit.fit_distance import (
     GRADIENT_WEIGHT,
     SOFTNESS,
-    Samples,
+    TrainingSamples,
     loss_gradients,
 )
 from neural_sculpt_addon.field.fit.fit_paper import paper_loss
@@ -26,6 +26,7 @@ from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.fit.mesh_open import Open, prepare
 from neural_sculpt_addon.field.fit.mesh_thicken import thicken
+from neural_sculpt_addon.field.levels import centres, places, spacing
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.projection import find_surface
 from neural_sculpt_addon.field.solve.adam import Adam
@@ -314,7 +315,7 @@ def test_written_out_derivatives_equal_autograd(widths, close):
     points = 2 * torch.rand(40, 3, generator=generator, dtype=torch.float64) - 1
     gradients = torch.randn(40, 3, generator=generator, dtype=torch.float64)
     gradients = gradients[:close]
-    batch = Samples(points, 0.3 * points[:, 0], gradients)
+    batch = TrainingSamples(points, 0.3 * points[:, 0], gradients)
     _, slopes = loss_gradients(network, batch)
 
     parameters = [p.clone().requires_grad_() for p in network.parameters]
@@ -427,8 +428,18 @@ def test_a_box_has_sharp_creases_and_no_crumbs():
     exact = np.linalg.norm(np.maximum(beyond, 0), axis=1) + np.minimum(beyond.max(axis=1), 0)
     clear = np.abs(exact) > 5e-3
     assert np.array_equal((values(fit.field, points) < 0)[clear], (exact < 0)[clear])
-    flat = sum(len(level.index) for level in fit.field.detail.coefficients.values())
+    levels = fit.field.detail.coefficients
+    flat = sum(len(part.index) for level, part in levels.items() if level <= 6)
     assert flat < 48_000  # where a ball of this size has twice as many: its creases alone are fine
+
+
+def test_creases_get_one_level_more_than_the_preset_and_flat_faces_do_not():
+    detail = fit_mesh(BOX.vertices, BOX.faces, preset="draft").field.detail.coefficients
+    finest = TOLERANCES["draft"].finest
+    assert max(detail) == finest + 1
+    nodes = centres(places(detail[finest + 1].index, finest + 1), finest + 1)
+    off = np.sort(np.abs(np.abs(nodes) - np.array([1.7, 1.2, 0.8]) / 2), axis=1)
+    assert off[:, 1].max() < 4 * spacing(finest + 1)  # two of three faces are near: an edge
 
 
 def test_a_thin_plate_is_one_piece():

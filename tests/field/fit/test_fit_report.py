@@ -159,6 +159,21 @@ def test_a_piece_that_is_off_all_over_is_a_stray_however_near_the_mesh_is(three)
     assert strays.away.mean() == pytest.approx(0.006, abs=5e-4)
 
 
+def test_a_piece_that_does_not_face_as_the_mesh_does_is_a_stray(three):
+    """Thin slabs, one upon another, where the field has the small balls: a slab is within a
+    fifth of a cell of every vertex, but few face its way."""
+    slabs = [
+        trimesh.creation.box((0.25, 0.25, 0.0045)).apply_translation([x, 0, z])
+        for x in (-0.725, 0.725)
+        for z in np.arange(-0.11, 0.111, 0.01)
+    ]
+    distance = MeshDistance(clean(*merged(BALL, *slabs)), np.random.default_rng(0))
+    strays = find_strays(extract(three.field, CELLS), distance)
+    assert len(strays.points) > 100
+    assert np.abs(strays.points[:, 0]).min() > 0.64
+    assert strays.away.mean() < 0.25 * 2 / CELLS
+
+
 def test_without_detail_strays_are_only_counted(three):
     node = distinct(cells_of(np.zeros((1, 3)), 3), 3)
     spoiled = three.field.plus({3: Level(node, quantised(np.array([2.0])))})

@@ -73,3 +73,21 @@ def test_finer_samples_of_a_carve_through_a_thin_part_are_none_behind_it():
     points = finer.points[len(rows.points) :][finer.targets[len(rows.points) :] == 0]
     assert len(points) > len(displaced.after.points)
     assert values(lens.field, points).max() < 2e-3
+
+
+def test_far_beside_the_wall_of_a_carve_the_side_is_that_of_the_shape():
+    """A hole with steep walls through a lens, of which samples are few: their planes reach beyond
+    the lens, where all is outside."""
+    lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
+    problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2, flat)))
+    random, h = np.random.default_rng(0), spacing(LEVEL)
+    displaced = problem.displaced_surface(60, 60, random, h / 3, h, h)
+    assert displaced.swept is not None
+    near = random.uniform(-0.35, 0.35, (60_000, 3)).astype(np.float32)
+    active, nothing = distinct(cells_of(near, LEVEL), LEVEL), np.empty(0, np.int32)
+    rows = EditedSurface(problem, displaced, active, nothing, nothing, LEVEL, random).rows
+    around = rows.weights == np.float32(AROUND_WEIGHT)
+    beyond = around & (np.abs(rows.points[:, 2]) > 0.06)
+    assert beyond.sum() > 10_000
+    assert rows.targets[beyond].min() > 0

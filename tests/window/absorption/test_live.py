@@ -187,6 +187,44 @@ class Live(WindowCase):
         yield from redo()
         self.assertEqual(state(field())[2], both[2])
 
+    def test_undo_and_redo_of_both_before_either_has_a_result(self) -> Steps:
+        """Each press is about one of them."""
+        make_native_brushes("Clay")
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        before = state(field())
+        choose_tool()
+        yield hand.DRAWN
+        worker = self.session.client.pid
+        os.kill(worker, signal.SIGSTOP)
+        self.addCleanup(os.kill, worker, signal.SIGCONT)
+        yield from hand.drag(hand.to_window(self.arc(0.6)))
+        yield from hand.until(lambda: any(j.strokes for j in self.session.jobs), SECONDS, "a job")
+        take_native_brush("Clay")
+        yield 3 * hand.DRAWN
+        still = vertices(field())
+        yield from hand.drag(hand.to_window(self.arc(0.0)), pause=0.02)
+        yield from hand.until(lambda: len(self.session.jobs) > 1, SECONDS, "another job")
+        for step, neural, native in (
+            (undo, True, False),
+            (undo, False, False),
+            (redo, True, False),
+            (redo, True, True),
+        ):
+            yield from step()
+            self.assertEqual(any(job.strokes for job in self.session.jobs), neural)
+            names = module("blender.scene.native_steps").names()
+            self.assertEqual(any("Clay" in name for name in names), native)
+        self.assertTrue(moved_since(still))
+        os.kill(worker, signal.SIGCONT)
+        yield from self.strokes_are(2)
+        yield from self.idle()
+        self.assertEqual(self.names()[0], "Clay")
+        self.assertFalse(edited())
+        for _ in range(2):
+            yield from undo()
+        self.assertEqual(state(field()), before)
+
     @long
     def test_a_dialog_is_open_when_a_stroke_is_absorbed(self) -> Steps:
         """It shows the field while the brush's step is taken back, and can be used afterwards."""

@@ -268,7 +268,7 @@ def test_what_a_boolean_would_come_to_is_shown_coarsely():
 
 def test_a_flattened_field_is_the_sum_in_one(edited):
     jobs, ob, _ = edited
-    result = run(jobs, JobKind.FLATTEN, ob.fields(), ob.bytes)
+    result = run(jobs, JobKind.APPLY_TO_BASE, ob.fields(), ob.bytes)
     data = result.arrays["field"].tobytes()
     assert result.fields["id"] == digest(data)
     points = np.random.default_rng(0).uniform(-0.7, 0.7, (1000, 3))

@@ -72,4 +72,4 @@ class NEURAL_SCULPT_OT_apply_to_base(Operator):
             base = result.arrays["field"].tobytes()
             set_base(found(target), label, base, result.fields["id"])
 
-        return launch(self, Job(JobKind.FLATTEN, label, request, apply, target=target))
+        return launch(self, Job(JobKind.APPLY_TO_BASE, label, request, apply, target=target))

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a Boolean would come to, while its dialog is open.
+"""Preview of a Boolean while its dialog is open.
 
     other settings -> a job behind all others -> a coarse mesh -> over the scene
 
-Of settings that change in quick succession the last ones are computed. The mesh of those before is
-seen until then. It is seen for as long as the field is the one for which it was made, whatever
-becomes of the dialog. The status bar says why settings come to nothing.
+When settings change in quick succession, only the last ones are computed. Until they are, the mesh
+of the settings before stays in sight. A mesh goes when the field is no longer the one that it was
+made for, whatever becomes of the dialog. The status bar says why settings come to nothing.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from ...session.worker_session import session
 from ...viewport import fit_overlay
 
 Asked = tuple[object, ...]
-"""All that a preview depends on."""
+"""The settings that a preview depends on."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def show(ob: Object, asked: Asked, request: Callable[[], Request]) -> None:
         return
 
     def holds() -> bool:
-        """Until there is another one, or none will be."""
+        """Whether this mesh is still the one to show: no other has come, or is to come."""
         ob, now = find(target), _State.now
         if ob is None or now is None or (field_of(ob).revision, ob.mode) != (revision, "OBJECT"):
             return False
@@ -71,7 +71,10 @@ def _tell(why: str) -> None:
 
 
 def end(ob: Object | None = None) -> None:
-    """The dialog is closed; what was not measured because of it, of the object, is measured."""
+    """End the preview, for its dialog is closed.
+
+    ob: the field, whose last stroke is measured now if the preview kept it from that
+    """
     if (now := _State.now) is None:
         return
     _State.now = None

@@ -22,7 +22,7 @@ def check() -> None:
     if hasattr(bpy.utils, "expose_bundled_modules"):
         bpy.utils.expose_bundled_modules()
     try:
-        import openvdb  # noqa: F401  # pyright: ignore
+        import openvdb  # noqa: F401  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise SculptError(
             "This Blender has no OpenVDB for Python. Use Blender 4.5 or newer from blender.org,"
@@ -38,7 +38,7 @@ def write(path: Path, band: NDArray[np.float32], matrix: Matrix, scale: float) -
     scale:  length in the scene of one unit of model space
     """
     check()
-    import openvdb  # pyright: ignore
+    import openvdb  # pyright: ignore[reportMissingImports]
 
     voxel = 2 / (len(band) - 1)
     border = scale * float(band.max())

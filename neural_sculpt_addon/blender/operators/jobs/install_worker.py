@@ -95,7 +95,7 @@ def launch_when_installed(operator: Operator, context: Context, job: Job) -> Out
         _wait_with(context, [job])
         return FINISHED
     _asked[:] = [job]
-    bpy.ops.neural_sculpt.install_worker("INVOKE_DEFAULT")  # pyright: ignore
+    bpy.ops.neural_sculpt.install_worker("INVOKE_DEFAULT")  # pyright: ignore[reportAttributeAccessIssue]
     return CANCELLED
 
 

@@ -130,7 +130,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         preview.give_up()
 
     def _end(self, context: Context) -> None:
-        """Leave none but on the mesh."""
+        """Leave no trace in the window; the stroke itself stays on the mesh."""
         lengths.edit(None)
         changed_stroke.hide()
         overlay.hide_stroke()
@@ -139,7 +139,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
             context.area.tag_redraw()
 
     def _wait(self, context: Context, event: Event, ob: Object) -> Outcome:
-        """For the press on the surface."""
+        """Wait for the press on the surface."""
         if event.type != "LEFTMOUSE":
             return PASS
         if event.value != "PRESS":
@@ -153,7 +153,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return RUNNING
 
     def _begin(self, context: Context, event: Event, ob: Object) -> "Outcome | None":
-        """Start at the point under the mouse; what to answer when there is none to start from.
+        """Start at the point under the mouse; the outcome when there is none, None when there is.
 
         A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
         take it. SculptError when a stroke would lose what other brushes did to the proxy.
@@ -251,7 +251,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return self._turned and not drawing.habits.clicks and len(drawing.so_far.points) == 1
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
-        """What would be sculpted if this were its end."""
+        """The stroke that would be sculpted if the drawing ended now."""
         if self._listed is None:
             kind = Kind.SMOOTH if self.smooth else None
             return drawn_stroke(context, ob, drawing.so_far, self.invert, kind)

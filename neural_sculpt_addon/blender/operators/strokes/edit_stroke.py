@@ -164,7 +164,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         for word in (curve_store.PROFILE, curve_store.MODULATION):
             layout.prop(self, word)
             if getattr(self, word) == CURVE:
-                draw_curve(self.layout, word)  # pyright: ignore
+                draw_curve(self.layout, word)  # pyright: ignore[reportArgumentType]
         if draws:
             layout.prop(self, "alpha")
             if self.alpha not in (KEEP, alpha_choices.NONE) or stroke.brush.alpha is not None:
@@ -218,13 +218,13 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         )
 
     def _show_alpha(self, alpha: Alpha | None) -> None:
-        """The stroke's; without one all is as of a new one, whatever the dialog had before."""
+        """Show the stroke's alpha in the dialog; without one, the settings of a new alpha."""
         self.alpha = alpha_choices.NONE if alpha is None else alpha.name.upper() or KEEP
         self.alpha_angle = 0.0 if alpha is None else math.radians(alpha.angle)
         self.alpha_spacing = NATURAL_SPACING if alpha is None else alpha.spacing
 
     def _changed_alpha(self, alpha: Alpha | None, context: Context) -> Alpha | None:
-        """The alpha with what was given; one that was chosen anew lies as the old one."""
+        """The alpha with the given settings; one that was chosen anew lies as the old one did."""
         given = self.properties.is_property_set
         if self.alpha != KEEP and (alpha is None or self.alpha != alpha.name.upper()):
             old = alpha

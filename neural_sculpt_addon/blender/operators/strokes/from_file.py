@@ -61,7 +61,7 @@ class NEURAL_SCULPT_OT_strokes_from_file(Operator):
 
 
 def _text(path: Path) -> str:
-    """What a file says. SculptError when it cannot be read or is too large."""
+    """The text of a file. SculptError when it cannot be read or is too large."""
     try:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)

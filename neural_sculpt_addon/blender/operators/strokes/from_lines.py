@@ -89,7 +89,7 @@ Their thickness acts as the pen's pressure"""
         return launch_strokes(self, ob, strokes)
 
     def draw(self, context: Context) -> None:
-        """Both settings."""
+        """Draw both settings."""
         self.layout.use_property_split = True
         self.layout.prop(self, "source")
         self.layout.prop(self, "distance")

@@ -58,7 +58,7 @@ def uid_property() -> Any:
 
 
 def chosen_uid(operator: Any, context: Context) -> str:
-    """Of the stroke that the operator was given, or else of the one chosen in the list."""
+    """The uid of the stroke that the operator was given, or else of the one chosen in the list."""
     return operator.uid or stroke_list.active_uid(active_field(context))
 
 
@@ -80,7 +80,7 @@ class _ListOperator(Operator):
         return launch_change(self, context, self.change, uid=uid, **self._given())
 
     def _given(self) -> dict[str, Any]:
-        """What `change` takes beside the list and the uid."""
+        """Further arguments of `change`, after the list and the uid."""
         return {}
 
 

@@ -19,7 +19,7 @@ class NEURAL_SCULPT_OT_watch_release(Operator):
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Begin to watch."""
-        context.window_manager.modal_handler_add(self)  # pyright: ignore
+        context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> Outcome:

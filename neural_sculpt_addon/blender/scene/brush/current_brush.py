@@ -28,7 +28,7 @@ NARROWEST_FACTOR = 0.05
 
 
 def current_kind(context: Context) -> Kind:
-    """What the next stroke does."""
+    """The kind of the next stroke."""
     return Kind[brush_of(context).kind]
 
 
@@ -54,15 +54,14 @@ def current_alpha(context: Context) -> Alpha | None:
 
 
 def profile(choice: str) -> Profile:
-    """What a choice of profile means: the right of its widget is the right of the stroke, where
-    v is -1."""
+    """The profile of a choice; the right of its widget is the right of the stroke, v = -1."""
     if choice == CURVE:
         return Profile(table=curve_store.table(curve_store.PROFILE)[::-1])
     return Profile(choice.lower())
 
 
 def modulation(choice: str) -> Modulation:
-    """What a choice of modulation means."""
+    """The modulation of a choice."""
     if choice == CURVE:
         return Modulation(table=curve_store.table(curve_store.MODULATION))
     return Modulation(choice.lower())
@@ -123,7 +122,7 @@ def drawn_stroke(
 
 
 def strengths(stroke: Stroke) -> list[float]:
-    """Of each of its points what both factors make together, as a pressure."""
+    """The products (K,) of both factors at the control points of a stroke, as pressures."""
     factors = (f for f in (stroke.radius_factors, stroke.intensity_factors) if f is not None)
     return np.prod([np.ones(len(stroke.points)), *factors], axis=0).tolist()
 
@@ -149,8 +148,8 @@ def mirror_of(ob: Object) -> frozenset[str]:
 
 
 def radial_settings(context: Context, ob: Object) -> Any:
-    """What holds Blender's own `radial_symmetry`: the mesh, or before 5.0 Sculpt Mode's settings of
-    the scene, which are None until it was entered once."""
+    """The owner of Blender's own `radial_symmetry`: the mesh, or before 5.0 the scene's settings of
+    Sculpt Mode, which are None until that mode was entered once."""
     if hasattr(ob.data, "radial_symmetry"):
         return ob.data
     return context.scene.tool_settings.sculpt  # pyright: ignore[reportOptionalMemberAccess]

@@ -43,14 +43,14 @@ def ensure(*_: object) -> None:
 
 @persistent
 def remember(*_: object) -> None:
-    """Before undo and redo."""
+    """Remember the brush before undo and redo."""
     global _kept  # noqa: PLW0603 - one file, one brush
     _kept = _settings(_brush()), _curves()
 
 
 @persistent
 def keep(*_: object) -> None:
-    """After undo and redo."""
+    """Bring the brush back after undo and redo."""
     ensure()
     settings, curves = _kept
     _write(settings, {word: points for word, points in curves.items() if points != _curve(word)})

@@ -18,7 +18,7 @@ class _State:
 
 
 def edit(brush: Brush | None) -> None:
-    """From now on change a stroke's brush, which `edited` tells; with None the artist's again."""
+    """Let the keys change the brush of a stroke, see `edited`; with None the artist's again."""
     _State.brush = brush
 
 

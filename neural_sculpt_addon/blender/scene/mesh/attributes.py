@@ -2,9 +2,9 @@
 """What an artist puts on a mesh beside its shape: attributes, UV maps, colors, the material of each
 face, vertex groups. A proxy is made anew after each stroke, and its mesh loses all of that.
 
-Not among it: what belongs to the shape or its shading, what hangs on edges, which are others each
-time, and what Blender keeps for itself under names that begin with a dot (`brush_attributes` has
-some of these).
+Left out is what belongs to the shape or its shading, and what hangs on edges, for a new proxy has
+other ones. So is what Blender keeps for itself under names that begin with a dot;
+`brush_attributes` has some of these.
 """
 
 from collections.abc import Callable, Generator
@@ -109,8 +109,8 @@ def read(ob: Callable[[], Object], mesh: Callable[[], Mesh]) -> Generator[None, 
         member, width, dtype, _ = KINDS[kind]
         attribute = mesh().attributes.get(name)
         if attribute is not None and (attribute.data_type, attribute.domain) == (kind, domain):
-            flat = np.empty(len(attribute.data) * width, dtype)  # pyright: ignore
-            attribute.data.foreach_get(member, flat)  # pyright: ignore
+            flat = np.empty(len(attribute.data) * width, dtype)
+            attribute.data.foreach_get(member, flat)
             found.layers[name] = Layer(kind, domain, flat.reshape(-1, width))
         yield
     if found.groups:
@@ -128,8 +128,8 @@ def write(ob: Object, new: Attributes) -> None:
     assert isinstance(mesh, Mesh)
     for name, layer in new.layers.items():
         kind = "FLOAT_COLOR" if layer.kind == "BYTE_COLOR" else layer.kind  # set as one block
-        mesh.attributes.new(name, kind, layer.domain)  # pyright: ignore
-        data = mesh.attributes[name].data  # pyright: ignore
+        mesh.attributes.new(name, kind, layer.domain)  # pyright: ignore[reportArgumentType]
+        data = mesh.attributes[name].data  # pyright: ignore[reportAttributeAccessIssue]
         data.foreach_set(KINDS[kind].member, np.ascontiguousarray(layer.values).ravel())
         if kind != layer.kind:
             convert(ob, name, domain=layer.domain, data_type=layer.kind)
@@ -152,7 +152,7 @@ def _listed(mesh: Mesh) -> list[tuple[str, str, str]]:
     ]
     if (material := (MATERIAL, "INT", FACE)) in found:
         index = np.empty(len(mesh.polygons), np.int32)
-        mesh.attributes[MATERIAL].data.foreach_get("value", index)  # pyright: ignore
+        mesh.attributes[MATERIAL].data.foreach_get("value", index)  # pyright: ignore[reportAttributeAccessIssue]
         if not index.any():
             found.remove(material)
     return found

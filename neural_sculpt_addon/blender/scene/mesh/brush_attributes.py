@@ -30,23 +30,23 @@ def read(mesh: Mesh) -> dict[str, np.ndarray]:
     for name, (kind, domain, dtype) in PAINTED.items():
         attribute = mesh.attributes.get(name)
         if attribute is not None and (attribute.data_type, attribute.domain) == (kind, domain):
-            found[name] = np.empty(len(attribute.data), dtype)  # pyright: ignore
-            attribute.data.foreach_get("value", found[name])  # pyright: ignore
+            found[name] = np.empty(len(attribute.data), dtype)
+            attribute.data.foreach_get("value", found[name])
     return found
 
 
 def write(mesh: Mesh, painted: Mapping[str, NDArray[np.generic]]) -> None:
-    """Bring the attributes to these values, where they are others; without the ones not named."""
+    """Give the attributes these values, and remove those that are not named."""
     now = read(mesh)
     for name in now.keys() - painted.keys():
         mesh.attributes.remove(mesh.attributes[name])
     for name, values in painted.items():
         if name not in now:
             kind, domain, _ = PAINTED[name]
-            mesh.attributes.new(name, kind, domain)  # pyright: ignore
+            mesh.attributes.new(name, kind, domain)
         elif np.array_equal(now[name], values):
             continue
-        mesh.attributes[name].data.foreach_set("value", values)  # pyright: ignore
+        mesh.attributes[name].data.foreach_set("value", values)  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def protection(mesh: Mesh, faces: NDArray[np.int32]) -> NDArray[np.float32] | None:

@@ -23,7 +23,7 @@ from . import attributes, brush_attributes
 from .attributes import FACE, Attributes
 from .brush_attributes import FACE_SET, HIDDEN_EDGE, HIDDEN_FACE, HIDDEN_VERTEX, MASK
 from .proxy_mesh import Geometry, corners_of, mesh_of
-from .sources import VERTEX, Sources, Surface
+from .sources import VERTEX, MeshSurface, Sources
 
 Vectors = NDArray[np.float32]
 Painted = Mapping[str, NDArray[Any]]
@@ -33,7 +33,7 @@ FORESEE_SECONDS = 0.005  # seconds that `foresee` works in
 
 @dataclass(eq=False)
 class _Foreseen:
-    """What is found ahead of time, for a mesh that will come.
+    """Attributes that are found ahead of time, for a mesh that will come.
 
     key:    the vertices of that mesh, the array itself and not one that is equal
     step:   the step of Blender's history at which the mesh of now was read; None where nothing
@@ -57,8 +57,13 @@ class _Foreseen:
         while not self.is_whole and time.perf_counter() < end:
             self.is_whole = next(self._steps, True) is True
 
+    def stop(self) -> None:
+        """Nothing more is asked: unfinished work would stay until garbage is collected."""
+        if self._steps is not None:
+            self._steps.close()
+
     def find(self, target: int) -> Generator[None, None, None]:
-        """All of it, in steps."""
+        """Find all of them, in steps."""
         if not _keeps(found(target)):
             yield from self.sources.steps({})
             return
@@ -88,7 +93,8 @@ def foresee(
             ready is not None and ready.step == step and ready.sources.is_as(sources)
         ):
             return False
-        _foreseen[:] = [_Foreseen(vertices, sources, step)]
+        forget()
+        _foreseen.append(_Foreseen(vertices, sources, step))
         return True
     ready.work(ob.session_uid, FORESEE_SECONDS)
     return True
@@ -96,14 +102,17 @@ def foresee(
 
 def forget() -> None:
     """Nothing comes any more."""
+    for each in _foreseen:
+        each.stop()
     _foreseen.clear()
 
 
 def carried(
     ob: Object, positions: Callable[[], Vectors], new: Geometry
 ) -> tuple[Painted, Attributes | None]:
-    """What brushes painted on the object's mesh and what else hangs on it, as `new` will have them;
-    a mask of zeros, for example, is left out.
+    """The attributes of an object's mesh as `new` will have them: painted by brushes, and others.
+
+    Attributes that say nothing, a mask of zeros for example, are left out.
 
     positions: gives the vertices (V, 3) of the mesh, if they are needed
 
@@ -140,7 +149,7 @@ def _asked(
     vertices: NDArray[np.generic],
     triangles: NDArray[np.generic],
 ) -> Sources | None:
-    """What `carried` has to find; None when that is nothing."""
+    """The sources that `carried` has to find; None when it needs none."""
     mesh = mesh_of(ob)
     wanted = attributes.domains(ob, mesh)
     if MASK in painted:
@@ -150,7 +159,7 @@ def _asked(
     if not wanted or not len(triangles) or not len(mesh.polygons):
         return None
     return Sources(
-        Surface.of(mesh, positions()),
+        MeshSurface.of(mesh, positions()),
         np.ascontiguousarray(vertices, np.float32),
         np.ascontiguousarray(triangles, np.int32),
         frozenset(wanted),

@@ -14,7 +14,7 @@ from ....worker.client import Message
 from . import attributes
 from .attributes import POINT, Attributes
 from .carried import FORESEE_SECONDS
-from .sources import Sources, Surface
+from .sources import MeshSurface, Sources
 
 Vectors = NDArray[np.float32]
 
@@ -23,7 +23,7 @@ Vectors = NDArray[np.float32]
 class Dress:
     """The attributes of a mesh, and its surface in the frame that a field is fitted in."""
 
-    surface: Surface
+    surface: MeshSurface
     given: Attributes
     _key: Vectors | None = None
     _steps: Generator[None, None, Attributes] | None = field(default=None, repr=False)
@@ -31,12 +31,12 @@ class Dress:
 
     @classmethod
     def of(cls, ob: Object, mesh: Mesh, vertices: Vectors, turned: bool) -> "Dress":
-        """That of the mesh of an object.
+        """The dress of an object's mesh.
 
         vertices: (V, 3), as they are fitted
         turned:   whether that mirrors them, so that triangles are turned over
         """
-        surface = Surface.of(mesh, vertices)
+        surface = MeshSurface.of(mesh, vertices)
         if turned:
             loops = surface.loops
             loops = np.arange(len(mesh.loops)).reshape(-1, 3) if loops is None else loops
@@ -58,13 +58,13 @@ class Dress:
         return self._worn is None
 
     def worn(self, result: Message) -> Attributes | None:
-        """What the proxy of that result wears, at once what was not foreseen."""
+        """The attributes of a result's proxy; what was not foreseen is found at once."""
         while self.foresee(result):
             pass
         return self._worn
 
     def _find(self, result: Message) -> Generator[None, None, Attributes]:
-        """All of it, in steps."""
+        """Find the attributes of a result's proxy, in steps."""
         wanted = {layer.domain for layer in self.given.layers.values()}
         if self.given.groups:
             wanted |= {POINT}

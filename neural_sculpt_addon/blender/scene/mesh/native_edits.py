@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a proxy was changed by Blender's own brushes and tools, which its field knows nothing of.
+"""Native edits: changes to a proxy by Blender's own brushes and tools, unknown to its field.
 
 The next proxy that the worker makes takes its place, and such edits would be gone: strokes and
 changes of the history are refused until Absorb has fitted the field to them, or Remesh Proxy has
@@ -29,7 +29,7 @@ def mark(ob: Object) -> int:
 
 
 def refuse_since(ob: Object, before: int | None) -> None:
-    """SculptError when the proxy was edited since it had that mark, or at all without one."""
+    """SculptError when the proxy's mark is no longer `before`."""
     if mark(ob) != before:
         raise SculptError(
             "The proxy was sculpted by other brushes meanwhile, so it was left as it is. Try again."

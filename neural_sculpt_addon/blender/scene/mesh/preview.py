@@ -194,8 +194,11 @@ def hide() -> None:
 
 
 def positions_below(ob: Object) -> NDArray[np.float32]:
-    """The vertices (V, 3) of a proxy that the next stroke is drawn on: as the mesh shows them, but
-    without the stroke that is under the pen, or was there a moment ago."""
+    """The vertices (V, 3) of a proxy that the next stroke is drawn on.
+
+    They are as the mesh shows them, but without the stroke that is under the pen, or was there a
+    moment ago.
+    """
     target = ob.session_uid
     display, waiting = _displays.get(target), len(_wanted.get(target, ()))
     if display and len(display.shape.strokes) > waiting and display.is_untouched(ob):
@@ -205,7 +208,7 @@ def positions_below(ob: Object) -> NDArray[np.float32]:
 
 @contextmanager
 def hidden() -> Iterator[None]:
-    """Without previews meanwhile."""
+    """Hide all previews while a block runs."""
     hide()
     try:
         yield
@@ -214,20 +217,23 @@ def hidden() -> Iterator[None]:
 
 
 def _can_show(ob: Object) -> bool:
-    """Only on a mesh that is the object's own, not locked, and not under Blender's own brushes."""
+    """Whether a mesh may show previews: the object's own, not locked, not under other brushes."""
     assert ob.data is not None
     if ob.data.users > 1 or proxy_mesh.why_locked(ob):
         return False
     if ob.mode != "SCULPT":
         return True
-    workspace = bpy.context.window_manager.windows[0].workspace  # pyright: ignore
+    workspace = bpy.context.window_manager.windows[0].workspace
     return holds_tool(workspace, "SCULPT")
 
 
 def _displace(
     ob: Object, strokes: Sequence[Stroke], drawn: Stroke | None, most: int | None
 ) -> None:
-    """Only a mesh made of triangles."""
+    """Displace the mesh of an object by strokes, `drawn` the last one, if it is made of triangles.
+
+    most: vertices that are looked at now; None for all, unless a stroke goes on
+    """
     mesh, target = proxy_mesh.mesh_of(ob), ob.session_uid
     if not len(mesh.loops) == 3 * len(mesh.polygons) > 0:
         return
@@ -253,8 +259,10 @@ def _displace(
 
 
 def _protection(ob: Object) -> NDArray[np.float32] | None:
-    """What is masked or hidden on a proxy (V,). The stroke under the pen gets it as its mask when
-    it is drawn."""
+    """Protection (V,) of a proxy's vertices, by masks and hidden faces; None without any.
+
+    The stroke under the pen gets the same as its mask when it is drawn.
+    """
     mesh = proxy_mesh.mesh_of(ob)
     return brush_attributes.protection(mesh, proxy_mesh.corners_of(mesh))
 
@@ -270,8 +278,8 @@ def _shape(
     triangles: NDArray[np.int32],
     strokes: Sequence[Stroke],
 ) -> Displaced:
-    """A mesh displaced by those of the strokes, from the first on, that were added already. The
-    last of these may have grown since."""
+    """The mesh displaced by the first strokes, as many as were added already. The last of these may
+    have grown since."""
     mesh = proxy_mesh.fingerprint(positions)
     known = _shapes.get(target)
     if known and known[0] == mesh and 0 < (count := len(known[1].strokes)) <= len(strokes):

@@ -42,7 +42,7 @@ def put(
 
     true: as of `keep`
 
-    Where all vertices are now.
+    The vertices (V, 3) as they are now are given back.
     """
     written = true["position"]
     for (shown, values), changed in zip(true.items(), (positions, normals), strict=False):
@@ -95,7 +95,7 @@ def restore(mesh: Mesh) -> None:
 
 
 def restore_edited(mesh: Mesh, changed: NDArray[np.intp] | None, count: int) -> None:
-    """The same for a mesh in Edit Mode.
+    """Bring back the true values of a mesh in Edit Mode.
 
     changed: numbers (P,) of the vertices that the preview changed, when it had `count` of them;
              None when nobody knows. Edit Mode numbers them anew when some are added or removed
@@ -127,9 +127,9 @@ def restore_edited(mesh: Mesh, changed: NDArray[np.intp] | None, count: int) -> 
 def _read(mesh: Mesh, attribute: str) -> Vectors:
     """Vectors of a point attribute."""
     flat = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.attributes[attribute].data.foreach_get("vector", flat)  # pyright: ignore
+    mesh.attributes[attribute].data.foreach_get("vector", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
 
 
 def _write(mesh: Mesh, attribute: str, vectors: Vectors) -> None:
-    mesh.attributes[attribute].data.foreach_set("vector", vectors.ravel())  # pyright: ignore
+    mesh.attributes[attribute].data.foreach_set("vector", vectors.ravel())  # pyright: ignore[reportAttributeAccessIssue]

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Display of strokes by one mesh: the shape that they give it, as far as it is computed, and what
-the mesh shows of it."""
+"""Display of strokes by one mesh: their shape as far as it is computed, and what the mesh shows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,11 +15,11 @@ from . import preview_attributes, proxy_mesh
 
 @dataclass
 class Display:
-    """What a mesh shows.
+    """Strokes that one mesh shows, or will soon.
 
-    true:    its own values, by the attributes that a preview changes
-    written: where its vertices (V, 3) were put
-    todo:    strokes that are to be added to the shape, after those that it has
+    true:    the mesh's own values, by the attributes that a preview changes
+    written: vertices (V, 3) as the display has put them
+    todo:    strokes that are still to be added to the shape
     seen:    strokes of the shape that the mesh shows
     """
 
@@ -33,19 +32,19 @@ class Display:
 
     @staticmethod
     def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "Display":
-        """Of the object's mesh as it is now, which `shape` was made of."""
+        """A display on the object's mesh as it is now, which `shape` was made of."""
         mesh = proxy_mesh.mesh_of(ob)
         true = preview_attributes.keep(mesh)
         return Display(mesh.session_uid, shape, true, true["position"], todo)
 
     @property
     def strokes(self) -> tuple[Stroke, ...]:
-        """What it shows, or will soon."""
+        """The strokes that the mesh shows, or will soon."""
         return *self.shape.strokes, *self.todo
 
     @property
     def is_whole(self) -> bool:
-        """Whether it shows all of them."""
+        """Whether the mesh shows all its strokes."""
         return self.seen is self.shape.strokes and not self.todo
 
     def advance(self, most: int | None = None) -> None:

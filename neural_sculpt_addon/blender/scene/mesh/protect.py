@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What masks and hidden faces protect, frozen with a stroke: so that the history comes to the same
-field whatever is masked later.
+"""Protection by masks and hidden faces, frozen with a stroke.
+
+So the history comes to the same field whatever is masked later.
 
 The mask is that of the proxy under the stroke and its mirror images, on the side of thin parts that
 they displace. Where a copy of the stroke comes near to what is masked it takes some 15 ms, on
@@ -29,8 +30,10 @@ SEEN = 64  # points of a stroke, of which its box is found
 
 
 def protected(ob: Object, stroke: Stroke) -> Stroke:
-    """The stroke with what is masked and hidden on the object's proxy now; one that has a mask
-    keeps it. SculptError when it would change nothing."""
+    """The stroke with a mask of what is masked and hidden on the object's proxy now.
+
+    A stroke that has a mask keeps it. SculptError when it would change nothing.
+    """
     (found,) = protected_each(ob, (stroke,))
     if found is None:
         raise SculptError(
@@ -41,7 +44,7 @@ def protected(ob: Object, stroke: Stroke) -> Stroke:
 
 
 def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | None, ...]:
-    """Each of the strokes likewise; None for one that would change nothing."""
+    """The strokes, each as of `protected`; None for one that would change nothing."""
     mesh = proxy_mesh.mesh_of(ob)
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return strokes

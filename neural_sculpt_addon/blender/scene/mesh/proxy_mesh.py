@@ -167,7 +167,7 @@ def normals_of(mesh: Mesh) -> NDArray[np.float32] | None:
     if "custom_normal" not in mesh.attributes:
         return None
     flat = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.attributes["custom_normal"].data.foreach_get("vector", flat)  # pyright: ignore
+    mesh.attributes["custom_normal"].data.foreach_get("vector", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
 
 
@@ -180,7 +180,7 @@ def mesh_of(ob: Object) -> Mesh:
 def corners_of(mesh: Mesh) -> NDArray[np.int32]:
     """The triangles (F, 3) of a mesh that has no other faces."""
     flat = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes[".corner_vert"].data.foreach_get("value", flat)  # pyright: ignore
+    mesh.attributes[".corner_vert"].data.foreach_get("value", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
 
 
@@ -189,7 +189,7 @@ def positions(ob: Object) -> NDArray[np.float32]:
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     flat = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.attributes["position"].data.foreach_get("vector", flat)  # pyright: ignore
+    mesh.attributes["position"].data.foreach_get("vector", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
 
 
@@ -214,4 +214,4 @@ def _flat(values: NDArray[np.generic], dtype: type) -> NDArray[Any]:
 
 
 def _write(mesh: Mesh, attribute: str, member: str, flat: NDArray[np.generic]) -> None:
-    mesh.attributes[attribute].data.foreach_set(member, flat)  # pyright: ignore
+    mesh.attributes[attribute].data.foreach_set(member, flat)  # pyright: ignore[reportAttributeAccessIssue]

@@ -50,25 +50,20 @@ def release() -> None:
     _held.clear()
 
 
-def is_held(ob: Object) -> bool:
-    """Whether a surface stays what it was."""
-    return ob.session_uid in _held
-
-
 def _read(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) and triangles (F, 3)."""
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return proxy_mesh.read(mesh)
     vertices = np.empty(3 * len(mesh.vertices), np.float32)
     corners = np.empty(len(mesh.loops), np.int32)
-    mesh.attributes["position"].data.foreach_get("vector", vertices)  # pyright: ignore
-    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore
+    mesh.attributes["position"].data.foreach_get("vector", vertices)  # pyright: ignore[reportAttributeAccessIssue]
+    mesh.attributes[".corner_vert"].data.foreach_get("value", corners)  # pyright: ignore[reportAttributeAccessIssue]
     return vertices.reshape(-1, 3), corners.reshape(-1, 3)
 
 
 @persistent
 def _forget(_scene: object, depsgraph: Depsgraph | None = None) -> None:
-    """After Blender has evaluated the scene, or loaded another one."""
+    """Forget what is no longer seen, after Blender has evaluated the scene or loaded another."""
     if depsgraph is None:
         _held.clear()
     if depsgraph is None or any(update.is_updated_geometry for update in depsgraph.updates):

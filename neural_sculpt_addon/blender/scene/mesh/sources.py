@@ -28,7 +28,7 @@ VERTEX = "VERTEX"
 
 
 @dataclass(eq=False)
-class Surface:
+class MeshSurface:
     """A mesh's triangles.
 
     polygons, loops: the face (T,) and the corners (T, 3) of the mesh that they are; None where the
@@ -41,8 +41,8 @@ class Surface:
     loops: NDArray[np.int32] | None = None
 
     @classmethod
-    def of(cls, mesh: Mesh, positions: Vectors) -> "Surface":
-        """That of a mesh whose vertices are these (V, 3)."""
+    def of(cls, mesh: Mesh, positions: Vectors) -> "MeshSurface":
+        """The surface of a mesh, with these vertices (V, 3)."""
         if len(mesh.loops) == 3 * len(mesh.polygons):
             return cls(positions, corners_of(mesh))
         mesh.calc_loop_triangles()
@@ -52,7 +52,7 @@ class Surface:
         return cls(positions, flat[0].reshape(-1, 3), flat[1], flat[2].reshape(-1, 3))
 
     def own(self, values: Values, domain: str) -> Values:
-        """The mesh's values, one for each vertex, triangle or corner of a triangle."""
+        """Values of the mesh for each vertex, triangle or corner of a triangle, by the domain."""
         if domain == FACE and self.polygons is not None:
             return values[self.polygons]
         if domain == CORNER and self.loops is not None:
@@ -78,7 +78,12 @@ class Places:
     def between(
         cls, index: Indices, rows: Indices, among: Indices, weights: Vectors
     ) -> Generator[None, None, "Places"]:
-        """Those of `rows` are between others, but for those that are exactly at one; in steps."""
+        """Places of which `rows` (M,) are means of the three rows `among` (M, 3); in steps.
+
+        index: (N,) the row of each other place
+
+        A mean in which one row has all the weight is that row itself.
+        """
         index = index.copy()
         found, corners, kept = [rows[:0]], [among[:0]], [weights[:0]]
         for start in range(0, len(rows), PART):
@@ -115,7 +120,7 @@ class Sources:
     corners:          the places of corners, by the layer
     """
 
-    before: Surface
+    before: MeshSurface
     after: Vectors
     triangles: NDArray[np.int32]
     wanted: frozenset[str]
@@ -124,7 +129,7 @@ class Sources:
     corners: dict[str, Places] = field(default_factory=dict)
 
     def steps(self, layers: Mapping[str, Layer]) -> Generator[None, None, None]:
-        """Find them, for these attributes of the mesh before, in steps of some milliseconds."""
+        """Find the sources of attributes of the mesh before, in steps of some milliseconds."""
         old, wanted = self.before, self.wanted
         if wanted & {VERTEX, POINT}:
             self.vertices = yield from search(self.after, old.positions)
@@ -179,8 +184,8 @@ class Sources:
         return float(np.median(np.linalg.norm(some[:, 0] - some[:, 1], axis=1)))
 
     def _closest(self, faces: Indices, edges: Indices) -> Generator[None, None, "_Closest"]:
-        """Of all vertices of faces that are not the same as the one whose number `faces` (F,)
-        gives."""
+        """The closest points to all vertices of faces that have changed: that are not the same as
+        the face of the mesh before whose number `faces` (F,) gives."""
         old, same = self.before, np.empty(len(faces), bool)
         for start in range(0, len(faces), PART // 2):
             part = slice(start, start + PART // 2)
@@ -197,7 +202,7 @@ class Sources:
         return _Closest(changed, vertices, *found)
 
     def _points(self, closest: "_Closest") -> Generator[None, None, Places]:
-        """Those of vertices."""
+        """Places of vertices: the closest point, unless an equal vertex was there before."""
         old, rows = self.before, closest.vertices
         other = (self.after[rows] != old.positions[self.vertices[rows]]).any(axis=1)
         among = old.triangles[closest.triangle[other]]
@@ -207,8 +212,7 @@ class Sources:
     def _corners(
         self, closest: "_Closest", faces: Indices, edges: Indices, seams: Seams
     ) -> Generator[None, None, Places]:
-        """Those of corners: what is closest to their vertices, and beside seams what is on the side
-        of the face."""
+        """Places of corners: the closest point to the vertex, beside seams on the face's side."""
         old, corner = self.before, self.triangles[closest.changed].ravel()
         number = np.zeros(len(self.after), np.intp)
         number[closest.vertices] = np.arange(len(closest.vertices))

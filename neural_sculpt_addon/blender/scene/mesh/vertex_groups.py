@@ -54,7 +54,7 @@ def write(ob: Object, groups: Sequence[Group], weights: Weights) -> None:
     for group, column in zip(groups, weights.T, strict=True):
         if (column > 0).any():
             mesh.attributes.new(ATTRIBUTE, "FLOAT", "POINT")
-            data = mesh.attributes[ATTRIBUTE].data  # pyright: ignore
+            data = mesh.attributes[ATTRIBUTE].data  # pyright: ignore[reportAttributeAccessIssue]
             data.foreach_set("value", np.maximum(column, 0))
             convert(ob, ATTRIBUTE, mode="VERTEX_GROUP")
             made = ob.vertex_groups[-1]

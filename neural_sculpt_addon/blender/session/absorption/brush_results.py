@@ -27,12 +27,12 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....worker.answers import SNAPPED, is_remade
 from ....worker.client import JobKind, Message
-from ... import notice
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import add_brushed, add_entry, add_kept
 from ...scene.mesh import preview, preview_attributes, proxy_mesh
 from ...scene.objects import find, found
 from ...scene.properties import field_of
+from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
 from ..job import Job
@@ -106,19 +106,16 @@ def can_enter(target: int, proxy: BrushedProxy) -> bool:
     """Whether a step of ours can be made. What was brushed since must be known first."""
     if any(stroke.result is None for stroke in proxy.strokes):
         return False
-    return (not proxy.rests or _change_comes(target)) and _is_free(target, proxy)
+    return (not proxy.rests or _change_comes(target, proxy)) and _is_free(target, proxy)
 
 
 def can_keep(target: int, proxy: BrushedProxy) -> bool:
     """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
-    stroke, only other brushes came after it, and the proxy shows the field as it was brushed, or
-    others follow."""
+    stroke, and only other brushes came after it."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
-    stroke, result = proxy.strokes[0], proxy.strokes[0].result
-    if result is None or not _is_free(target, proxy):
-        return False
-    if proxy.count == 1 and (is_remade(result.arrays) or _is_off(stroke, result)):
+    stroke = proxy.strokes[0]
+    if stroke.result is None or not _is_free(target, proxy):
         return False
     ob, (before, _) = found(target), sculpt_steps.steps()
     if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
@@ -128,7 +125,8 @@ def can_keep(target: int, proxy: BrushedProxy) -> bool:
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
-    """Whether it is seen that vertices are not on the field as they were brushed."""
+    """Whether it is seen that vertices are not on the field as they were brushed, which another
+    proxy is to mend."""
     off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
     return float(off.max(initial=0)) > SEEN_OFF
 
@@ -140,9 +138,11 @@ def _is_free(target: int, proxy: BrushedProxy) -> bool:
     return shows(ob, proxy)
 
 
-def _change_comes(target: int) -> bool:
-    """Whether a job is about to make a step anyway, on what the strokes lead to."""
-    return any(job.kind is not JobKind.BRUSHED for job in session.pending(target))
+def _change_comes(target: int, proxy: BrushedProxy) -> bool:
+    """Whether a job is about to make a step anyway, on what the strokes lead to. What can be redone
+    half-way are their own steps."""
+    changes = (job for job in session.pending(target) if job.kind is not JobKind.BRUSHED)
+    return any(proxy.half_way or not session.keeps_redo(job) for job in changes)
 
 
 def shows(ob: Object, proxy: BrushedProxy) -> bool:
@@ -205,7 +205,9 @@ def take(target: int, proxy: BrushedProxy) -> None:
             proxy_mesh.put(proxy_mesh.mesh_of(ob), seen)  # as sculpted by other brushes
         proxy.keep(0)
         why = str(error) if isinstance(error, SculptError) else "The system console says why."
-        notice.tell(f"Brush strokes stay on the mesh, and the field has not got them. {why}")
+        session.watcher.warned(
+            f"Brush strokes stay on the mesh, and the field has not got them. {why}"
+        )
 
 
 def make_step(target: int, proxy: BrushedProxy) -> None:
@@ -227,23 +229,24 @@ def keep_next(target: int, proxy: BrushedProxy) -> None:
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step)
     proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
-    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, _is_off(stroke, result))
+    off = _is_off(stroke, result) or _is_lost(result)
+    entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, off)
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)
     kept_steps.know(ob, stroke.step, after)
     kept_steps.unsettle(ob, after)
-    _rebase(target)
+    _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
     proxy.positions, proxy.told, proxy.step = stroke.seen, stroke.after, stroke.step
     del proxy.known[0]
     proxy.count -= 1
 
 
-def _rebase(target: int) -> None:
+def _rebase(target: int, step: Step) -> None:
     """The jobs on an object build on another state of it; what the worker has of a brush stroke's
     knew that."""
-    session.forget_bases(target)
+    session.forget_bases(target, step)
     for job in session.pending(target):
         if job.kind is JobKind.BRUSHED and job.base:
             job.base = field_of(found(target)).revision
@@ -275,11 +278,16 @@ def enter_next(target: int, proxy: BrushedProxy) -> None:
     proxy.count, proxy.half_way = proxy.count - 1, proxy.half_way - 1
 
 
+def _is_lost(result: Message) -> bool:
+    """Whether details are missing, and not because the triangles are stretched or folded."""
+    fields = result.fields
+    return not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL
+
+
 def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
-    fields = result.fields
-    if not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL:
-        notice.tell(
+    if _is_lost(result):
+        session.watcher.warned(
             f"The field cannot hold all of {name}: details finer than its finest level were left"
-            " out. The proxy shows what it holds."
+            " out. The proxy shows what it holds when you rest."
         )

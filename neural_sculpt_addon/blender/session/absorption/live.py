@@ -6,8 +6,9 @@
 Blender tells of every change in Sculpt Mode (depsgraph_update_post), so the mesh is compared with
 what it was when no brush is at work. Strokes in quick succession are absorbed one by one, each on
 the result of the one before, and reach the scene between two strokes or when the artist's hand
-rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them, the
-last of their strokes brings another proxy, and so do changes of the topology.
+rests (see `brush_results`). The mesh keeps its triangles. Where brushes have stretched them,
+another proxy comes when the artist rests (see `renewal`), up to Blender 4.5 with the last of their
+strokes. Changes of the topology bring one, too.
 """
 
 import logging
@@ -23,7 +24,6 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....worker.answers import SNAPPED
 from ....worker.client import JobKind, Message
-from ... import notice
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
@@ -212,7 +212,7 @@ def _submit(job: Job) -> bool:
         session.submit(job)
     except SculptError as error:
         log.warning("%s is not absorbed: %s", job.label, error)
-        notice.tell(str(error))
+        session.watcher.warned(str(error))
         return False
     return True
 
@@ -240,7 +240,8 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             remesh |= result.fields["stretched"]
         part = stroke.part
         arrays = {"before": part.before, "after": part.after, "triangles": part.triangles}
-        fields |= {"remesh": remesh, "keep": place + 1 < len(proxy.known)}
+        keep, later = place + 1 < len(proxy.known), kept_steps.EXACT  # see `renewal`
+        fields |= {"remesh": remesh and not later, "keep": keep or later}
         return replace(asked, fields=fields, held=held, arrays=arrays)
 
     def apply(result: Message) -> None:
@@ -259,11 +260,11 @@ def _note(*_: object) -> None:
     worker gets the stroke at once, when nothing else is to be done for it.
     """
     at_work = is_at_work()
-    if any(proxy.count for proxy in proxies.values()) and not at_work:
+    if (session.jobs or any(proxy.count for proxy in proxies.values())) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":
-        kept_steps.settle()
+        settling.leave_sculpt_mode()
         return
     if not is_field(ob):
         return

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time at which proxies get the normals that are behind (see `kept_steps`): Blender evaluates
-the mesh then, so it is when the artist rests."""
+"""The time at which proxies get the normals that are behind (see `kept_steps`), or give way to
+other ones (see `renewal`): Blender evaluates the mesh then, so it is when the artist rests."""
 
 import bpy
 
 from ...scene import kept_steps
+from . import renewal
 from .brushed_proxy import is_at_work, proxies
 
 REST = 2.0
@@ -13,9 +14,16 @@ REST = 2.0
 
 def wait_for_rest() -> None:
     """Settle after a rest that begins now, if there is anything to settle."""
-    if not kept_steps.is_settled():
+    if not kept_steps.is_settled() or renewal.is_due():
         stop()
         bpy.app.timers.register(_settle, first_interval=REST)
+
+
+def leave_sculpt_mode() -> None:
+    """Settle at once, and do the rest soon: it costs little in other modes."""
+    kept_steps.settle()
+    if not bpy.app.timers.is_registered(_settle) and renewal.is_due():
+        bpy.app.timers.register(_settle)
 
 
 def stop() -> None:
@@ -28,4 +36,4 @@ def _settle() -> float | None:
     if is_at_work() or any(proxy.count for proxy in proxies.values()):
         return REST
     kept_steps.settle()
-    return None
+    return renewal.go_on()

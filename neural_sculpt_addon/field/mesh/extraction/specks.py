@@ -41,8 +41,8 @@ def find_specks(
     check:     is called now and then, and may raise
     """
     count, labels = pieces
-    small = np.bincount(labels, minlength=count) < SMALL_PIECE
-    if count == 1 or small.all():
+    small = small_pieces(pieces)
+    if not small.any():
         return np.zeros(len(vertices), bool)
     volumes = signed_volumes(vertices, triangles, labels, count)
     specks = np.zeros(count, bool)
@@ -55,6 +55,12 @@ def find_specks(
             field, vertices[of_piece], float(np.sign(volumes[piece])), spacing
         )
     return specks[labels]
+
+
+def small_pieces(pieces: Components) -> NDArray[np.bool_]:
+    """Which pieces (count,) may be specks; none where all are as small."""
+    small = np.bincount(pieces.labels, minlength=pieces.total) < SMALL_PIECE
+    return small & ~small.all()
 
 
 def _leads_on(field: Field, piece: NDArray[np.float32], side: float, spacing: float) -> bool:

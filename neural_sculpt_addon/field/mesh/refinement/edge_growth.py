@@ -17,8 +17,8 @@ from ...evaluate import values_and_gradients
 from ...field import Field
 from ...geometry import lengths
 from ..proxy import BATCH, FLAT
+from ..quality import find_poor
 from .edge_middles import Middles, find_middles
-from .quality import find_poor
 from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
 
 ROUNDS = 4

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a computing process is like after `settle`, seen in a process of its own."""
+"""What a computing process is like after `set_up`, seen in a process of its own."""
 
 import json
 import platform
@@ -13,9 +13,9 @@ from tests.worker.support import ROOT
 LOOK = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
-from neural_sculpt_addon.worker.settings import settle
+from neural_sculpt_addon.worker.runtime import set_up
 if sys.argv[2] == "settled":
-    settle()
+    set_up()
 import numpy, torch
 try:
     import resource

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a process that computes asks of the libraries below, before it loads NumPy and torch."""
+"""The runtime of a process that computes: threads and memory, before NumPy and torch are loaded."""
 
 import contextlib
 import ctypes
@@ -12,8 +12,8 @@ KEPT_BYTES = 256 << 20  # bytes of freed memory that the process keeps
 LARGEST_BLOCK = 32 << 20  # bytes of a piece of it; the most that glibc allows
 
 
-def settle() -> None:
-    """No threads but ours, and freed memory kept.
+def set_up() -> None:
+    """Have the libraries below start no threads of their own, and keep freed memory.
 
     The libraries' own threads only stall each other when Blender is busy, and LAPACK's even when it
     is not. glibc gives freed memory back at once and asks for it anew for each matrix: four times

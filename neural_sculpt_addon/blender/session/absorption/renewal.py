@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renewal: the field's own proxy in place of one that brushes have stretched or folded, or that is
+off the field, for a kept stroke leaves the mesh as it was brushed.
+
+    the artist rests, or has left Sculpt Mode -> a job behind all others -> one step
+
+Blender takes some 50 ms for another mesh in Sculpt Mode, and 20 for the border ahead of it, so it
+never comes between two strokes in a row; 13 in other modes. Its step changes no field: undo and
+redo pass over it (see `sculpt_steps`). It is not made where it would cut off what can be redone.
+"""
+
+import logging
+
+import bpy
+from bpy.app.translations import pgettext_n as n_
+from bpy.types import Object
+
+from ....worker.client import JobKind, Message
+from ...scene import results, sculpt_steps
+from ...scene.commit import renew_proxy
+from ...scene.mesh import native_edits, proxy_mesh
+from ...scene.objects import found
+from ...scene.properties import field_of, is_field, shown_as
+from ...scene.undo_step import begin_change, in_edit_mode, in_window
+from .. import states
+from ..job import Job, Request
+from ..worker_session import session
+
+log = logging.getLogger(__name__)
+
+LABEL = n_("Remesh Proxy")
+LOOKS = 0.05
+"""Seconds between two looks whether the answer is there."""
+WORKS = 0.01
+"""Seconds between two pieces of the work at what the proxy hands on."""
+
+
+class _State:
+    job: Job | None = None
+    asked: tuple[int, str] = (0, "")
+    """session_uid of the object that it is about, and revision of the field."""
+    result: Message | None = None
+    failed: tuple[int, str] = (0, "")
+    """Those of which there is no proxy."""
+
+
+def is_due() -> bool:
+    """Whether the active field is to get another proxy as soon as the artist rests."""
+    with in_window():
+        ob = bpy.context.active_object
+    if not is_field(ob) or proxy_mesh.STRETCHED not in (mesh := proxy_mesh.mesh_of(ob)):
+        return False
+    if mesh.users > 1 or in_edit_mode() or proxy_mesh.why_locked(ob):
+        return False
+    return (
+        (ob.session_uid, field_of(ob).revision) != _State.failed
+        and not sculpt_steps.steps()[1]
+        and not native_edits.edited(ob)
+    )
+
+
+def go_on() -> float | None:
+    """A piece of the work; seconds until the next one is to be done, None when there is none."""
+    if not is_due() or not session.worker.alive:
+        _forget()
+        return None
+    with in_window():
+        ob = bpy.context.active_object
+    assert ob is not None
+    windows = bpy.context.window_manager.windows
+    if not session.rests or any(len(window.modal_operators) for window in windows):
+        return LOOKS
+    if _State.job is None or _State.asked != (ob.session_uid, field_of(ob).revision):
+        _ask(ob)
+        return LOOKS
+    if _State.result is None:
+        if session.behind is not _State.job:  # something else came first
+            _forget()
+        return LOOKS
+    if results.foresee(ob, _State.result):
+        return WORKS
+    return _bring(ob, _State.job, _State.result)
+
+
+def _ask(ob: Object) -> None:
+    """Ask for the proxy, when nothing else waits behind all jobs."""
+    if session.behind is None:
+        _State.job, _State.result = _job(ob), None
+        _State.asked = ob.session_uid, field_of(ob).revision
+        session.submit_behind(_State.job)
+
+
+def _bring(ob: Object, job: Job, result: Message) -> float | None:
+    """Bring the proxy into the scene. A border comes first, and the window is drawn before the rest
+    is done."""
+    with session.history_grows():
+        if ob.mode == "SCULPT" and sculpt_steps.needs_border():
+            begin_change()
+            return WORKS
+        renew_proxy(ob, result)
+    _forget()
+    session.arrivals.follow(job)
+    return None
+
+
+def _job(ob: Object) -> Job:
+    target = ob.session_uid
+
+    def request() -> Request:
+        ob = found(target)
+        return states.request(ob, **shown_as(field_of(ob)), updated=True)
+
+    def apply(result: Message) -> None:
+        _State.result = result
+
+    def fail(why: str) -> None:
+        log.warning("%s is not renewed: %s", found(target).name, why)
+        _State.failed = _State.asked
+
+    return Job(JobKind.MESH, LABEL, request, apply, target=target, told_why=fail)
+
+
+def _forget() -> None:
+    _State.job = _State.result = None

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A stroke that stretches the proxy, or leaves it off the field, keeps its step and its vertices;
+the field's own proxy comes when the artist rests, and no press of Ctrl Z is about that alone."""
+
+# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
+
+from collections.abc import Callable
+from unittest.mock import patch
+
+import bpy
+import numpy as np
+from harness import arc, module, push_undo, redo, state, stroke, undo, vertices
+from mathutils.bvhtree import BVHTree
+from test_live_absorption import KEPT, BrushCase, brush
+
+sculpt_steps = module("blender.scene.sculpt_steps")
+
+
+class Renewal(BrushCase):
+    def setUp(self) -> None:
+        if not KEPT:
+            self.skipTest("this Blender rounds what it takes back")
+        super().setUp()
+        self.enterContext(self.as_in_a_window())
+        self.enterContext(patch.object(self.results, "SEEN_OFF", 0.0))  # every stroke is off
+
+    def absorb(self, name: str, right: float) -> np.ndarray:
+        """Brush, and let the field have it; the vertices as they were brushed."""
+        brush(name, right)
+        sculpted = vertices(self.ob())
+        self.look()
+        self.finish()
+        return sculpted
+
+    def look_again(self, step: Callable[[], None]) -> tuple[object, ...]:
+        step()
+        return state(self.ob())
+
+    def test_the_stroke_keeps_its_step_and_the_rest_brings_the_fields_proxy(self) -> None:
+        before, first = state(self.ob()), sculpt_steps.active()
+        sculpted = self.absorb("Clay", 0)
+        np.testing.assert_array_equal(vertices(self.ob()), sculpted)
+        self.assertEqual(self.names(), ["Clay"])
+        active = sculpt_steps.active()
+        self.assertTrue(sculpt_steps.is_native(active))
+        revision = self.ob().neural_sculpt.revision
+        self.rest()
+        self.assertEqual(self.ob().neural_sculpt.revision, revision)
+        self.assertFalse(self.edited())
+        renewed = state(self.ob())
+        self.assertFalse(np.array_equal(vertices(self.ob()), sculpted))
+        points = vertices(self.ob()).tolist()
+        bpy.ops.neural_sculpt.remesh(resolution=192)  # which is made from nothing
+        self.finish()
+        corners = module("blender.scene.mesh.proxy_mesh").corners_of(self.ob().data)
+        tree = BVHTree.FromPolygons(vertices(self.ob()).tolist(), corners.tolist())
+        self.assertLess(max(tree.find_nearest(point)[3] for point in points), 2e-4)
+        undo()
+        self.assertEqual(state(self.ob()), renewed)
+        for _ in range(2):
+            self.assertEqual(self.look_again(undo), before)
+            self.assertEqual(sculpt_steps.active(), first)
+            self.assertEqual(self.look_again(redo), renewed)
+
+    def test_what_is_left_out_is_told_of_each_stroke(self) -> None:
+        told = self.enterContext(patch.object(self.results.notice, "tell"))
+        self.enterContext(patch.object(self.results, "LOST_DETAIL", -1.0))
+        self.enterContext(patch.object(self.results, "SEEN_OFF", 1.0))
+        for right in (-30, 30):
+            sculpted = self.absorb("Clay", right)
+        self.assertEqual(told.call_count, 2)
+        self.assertIn("cannot hold all of Clay", told.call_args.args[0])
+        self.rest()
+        self.assertFalse(np.array_equal(vertices(self.ob()), sculpted))
+
+    def test_it_comes_once(self) -> None:
+        self.absorb("Clay", 0)
+        self.rest()
+        history = sculpt_steps.steps()
+        self.rest()
+        self.assertEqual(sculpt_steps.steps(), history)
+
+    def test_strokes_upon_it(self) -> None:
+        states = [state(self.ob())]
+        for name, right in (("Clay", -30), ("Grab", 10), ("Clay", 30)):
+            self.absorb(name, right)
+            self.rest()
+            states.append(state(self.ob()))
+        self.assertEqual(len(self.names()), 3)
+        self.undo_and_redo(states, lambda: state(self.ob()))
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        states.append(state(self.ob()))
+        self.undo_and_redo(states, lambda: state(self.ob()))
+
+    def test_it_cuts_off_nothing_that_can_be_redone(self) -> None:
+        self.absorb("Clay", -30)
+        once = state(self.ob())
+        self.absorb("Grab", 30)
+        twice = state(self.ob())
+        undo()
+        self.rest()
+        self.assertEqual(state(self.ob()), once)
+        redo()
+        self.assertEqual(state(self.ob()), twice)
+        self.rest()
+        self.assertNotEqual(state(self.ob()), twice)
+
+    def test_a_mode_that_was_left_and_what_brushes_did_since(self) -> None:
+        before = state(self.ob())
+        self.absorb("Clay", 0)
+        brush("Clay", 60)  # nobody has looked
+        sculpted = vertices(self.ob())
+        self.rest()
+        np.testing.assert_array_equal(vertices(self.ob()), sculpted)
+        self.look()
+        self.finish()
+        bpy.ops.object.mode_set("EXEC_DEFAULT", True, mode="OBJECT")
+        self.rest()
+        self.assertFalse(self.edited())
+        renewed = state(self.ob())
+        self.ob().location.x = 1.0
+        push_undo("Move")
+        self.assertEqual(self.look_again(undo), renewed)
+        undo()
+        self.assertEqual(self.ob().mode, "SCULPT")
+        np.testing.assert_array_equal(vertices(self.ob()), sculpted)
+        undo()
+        self.assertEqual(self.look_again(undo), before)
+        for _ in range(3):
+            redo()
+        self.assertEqual(self.ob().mode, "OBJECT")
+        self.assertEqual(state(self.ob()), renewed)
+
+    def test_masks_stay(self) -> None:
+        brush("Mask", 60)
+        self.look()
+        self.absorb("Clay", -20)
+        masked = self.masked()
+        self.assertGreater(len(masked), 10)
+        self.rest()
+        self.assertLess(farthest(masked, self.masked()), 1e-5)
+
+    def masked(self) -> np.ndarray:
+        """The vertices that are masked."""
+        mask = module("blender.scene.mesh.brush_attributes").read(self.ob().data)[".sculpt_mask"]
+        return vertices(self.ob())[mask > 0.2]
+
+
+def farthest(points: np.ndarray, others: np.ndarray) -> float:
+    """The longest way from one of some points (N, 3) to the nearest of others (M, 3)."""
+    order = np.argsort(others[:, 0])
+    most = 0.0
+    for point in points:
+        low, high = np.searchsorted(others[order, 0], (point[0] - 0.01, point[0] + 0.01))
+        near = others[order[low:high]]
+        most = max(most, float(np.linalg.norm(near - point, axis=1).min(initial=1.0)))
+    return most
