@@ -63,7 +63,7 @@ class Renewal(BrushCase):
             self.assertEqual(self.look_again(redo), renewed)
 
     def test_what_is_left_out_is_told_of_each_stroke(self) -> None:
-        told = self.enterContext(patch.object(self.results.notice, "tell"))
+        told = self.enterContext(patch.object(module("blender.notice"), "tell"))
         self.enterContext(patch.object(self.results, "LOST_DETAIL", -1.0))
         self.enterContext(patch.object(self.results, "SEEN_OFF", 1.0))
         for right in (-30, 30):
