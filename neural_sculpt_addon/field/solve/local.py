@@ -90,6 +90,10 @@ half as many 1 % less close beside the stroke."""
 CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
 
+CHANGED = 5
+"""Rings of cells around loose parts that are looked at again when those are solved away: nodes
+within two cells reach another one and a half, and a part that ends there shows one beyond."""
+
 CERTAIN = 0.3
 """Cells from the surface, from which on a wrong sign counts."""
 
@@ -174,15 +178,20 @@ class LocalEdit:
     def _clear(self) -> None:
         """Solve away what is loose where the displaced surface runs through itself."""
         level, problem = self.resolution.level, self._problem
-        coarse = children(dilated(self._coarse, level - 1), level - 1)
-        cells = np.union1d(dilated(self._active, level), coarse)
+        cells = dilated(self._active, level)
+        beside = children(dilated(self._coarse, level - 1), level - 1)
+        every = np.union1d(cells, beside)
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
-            loose = loose_parts(self.field, cells, level, held, problem.check)
-            for found, parts in loose.items():
-                self.forbid(parts, found)
+            loose = loose_parts(self.field, cells, level, held, problem.check, beside)
             if not loose:
                 break
+            for found, parts in loose.items():
+                self.forbid(parts, found)
+            changed = numbers(np.concatenate([parts.points for parts in loose.values()]), level)
+            for _ in range(CHANGED):
+                changed = dilated(changed, level)
+            cells, beside = np.intersect1d(changed, every), None
 
     def forbid(self, islands: Islands, found: int | None = None) -> Coefficients:
         """The layer without surface where `islands` are, which it has but nobody asked for.
