@@ -149,7 +149,7 @@ def eighty() -> Mesh:
 def faceted() -> Mesh:
     """A detailed sphere: waves finer than the normal preset's cells."""
     vertices, faces = ball(1, fine=6)
-    waves = np.prod(np.sin(60 * vertices), axis=1)
+    waves = np.prod(np.sin(70 * vertices), axis=1)
     return vertices * (1 + 0.02 * waves[:, None]), faces
 
 
