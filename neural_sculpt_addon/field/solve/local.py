@@ -178,12 +178,12 @@ class LocalEdit:
     def _clear(self) -> None:
         """Solve away what is loose where the displaced surface runs through itself."""
         level, problem = self.resolution.level, self._problem
-        cells = dilated(self._active, level)
-        beside = children(dilated(self._coarse, level - 1), level - 1)
-        every = np.union1d(cells, beside)
+        fine = dilated(self._active, level)
+        every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
+        cells = every
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
-            loose = loose_parts(self.field, cells, level, held, problem.check, beside)
+            loose = loose_parts(self.field, cells, level, held, problem.check, fine)
             if not loose:
                 break
             for found, parts in loose.items():
@@ -191,7 +191,7 @@ class LocalEdit:
             changed = numbers(np.concatenate([parts.points for parts in loose.values()]), level)
             for _ in range(CHANGED):
                 changed = dilated(changed, level)
-            cells, beside = np.intersect1d(changed, every), None
+            cells = np.intersect1d(changed, every)
 
     def forbid(self, islands: Islands, found: int | None = None) -> Coefficients:
         """The layer without surface where `islands` are, which it has but nobody asked for.

@@ -15,17 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from ...common.progress import Check
 from ..evaluate import values
 from ..field import Field
-from ..levels import (
-    block,
-    cells_of,
-    centres,
-    children,
-    dilated,
-    linear,
-    merged,
-    places,
-    spacing,
-)
+from ..levels import block, cells_of, centres, children, dilated, linear, places, spacing
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
 from ..threads import in_pieces
@@ -40,21 +30,17 @@ def loose_parts(
     level: int,
     held: Samples,
     check: Check,
-    beside: NDArray[np.int32] | None = None,
+    divided: NDArray[np.int32],
 ) -> dict[int, Islands]:
-    """The middles of cells in loose parts, and half a cell of the other side, by levels that have
-    some.
+    """Loose parts by the level of the cells that show them: the middles of these, and half a cell
+    of the other side.
 
-    cells: (N,) of a level, rising, that are looked at: what goes on beyond them is not loose
-    held:  samples of the untouched surface: a part that has some of it is not loose
-    beside: more cells (M,), rising, that are looked at as they are
+    cells:   (N,) of a level, rising, that are looked at: what goes on beyond them is not loose
+    held:    samples of the untouched surface: a part that has some of it is not loose
+    divided: cells (M,) among them whose children are looked at, too, if the surface may pass them
 
-    Of `cells` that the surface may pass the children are looked at, too. For their neighbours in
-    other cells the sign of those is enough.
+    The neighbours of children in other cells are not evaluated: they have the sign of their cell.
     """
-    deep = cells
-    if beside is not None:
-        cells = merged(np.concatenate([cells, beside]))
     found, f = dict[int, Islands](), _middle_values(field, cells, level, check)
     while True:
         h = spacing(level)
@@ -64,14 +50,14 @@ def loose_parts(
             found[level] = Islands(middles, np.where(f[loose] < 0, h, -h) / 2)
         if level >= SMALLEST:
             return found
-        near = cells[(np.abs(f) < h) & ~loose & np.isin(cells, deep, assume_unique=True)]
+        near = cells[(np.abs(f) < h) & ~loose & np.isin(cells, divided, assume_unique=True)]
         around = np.intersect1d(dilated(near, level), cells, assume_unique=True)
         finer = children(around, level)
         parents = linear(cells_of(centres(places(finer, level + 1), level + 1), level), level)
         f = f[np.searchsorted(cells, parents)]
         passed = np.isin(parents, near)
         f[passed] = _middle_values(field, finer[passed], level + 1, check)
-        cells, deep, level = finer, finer, level + 1
+        cells, divided, level = finer, finer, level + 1
 
 
 def _middle_values(

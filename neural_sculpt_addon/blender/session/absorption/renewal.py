@@ -32,7 +32,7 @@ LABEL = n_("Remesh Proxy")
 LOOKS = 0.05
 """Seconds between two looks whether the answer is there."""
 WORKS = 0.01
-"""Seconds between two pieces of the work at what the proxy hands on."""
+"""Seconds between two pieces of the transfer of attributes to the new proxy."""
 
 
 class _State:
@@ -41,7 +41,7 @@ class _State:
     """session_uid of the object that it is about, and revision of the field."""
     result: Message | None = None
     failed: tuple[int, str] = (0, "")
-    """Those of which there is no proxy."""
+    """The object and revision for which the worker made no proxy."""
 
 
 def is_due() -> bool:
