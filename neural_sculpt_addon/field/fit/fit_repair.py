@@ -41,8 +41,8 @@ NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vert
 NO_PIECE = 0.25
 """Cells that the vertices of a piece are off on average when the mesh has none there."""
 FACES = 0.5
-"""Mean cosine between the normals of a piece and those of the mesh at its vertices. A piece below it
-is a crumb or a hollow beside the mesh."""
+"""Mean cosine between the normals of a piece and those of the mesh at its vertices. A piece with
+less is a crumb or a hollow beside the mesh."""
 ASKED, ASKED_OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
 HIDDEN_LEVEL, HIDDEN_RINGS, HIDDEN_LOW = 6, 3, 0.4
 """Where hidden pieces are looked for: at a place in each cell of this level, in so many rings of
