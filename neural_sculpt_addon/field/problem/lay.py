@@ -14,7 +14,8 @@ from ...stroke.curve import Array, arc_length, fit_curve
 from ...stroke.path import Path, make_path
 from ...stroke.stroke import Stroke
 from ..field import Field
-from ..projection import project
+from ..mesh.nearest import Nearest
+from ..mesh.surface import SurfaceMesh
 
 PATH_POINTS = 257  # of a path; more on one that is longer than 64 radii
 PER_RADIUS = 4  # at least
@@ -24,6 +25,7 @@ MOST_OFF = 0.2
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
 OFF_SURFACE = 0.02  # what projection may leave
 LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
+SPANNED = 0.5  # radii: a gap in the surface that a stroke leaps over, as from ridge to ridge
 
 
 class Laid(NamedTuple):
@@ -33,25 +35,30 @@ class Laid(NamedTuple):
     path: Path
 
 
-def lay(field: Field, stroke: Stroke) -> Path:
+def lay(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
     """The path of `stroke` on the zero set of `field`.
+
+    mesh: of this zero set; without it, Newton steps alone find the surface, as in the paper
 
     SculptError when a control point is no surface point, or when the surface between two of them
     cannot be followed.
     """
-    _check_on_surface(field, stroke)
+    radius = stroke.brush.radius
+    nearest = Nearest(field, stroke.points, max(MOST_OFF, radius), mesh)
+    _check_on_surface(nearest, stroke)
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.knots) == 1:
-        surface = project(field, curve.points)
+        surface = nearest.find(curve.points)
         return make_path(surface.points, surface.normals, image=stroke.image)
     points, _ = curve.resample(PATH_POINTS)
-    if (count := PER_RADIUS * arc_length(points)[-1] / stroke.brush.radius) > PATH_POINTS:
+    if (count := PER_RADIUS * arc_length(points)[-1] / radius) > PATH_POINTS:
         points, _ = curve.resample(min(int(count), MOST_POINTS))
     for _ in range(2):  # projected points bunch up where the surface is steep; space them again
-        points = _uniform(project(field, points).points.astype(float))
-    surface = project(field, points)
+        points = _uniform(nearest.find(points).points.astype(float))
+    surface = nearest.find(points)
     gaps = np.linalg.norm(np.diff(surface.points, axis=0), axis=1)
-    if gaps.max() > LARGEST_GAP * gaps.mean() or surface.distance.max() > OFF_SURFACE:
+    leaps = gaps.max() > max(LARGEST_GAP * gaps.mean(), SPANNED * radius)
+    if leaps or surface.distance.max() > OFF_SURFACE:
         raise SculptError(
             "The stroke leaves the surface between two of its points. Draw it with more points, or"
             " keep to one side of the shape."
@@ -59,8 +66,8 @@ def lay(field: Field, stroke: Stroke) -> Path:
     return make_path(surface.points, surface.normals, curve.closed, stroke.image)
 
 
-def _check_on_surface(field: Field, stroke: Stroke) -> None:
-    surface = project(field, stroke.points)
+def _check_on_surface(nearest: Nearest, stroke: Stroke) -> None:
+    surface = nearest.find(stroke.points)
     away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
     if away > max(MOST_OFF, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
         raise SculptError(

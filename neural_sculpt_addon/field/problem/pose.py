@@ -47,7 +47,7 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     laid = []
     for copy in stroke.copies():
         check()
-        laid.append(Laid(copy, lay(preparation.field, copy)))
+        laid.append(Laid(copy, lay(preparation.field, copy, preparation.mesh)))
     guide = _guide(preparation.field, laid, check)
     return Problem(preparation, tuple(laid), guide, stroke.seed, check)
 

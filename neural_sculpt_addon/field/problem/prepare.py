@@ -16,7 +16,7 @@ from ...common.progress import Progress, silent
 from ..evaluate import values
 from ..field import Field
 from ..mesh.proxy import Proxy, extract
-from ..mesh.surface import Samples, sample_surface, spatial_order
+from ..mesh.surface import Samples, SurfaceMesh, sample_surface, spatial_order
 
 CELLS = 128  # per axis of the proxy; more find thinner parts, and take longer to march
 SURFACE_SAMPLES = 40_000  # more hold the untouched surface more closely, and take longer to make
@@ -48,6 +48,12 @@ class Preparation:
     def spacing(self) -> float:
         """Edge of a cell of the proxy, model units."""
         return self.proxy.active.spacing
+
+    @property
+    def mesh(self) -> SurfaceMesh:
+        """The proxy's triangles, between samples of the surface."""
+        proxy = self.proxy
+        return SurfaceMesh(Samples(proxy.vertices, proxy.normals), proxy.triangles)
 
     @cached_property
     def surface(self) -> Samples:

@@ -225,8 +225,7 @@ class Problem:
     @cached_property
     def folded(self) -> Folded:
         """The surface asked for where the displaced surface runs through itself."""
-        proxy = self.preparation.proxy
-        whole = SurfaceMesh(Samples(proxy.vertices, proxy.normals), proxy.triangles)
+        proxy, whole = self.preparation.proxy, self.preparation.mesh
         near = self.copies.nearness(whole.vertices, beyond_flat_ends=False) < 1
         touched = near[whole.triangles].any(axis=1)
         under, held = whole.where(touched), whole.where(~touched)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
-from .lattice import ActiveCells, corner_steps, places, steps
+from .lattice import CORNERS, ActiveCells, places, steps
 
 UPPER = np.array([4, 2, 1])  # the corner at the upper end of a cell's edge along each axis
 TRIANGLES_PER_CELL = 5  # triangles of a cell
@@ -117,10 +117,15 @@ def _triangles(
     entry += np.arange(len(cell), dtype=np.int32)
     edge = table.reshape(-1, 3).take(entry, axis=0)  # (F, 3)
     corner = edge // 3
-    row = np.empty((active.cells + 3) ** 3, np.int32)  # of each active cell; of others any
-    row[active.index] = np.arange(len(codes))
-    above = corner_steps(active.cells).take(corner)  # (F, 3)
-    owner = row.take(active.index.take(cell)[:, None] + above)  # (F, 3)
+    place = places(active.index, active.cells)  # (3, A)
+    place -= place.min(axis=1, initial=active.cells + 2, keepdims=True)
+    shape = place.max(axis=1, initial=0) + 1
+    step = np.array([shape[1] * shape[2], shape[2], 1], np.int32)
+    index = step @ place  # (A,), in the box around all active cells
+    row = np.empty(np.prod(shape), np.int32)  # of each active cell; of others any
+    row[index] = np.arange(len(codes))
+    above = (CORNERS @ step).astype(np.int32).take(corner)  # (F, 3)
+    owner = row.take(index.take(cell)[:, None] + above)  # (F, 3)
     return vertex.take(3 * owner + edge - 3 * corner)
 
 

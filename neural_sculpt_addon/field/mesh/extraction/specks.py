@@ -45,15 +45,19 @@ def find_specks(
     if not small.any():
         return np.zeros(len(vertices), bool)
     volumes = signed_volumes(vertices, triangles, labels, count)
-    specks = np.zeros(count, bool)
+    chosen = np.flatnonzero(small)
     order = np.argsort(labels, kind="stable")
     starts = np.searchsorted(labels[order], np.arange(count + 1))
-    for piece in np.flatnonzero(small):
+    boxes = [_box(vertices[order[starts[piece] : starts[piece + 1]]], spacing) for piece in chosen]
+    check()
+    f = values(field, np.concatenate([box.reshape(-1, 3) for box in boxes]))
+    ends = np.cumsum([box.size // 3 for box in boxes])[:-1]
+    specks = np.zeros(count, bool)
+    for piece, box, inside in zip(chosen, boxes, np.split(f, ends), strict=True):
         check()
-        of_piece = order[starts[piece] : starts[piece + 1]]
-        specks[piece] = _leads_on(
-            field, vertices[of_piece], float(np.sign(volumes[piece])), spacing
-        )
+        side = float(np.sign(volumes[piece]))
+        middle = vertices[order[starts[piece] : starts[piece + 1]]].mean(axis=0)
+        specks[piece] = _leads_on(box, side * inside.reshape(box.shape[:3]) < 0, middle)
     return specks[labels]
 
 
@@ -63,24 +67,30 @@ def small_pieces(pieces: Components) -> NDArray[np.bool_]:
     return small & ~small.all()
 
 
-def _leads_on(field: Field, piece: NDArray[np.float32], side: float, spacing: float) -> bool:
-    """Whether what the `piece` (P, 3) encloses leads out of the place around it.
-
-    side: 1 for what is inside of the surface, -1 for a bubble
-    """
+def _box(piece: NDArray[np.float32], spacing: float) -> NDArray[np.float32]:
+    """Points (X, Y, Z, 3) of a lattice in the box around the vertices (P, 3) of a `piece`."""
     low, high = (
         piece.min(axis=0) - SPECK_BORDER * spacing,
         piece.max(axis=0) + SPECK_BORDER * spacing,
     )
     counts = np.ceil((high - low) / spacing * SPECK_SAMPLES).astype(int) + 1
     axes = [np.linspace(*ends, dtype=np.float32) for ends in zip(low, high, counts, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)  # (X, Y, Z, 3)
-    enclosed = (side * values(field, points.reshape(-1, 3)) < 0).reshape(counts)
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+
+
+def _leads_on(
+    points: NDArray[np.float32], enclosed: NDArray[np.bool_], middle: NDArray[np.float32]
+) -> bool:
+    """Whether what a piece around `middle` (3,) encloses leads out of the box around it.
+
+    points:   (X, Y, Z, 3) of the box
+    enclosed: (X, Y, Z), which of them lie on the piece's inner side
+    """
     if not enclosed.any():
         return True  # thinner than can be seen
-    away = np.linalg.norm(points - piece.mean(axis=0), axis=-1)
-    middle = np.unravel_index(np.where(enclosed, away, np.inf).argmin(), counts)
-    parts = np.empty(counts, np.int32)
+    away = np.linalg.norm(points - middle, axis=-1)
+    nearest = np.unravel_index(np.where(enclosed, away, np.inf).argmin(), enclosed.shape)
+    parts = np.empty(enclosed.shape, np.int32)
     ndimage.label(enclosed, np.ones((3, 3, 3)), output=parts)
-    same = parts == parts[middle]
+    same = parts == parts[nearest]
     return any(same.take(end, axis=axis).any() for axis in range(3) for end in (0, -1))
