@@ -4,7 +4,8 @@
 On each shape strokes of any brush, many of them over others, one upon another, from a numbered
 seed. After 5, 20, 50 and 100 of them, or as many as there are:
 
-untouched  share of the samples of the first surface that lie beyond 1.5 radii of every stroke
+untouched  share of the samples of the first surface that lie beyond 1.5 radii of every stroke and
+           that none has covered or carved away, as a high one does which meets another part
 drift      their distances from the surface now
 normal     angles by which its normals have turned there, degrees: root mean square, and most
 pieces     of the proxy at 128 cells, and at 256
@@ -106,6 +107,7 @@ class Session:
         import numpy as np
 
         from neural_sculpt_addon.field.problem.prepare import prepare
+        from neural_sculpt_addon.field.problem.tube import COLUMNS, ROWS
 
         first = now = prepare(self.start)
         random = np.random.default_rng((self.seed, *self.shape.encode()))
@@ -121,6 +123,9 @@ class Session:
             if edit is not None:
                 now = edit.preparation
                 near = np.minimum(near, edit.problem.copies.distance(first.surface.points))
+                swept = edit.problem.displaced_tubes(ROWS, COLUMNS).swept
+                if swept is not None:
+                    near[swept.swallows(first.surface.points)] = 0
             if number in (*SHOWN, options.strokes):
                 self.show(options.pictures, number, now)
             if number in (*MARKS, options.strokes):

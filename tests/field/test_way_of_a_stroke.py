@@ -27,8 +27,8 @@ from neural_sculpt_addon.stroke.stroke import Stroke
 
 FIELD = "neural_sculpt_addon.field."
 TOOLS = {
-    *("detail", "evaluate", "field", "geometry", "levels", "nearest", "network", "projection"),
-    *("threads", "mesh.extraction.lattice", "mesh.surface", "problem.prepare"),
+    *("detail", "evaluate", "field", "geometry", "levels", "network", "projection"),
+    *("threads", "mesh.extraction.lattice", "mesh.nearest", "mesh.surface", "problem.prepare"),
 }
 MAPS = {"in_pieces", "parallel"}
 HOOKS = {"<lambda>"}  # that a caller hands on, to be asked whether to go on

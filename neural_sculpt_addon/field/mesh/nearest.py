@@ -1,68 +1,98 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The nearest points of a surface.
+"""The nearest points of a surface from a line beside it.
 
 Newton steps along the gradient lead there where the surface is smooth. Between ridges and grooves,
-where gradients turn within a step, they wander: there the mesh of the surface tells where it is
-nearest, and Newton steps only take away what the mesh is off. Model space.
+where gradients turn within a step, neighbours are led to different places and the line becomes a
+zigzag: there the mesh tells what is nearest, and Newton steps only take away what the mesh is off.
+Model space.
 """
+
+from functools import cached_property
+from typing import NamedTuple
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...stroke.curve import Array
 from ..evaluate import normals
 from ..field import Field
 from ..projection import ARRIVED, Projection, project
 from .surface import SurfaceMesh
 
-LONGER = 1.5
-"""Times the distance of the mesh, and as many edges of it, that a way to the surface may be long
-before it counts as astray."""
+STRETCHED = 1.5
+"""How much longer a step between neighbours may become before the mesh is asked. On slopes steps do
+become longer, and to ask in vain takes 5 ms."""
+
+LONGER, ASIDE = 1.1, 0.1
+"""How far Newton steps may lead in all: times the distance of the mesh, and edges of it more. The
+mesh of a bent surface is off by less than the latter."""
+
+OFF = 0.25
+"""Edges that a point of the mesh may be off the surface. Of what is farther off, as a fold that is
+finer than the mesh, the mesh's own point is taken."""
+
+
+class _Tree(NamedTuple):
+    tree: igl.AABB
+    vertices: Array  # (V, 3)
+    triangles: NDArray[np.int64]  # (T, 3)
+    edge: float  # their mean edge
 
 
 class Nearest:
-    """The part of a surface that is nearest to some points."""
+    """A surface, to be found from lines in one place."""
 
     def __init__(
-        self,
-        field: Field,
-        points: NDArray[np.floating],
-        reach: float,
-        mesh: SurfaceMesh | None,
+        self, field: Field, mesh: SurfaceMesh | None, points: NDArray[np.floating], reach: float
     ) -> None:
-        """Of the `mesh` take what lies in the box around `points` (N, 3), widened by `reach`."""
-        self._field, self._tree = field, None
-        if mesh is None:
-            return
-        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-        within = ((mesh.vertices.points > low) & (mesh.vertices.points < high)).all(axis=1)
-        corners = mesh.triangles[within[mesh.triangles].any(axis=1)]
-        if not len(corners):
-            return
-        some, corners = np.unique(corners, return_inverse=True)
-        self._vertices = mesh.vertices.points[some].astype(float)
-        self._triangles = corners.reshape(-1, 3).astype(np.int64)
-        edges = self._vertices[self._triangles[:, 0]] - self._vertices[self._triangles[:, 1]]
-        self._edge = float(np.linalg.norm(edges, axis=1).mean())
-        self._tree = igl.AABB()
-        self._tree.init(self._vertices, self._triangles)
+        """Of the `mesh` only what lies in the box around `points` (N, 3), widened by `reach`, is
+        taken. Without a mesh Newton steps alone find the surface."""
+        self._field, self._mesh = field, mesh
+        self._box = points.min(axis=0) - reach, points.max(axis=0) + reach
 
-    def find(self, points: NDArray[np.floating]) -> Projection:
-        """The nearest points (N, 3) of the surface."""
-        found = project(self._field, points)
-        if self._tree is None:
+    def find(self, line: NDArray[np.floating]) -> Projection:
+        """The nearest point of the surface from each of the line's points (N, 3)."""
+        found = project(self._field, line)
+        steps, led = (
+            np.linalg.norm(np.diff(some, axis=0), axis=1) for some in (line, found.points)
+        )
+        wander = (led > STRETCHED * steps).any() or found.distance.max() > ARRIVED
+        if not wander or self._tree is None:
             return found
-        at = np.asarray(points, float)
-        square, _, closest = self._tree.squared_distance(self._vertices, self._triangles, at)
-        way = np.linalg.norm(found.points - points, axis=1)
-        astray = way > 1.1 * np.sqrt(square) + 0.1 * self._edge
-        astray |= found.distance > ARRIVED
-        start = closest[astray].astype(np.float32)
-        near = project(self._field, start, reach=self._edge / 2)
-        off = np.linalg.norm(near.points - start, axis=1)
-        lost = (off > self._edge / 4) | (near.distance > ARRIVED)
-        near.points[lost], near.distance[lost] = start[lost], 0
-        near.normals[lost] = normals(self._field, start[lost])
-        for some, mine in zip(found, near, strict=True):
+        tree, vertices, triangles, edge = self._tree
+        at = np.asarray(line, float)
+        square, _, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, at))
+        way = np.linalg.norm(found.points - line, axis=1)
+        astray = (way > LONGER * np.sqrt(square) + ASIDE * edge) | (found.distance > ARRIVED)
+        for some, mine in zip(found, self._near(nearest[astray].astype(np.float32)), strict=True):
             some[astray] = mine
         return found
+
+    def _near(self, points: NDArray[np.float32]) -> Projection:
+        """Points (N, 3) of the mesh, brought to the surface if that is close."""
+        assert self._tree
+        edge = self._tree.edge
+        near = project(self._field, points, reach=edge / 2)
+        off = np.linalg.norm(near.points - points, axis=1)
+        lost = (off > OFF * edge) | (near.distance > ARRIVED)
+        near.points[lost], near.distance[lost] = points[lost], 0
+        near.normals[lost] = normals(self._field, points[lost])
+        return near
+
+    @cached_property
+    def _tree(self) -> _Tree | None:
+        """None without triangles."""
+        if self._mesh is None:
+            return None
+        (points, _), triangles = self._mesh
+        low, high = self._box
+        within = ((points > low) & (points < high)).all(axis=1)
+        some, corners = np.unique(triangles[within[triangles].any(axis=1)], return_inverse=True)
+        if not len(some):
+            return None
+        vertices, triangles = points[some].astype(float), corners.reshape(-1, 3).astype(np.int64)
+        edges = vertices[triangles[:, 0]] - vertices[triangles[:, 1]]
+        tree = igl.AABB()
+        tree.init(vertices, triangles)
+        return _Tree(tree, vertices, triangles, float(np.linalg.norm(edges, axis=1).mean()))

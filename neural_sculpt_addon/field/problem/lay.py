@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Laying a stroke on the surface: the spline through its control points, projected onto f = 0.
+"""Laying a stroke on the surface: the spline through its control points, led to f = 0.
 
 The result is spaced uniformly by arc length on the surface itself, so u means the same on a flat
 and on a bumpy shape (paper, section 3). Model space. See docs/method.md, section 2.
@@ -24,8 +24,9 @@ MOST_OFF = 0.2
 """How far a control point may lie from the surface, or one radius if that is more. A stroke can
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
 OFF_SURFACE = 0.02  # what projection may leave
-LARGEST_GAP = 12.0  # between neighbours on the path, in mean spacings
-SPANNED = 0.5  # radii: a gap in the surface that a stroke leaps over, as from ridge to ridge
+LARGEST_GAP, SPANNED = 12.0, 1.0
+"""Between neighbours on the path, in mean spacings and in radii: a gap beyond both is refused. A
+narrower one the brush spans, as from ridge to ridge."""
 
 
 class Laid(NamedTuple):
@@ -38,13 +39,13 @@ class Laid(NamedTuple):
 def lay(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
     """The path of `stroke` on the zero set of `field`.
 
-    mesh: of this zero set; without it, Newton steps alone find the surface, as in the paper
+    mesh: of this zero set; without it Newton steps alone find the surface, as in the paper
 
     SculptError when a control point is no surface point, or when the surface between two of them
     cannot be followed.
     """
     radius = stroke.brush.radius
-    nearest = Nearest(field, stroke.points, max(MOST_OFF, radius), mesh)
+    nearest = Nearest(field, mesh, stroke.points, max(MOST_OFF, radius))
     _check_on_surface(nearest, stroke)
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.knots) == 1:

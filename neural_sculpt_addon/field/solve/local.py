@@ -38,7 +38,7 @@ from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .loose import loose_parts
-from .resolution import COARSEST, DENSITY, NODES, resolution
+from .resolution import COARSEST, DENSITY, resolution
 from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
 
 FEWEST = 7
@@ -71,9 +71,10 @@ MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
 cell that may be more: a cell with more gets nodes of one more level. They trade nodes and rows for
 closeness: half of TILTED is a quarter closer, half of MISSED a sixth, half of SHARE a sixteenth."""
 
-FAMILY = 20
-"""Nodes that such a cell takes, about: its children and those beside them. It matters only where
-all cells together would take more than NODES, as under a long stroke with creases."""
+FAMILY, ROOM = 20, 60_000
+"""Nodes that such a cell takes, about: its children and those beside them. Nodes of finer levels at
+most: twice as many double the time of strokes that fold over the detail of many others, which are
+the slowest, and are a third closer there."""
 
 COMPANY = 2
 """Missed cells that must touch such a cell: what is worth a finer level, a crease or a detail, goes
@@ -155,7 +156,7 @@ class LocalEdit:
         both = {level - 1: self._coarse, level: cells}
         self._layer |= solve_levels(both, self._rows, self._problem.check)
         self.field = self._problem.field.plus(self._layer)
-        room = NODES - len(cells)
+        room = ROOM
         for _ in range(FINER):
             if level == FINEST or not len(missed := self._missed(level, cells, room)):
                 break

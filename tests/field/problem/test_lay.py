@@ -106,12 +106,22 @@ def test_the_middle_of_a_ball_is_off_its_surface():
         lay(ball(0.5), Stroke(np.zeros((1, 3)), BRUSH))
 
 
-def test_a_stroke_from_one_piece_to_another_is_refused():
+def test_a_gap_that_is_wide_for_its_brush_is_leapt_over():
+    """Newton steps lead from a chord between two balls to either of them, and to nothing between:
+    a brush that spans the gap reaches over it."""
+    field = eight_balls()
+    ends = project(field, [[-0.3, 0.5, 0.5], [0.3, 0.5, 0.5]], steps=20).points.astype(float)
+    path = lay(field, Stroke(ends, Brush(0.6, 0.01)))
+    assert path.length == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("radius", [0.08, 0.4])
+def test_a_stroke_from_one_piece_to_another_is_refused(radius):
     field = eight_balls()
     ends = project(field, [[-0.3, 0.5, 0.5], [0.3, 0.5, 0.5]], steps=20).points.astype(float)
     np.testing.assert_allclose(ends[:, 0], [-1 / 4, 1 / 4], atol=1e-3)  # cos(2 pi x) = 0
     with pytest.raises(SculptError, match="leaves the surface between"):
-        lay(field, Stroke(ends, BRUSH))
+        lay(field, Stroke(ends, Brush(radius, 0.01)))
 
 
 def test_a_straight_stroke_on_a_plane():
