@@ -43,6 +43,7 @@ def main(given: list[str]) -> None:
     environment.worker_command = lambda *_: worker
     addon: Any = bpy.context.preferences.addons[EXTENSION]
     session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
+    caller = importlib.import_module(f"{EXTENSION}.blender.session.caller")
     prepare = importlib.import_module(f"{EXTENSION}.blender.session.stroke_jobs").prepare_job
     preview: Any = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
     preview.goes_on = lambda: True  # for `_poll` does what timers do
@@ -50,10 +51,10 @@ def main(given: list[str]) -> None:
     rows = []
     for path, name, text in strokes:
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        session.waits = True
+        session.caller = caller.Script()
         operators.neural_sculpt.add(kind="FILE", filepath=path)
         ob: Any = bpy.context.active_object
-        session.waits = False
+        session.caller = caller.Artist()
         session.submit(prepare(ob))
         _poll(session, lambda: not session.jobs)
         steps = _sculpt(session, text, notes)

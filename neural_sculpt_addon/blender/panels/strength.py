@@ -68,11 +68,17 @@ def _set(_: WindowManager, strength: float) -> None:
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
     _State.strength, _State.until = strength, time.monotonic() + REST
-    if session.waits:
+    if not timers_run():
         _apply()
     elif not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=REST)
         bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
+
+
+def timers_run() -> bool:
+    """Whether Blender calls timers, which tell that the slider rests. In the background it calls
+    none, and a script that sets the slider sets the strength."""
+    return not bpy.app.background
 
 
 def is_dragged() -> bool:

@@ -29,6 +29,7 @@ from ..scene.objects import find
 from ..scene.properties import field_of
 from ..scene.sculpt_steps import Step
 from ..scene.undo_step import in_edit_mode
+from .caller import Artist, Caller, Script
 from .job import Job, JobStatus
 from .session_hooks import Arrivals, Watcher
 from .undone import Undone
@@ -50,8 +51,7 @@ class JobQueue:
         self.arrivals = Arrivals()
         self.undone = Undone()
         self.last_error = ""
-        self.waits = bpy.app.background
-        """Whether operators wait for their jobs."""
+        self.caller: Caller = Script() if bpy.app.background else Artist()
 
     @property
     def rests(self) -> bool:
@@ -106,9 +106,9 @@ class JobQueue:
                 job.base = field_of(ob).revision
 
     def tell_waiting(self) -> None:
-        """Tell the watcher which strokes have no result yet; none where operators wait."""
+        """Tell the watcher which strokes have no result yet; none where nobody looks."""
         waiting: dict[int, list[Stroke]] = {}
-        for job in self.jobs if not self.waits else ():
+        for job in self.jobs if self.caller.looks else ():
             if job.target is not None and job.pending and job.strokes:
                 waiting.setdefault(job.target, []).extend(job.strokes)
         self.watcher.strokes_wait(waiting)
@@ -179,7 +179,7 @@ class JobQueue:
         In a mode whose undo steps would not hold them, it ends when that is left.
         """
         if job.keep is not None and find(job.target or 0) is not None:
-            if not self.waits and self.in_other_mode(job):
+            if self.caller.acts and self.in_other_mode(job):
                 job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
                 return
             try:

@@ -38,7 +38,7 @@ class WorkerNews(JobQueue):
     def _must_wait(self, message: Message) -> bool:
         """Whether a result cannot be shown yet: it is to be prepared, or the strokes that come
         after it, or the artist has to leave a mode."""
-        if self.waits or not self.jobs or message.job != self.jobs[0].number:
+        if not self.caller.acts or not self.jobs or message.job != self.jobs[0].number:
             return False
         job = self.jobs[0]
         try:

@@ -16,7 +16,6 @@ from functools import partial
 
 from bpy.app.translations import pgettext_n as n_
 
-from ...common.errors import SculptError
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ...worker.install import environment
 from .. import preferences
@@ -48,10 +47,9 @@ class Session(WorkerNews):
         return self.worker.client
 
     def run(self, job: Job) -> None:
-        """Queue a job, and where operators wait, wait for its end. SculptError when it fails."""
+        """Queue a job, for whose end a script waits: SculptError then, when it fails."""
         self.submit(job)
-        if self.waits:
-            self.wait(job)
+        self.caller.await_end(job, self.poll_once)
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
@@ -78,12 +76,12 @@ class Session(WorkerNews):
     def submit_behind(self, job: Job, start: bool = False) -> None:
         """Have a job done when nothing else waits, instead of the one that was to be.
 
-        Where operators wait for their jobs it is forgotten, for nobody would hear of it.
+        Where nobody looks it is forgotten, for nobody would hear of it.
 
         start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
                job is forgotten then
         """
-        if self.waits:
+        if not self.caller.looks:
             return
         if start:
             self.ensure_worker()
@@ -97,14 +95,6 @@ class Session(WorkerNews):
             self._silence(self.behind)
             self.behind = None
             self.watcher.changed()
-
-    def wait(self, job: Job) -> None:
-        """Poll until the job has ended; SculptError when it did not succeed."""
-        while job.pending:
-            self.poll_once()
-            time.sleep(0.005)
-        if job.status is not JobStatus.DONE:
-            raise SculptError(job.message)
 
     def cancel(self, target: int | None = None, why: str = "Cancelled.") -> None:
         """Cancel all jobs, or all on one target; what the worker still sends of them is ignored."""
@@ -184,7 +174,7 @@ class Session(WorkerNews):
         self.watcher.polled()
         begun = time.perf_counter()
         fresh = self.worker.poll()
-        if self.waits and self.hangs:
+        if self.hangs and not self.caller.acts:
             self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)
@@ -287,7 +277,7 @@ class Session(WorkerNews):
         """Make the job's request and let the worker have it; previews only where they are seen."""
         request = job.request()
         if job.preview is not None:
-            request.fields["preview"] = not self.waits
+            request.fields["preview"] = self.caller.looks
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
         job.status, job.begun, job.waits = JobStatus.RUNNING, time.monotonic(), False

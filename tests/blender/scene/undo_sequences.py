@@ -142,11 +142,11 @@ class Sequence:
         bpy.context.preferences.edit.undo_steps = 256
         yield 0.0
         harness.push_undo("Start")
-        self.session.waits = True
+        harness.call_as("Script")
         for kind in ("SPHERE", "TORUS"):
             with self.hands.context():
                 ops.add(kind=kind)
-        self.session.waits = False
+        harness.call_as("Artist")
         harness.push_undo("Fields")
         self.first = steps()[0]
         self.last, self.steps = (scene(), self.first), sculpt_steps.steps()[0]

@@ -88,8 +88,9 @@ class NEURAL_SCULPT_OT_cancel_installation(Operator):
 
 
 def launch_when_installed(operator: Operator, context: Context, job: Job) -> Outcome:
-    """Start a job that makes a new field. Without a worker ask for its installation first."""
-    if session.waits or not preferences.lacks_worker():
+    """Start a job that makes a new field. Without a worker ask for its installation first, by a
+    dialog: in the background there is none, and the job fails."""
+    if bpy.app.background or not preferences.lacks_worker():
         return launch(operator, job)
     if installer.running:
         _wait_with(context, [job])
