@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
-_LAYERS = frozenset({JobKind.ABSORB, JobKind.BRUSHED, JobKind.BOOLEAN})
+_LAYERS = frozenset({JobKind.ABSORB_PROXY, JobKind.ABSORB_STROKE, JobKind.BOOLEAN})
 """Jobs whose result is one more layer, with a report."""
 
 SNAPPED = "snapped", "snapped_normals"
@@ -97,10 +97,10 @@ def _check_state(
     _require(_is_name(fields.get("revision")), "revision")
     _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
-    if job is JobKind.BRUSHED:
+    if job is JobKind.ABSORB_STROKE:
         _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    if job is not JobKind.BRUSHED or not _PROXY.isdisjoint(arrays):
+    if job is not JobKind.ABSORB_STROKE or not _PROXY.isdisjoint(arrays):
         _check_proxy(arrays)
 
 

@@ -67,7 +67,7 @@ class WorkerNews(JobQueue):
         if job.foresee is not None:
             return job.foresee(message)
         ob = None if job.target is None else find(job.target)
-        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.BRUSHED:
+        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.ABSORB_STROKE:
             return False
         return foresee(ob, message)
 

@@ -259,7 +259,7 @@ class Session(WorkerNews):
 
     def _let_by(self) -> bool:
         """A brush stroke goes ahead of a job that waits for it; whether there is one."""
-        stroke = next((job for job in self.jobs if job.kind is JobKind.BRUSHED), None)
+        stroke = next((job for job in self.jobs if job.kind is JobKind.ABSORB_STROKE), None)
         if stroke is not None:
             self.jobs.remove(stroke)
             self.jobs.appendleft(stroke)

@@ -64,8 +64,8 @@ class Jobs:
             JobKind.MEASURE: self.measure,
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
-            JobKind.ABSORB: self.absorb,
-            JobKind.BRUSHED: self.brushed,
+            JobKind.ABSORB_PROXY: self.absorb_proxy,
+            JobKind.ABSORB_STROKE: self.absorb_stroke,
             JobKind.BOOLEAN: self.boolean,
             JobKind.BOOLEAN_MESH: self.boolean_mesh,
             JobKind.LOAD: self.load,
@@ -157,7 +157,7 @@ class Jobs:
             )
         return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
 
-    def absorb(self, job: Payload, progress: Progress) -> Payload:
+    def absorb_proxy(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, result_revision <vertices, triangles of the proxy as sculpted> ->
         revision, layer, context, report <layer, proxy>.
         """
@@ -172,7 +172,7 @@ class Jobs:
         )
         return self._one_more(before, result, job, progress)
 
-    def brushed(self, job: Payload, progress: Progress) -> Payload:
+    def absorb_stroke(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, remesh, keep, result_revision <before, after, triangles: of the proxy,
         what a brush moved and two rings around it> -> revision, layer, context, report, stretched
         <layer> and <snapped, snapped_normals>: the vertices on the new field. The proxy is
@@ -201,7 +201,7 @@ class Jobs:
 
     def boolean(self, job: Task, progress: Progress) -> Payload:
         """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),
-        other: {state, revision}, or <vertices, triangles of a mesh> -> as absorb.
+        other: {state, revision}, or <vertices, triangles of a mesh> -> as absorb_proxy.
 
         The matrix maps the other field's model space to this one's; the mesh is in this one's. With
         `preview`, <proxy> comes first.

@@ -31,7 +31,7 @@ PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
 SENT = 10  # of so many frames that the protocol refuses one is sent
 WEIGHTS = {
-    **{"measure": 1, "edit": 5, "smooth": 2, "brushed": 5, "replay": 20},
+    **{"measure": 1, "edit": 5, "smooth": 2, "absorb_stroke": 5, "replay": 20},
     **{"boolean": 0.2, "boolean mesh": 0.2},
 }
 """How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
@@ -231,9 +231,9 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "measure": ({"revision": "s", "result_revision": "s"}, {}),
         "mesh": (of, held),
         "fit": ({"resolution": 16, **fit}, box),
-        "absorb": (made, {**held, **box}),
+        "absorb_proxy": (made, {**held, **box}),
         "smooth": ({"stroke": smooth, "solver": "local", **made}, held),
-        "brushed": ({**made, "remesh": False, "keep": False}, {**held, **brushed}),
+        "absorb_stroke": ({**made, "remesh": False, "keep": False}, {**held, **brushed}),
         "boolean": ({**unite, **other}, held),
         "boolean mesh": (unite, {**held, **tetrahedron}),
         "load": ({"path": "in.safetensors", "resolution": 16}, {}),

@@ -53,7 +53,7 @@ WEIGHTS = {
 }
 FIRST = "draw", "draw", "draw", "deliver"
 """What each sequence begins with, so that there is a history."""
-TAKE_IN = ("mesh", "absorb", "brushed")
+TAKE_IN = ("mesh", "absorb_proxy", "absorb_stroke")
 """Jobs that may take away what Blender's own tools made."""
 BY_THEMSELVES = ("mesh", "apply_to_base", "consolidate")
 """Jobs whose results no sequence keeps back."""

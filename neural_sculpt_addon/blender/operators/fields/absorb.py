@@ -14,7 +14,7 @@ from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import NETWORK, field_of
 from ...session import states
 from ...session.absorption import live
-from ...session.absorption.absorb_job import LABEL, absorb_job
+from ...session.absorption.whole_proxy import LABEL, absorb_job
 from ..job_operator import (
     FINISHED,
     REGISTER,

@@ -38,7 +38,7 @@ from ...scene.undo_step import in_edit_mode
 from ..job import Job
 from ..session_hooks import Arrivals
 from ..worker_session import session
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, proxies
+from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, proxies
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ def is_back(now: Vectors, then: Vectors) -> bool:
     return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
 
 
-def find_place(ob: Object, proxy: BrushedProxy) -> None:
+def find_place(ob: Object, proxy: TrackedProxy) -> None:
     """After undo and redo: how many of the strokes the mesh has now.
 
     What is half-way it keeps: of that, Blender's history may have brought back what it has itself.
@@ -87,7 +87,7 @@ def finish(unless_undone: bool = False) -> None:
 
     unless_undone: the former not where something can be redone
     """
-    for target, proxy in [*proxies.items()]:
+    for target, proxy in proxies.each():
         while can_keep(target, proxy):
             take(target, proxy)
         if proxy.half_way and not (unless_undone and proxy.rests):
@@ -97,19 +97,19 @@ def finish(unless_undone: bool = False) -> None:
     session.tell_bases()
 
 
-def is_ready(target: int, proxy: BrushedProxy) -> bool:
+def is_ready(target: int, proxy: TrackedProxy) -> bool:
     """Whether a piece of work can be done."""
     return can_keep(target, proxy) or can_enter(target, proxy)
 
 
-def can_enter(target: int, proxy: BrushedProxy) -> bool:
+def can_enter(target: int, proxy: TrackedProxy) -> bool:
     """Whether a step of ours can be made. What was brushed since must be known first."""
     if any(stroke.result is None for stroke in proxy.strokes):
         return False
     return (not proxy.rests or _change_comes(target, proxy)) and _is_free(target, proxy)
 
 
-def can_keep(target: int, proxy: BrushedProxy) -> bool:
+def can_keep(target: int, proxy: TrackedProxy) -> bool:
     """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
     stroke, and only other brushes came after it."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
@@ -131,21 +131,21 @@ def _is_off(stroke: BrushStroke, result: Message) -> bool:
     return float(off.max(initial=0)) > SEEN_OFF
 
 
-def _is_free(target: int, proxy: BrushedProxy) -> bool:
+def _is_free(target: int, proxy: TrackedProxy) -> bool:
     ob = find(target)
     if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
         return False
     return shows(ob, proxy)
 
 
-def _change_comes(target: int, proxy: BrushedProxy) -> bool:
+def _change_comes(target: int, proxy: TrackedProxy) -> bool:
     """Whether a job is about to make a step anyway, on what the strokes lead to. What can be redone
     half-way are their own steps."""
-    changes = (job for job in session.pending(target) if job.kind is not JobKind.BRUSHED)
+    changes = (job for job in session.pending(target) if job.kind is not JobKind.ABSORB_STROKE)
     return any(proxy.half_way or not session.keeps_redo(job) for job in changes)
 
 
-def shows(ob: Object, proxy: BrushedProxy) -> bool:
+def shows(ob: Object, proxy: TrackedProxy) -> bool:
     """Whether the mesh of an object has the strokes, and nothing else was done to it."""
     mesh = proxy_mesh.mesh_of(ob)
     if not proxy.count or mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
@@ -164,7 +164,7 @@ class BrushResults(Arrivals):
 
     def wait(self) -> bool:
         """Whether there is a piece that `take` would bring into the scene now."""
-        return any(is_ready(*each) for each in proxies.items())
+        return any(is_ready(*each) for each in proxies.each())
 
     def take(self) -> bool:
         """Bring a piece of the first proxy that has one into the scene, and small ones together;
@@ -172,7 +172,7 @@ class BrushResults(Arrivals):
         begun = time.perf_counter()
         taken = False
         while not taken or time.perf_counter() - begun < TAKE_SECONDS:
-            ready = next((each for each in [*proxies.items()] if is_ready(*each)), None)
+            ready = next((each for each in proxies.each() if is_ready(*each)), None)
             if ready is None:
                 break
             take(*ready)
@@ -181,15 +181,15 @@ class BrushResults(Arrivals):
 
     def hold(self, job: Job) -> bool:
         """Whether a job must wait, for it is to know of strokes that are on their way."""
-        ob, proxy = find(job.target or 0), proxies.get(job.target or 0)
-        if ob is None or proxy is None or job.kind is JobKind.BRUSHED:
+        ob, proxy = find(job.target or 0), proxies.get(job.target)
+        if ob is None or proxy is None or job.kind is JobKind.ABSORB_STROKE:
             return False
         if not proxy.count or any(stroke.has_failed for stroke in proxy.strokes):
             return False
         return is_at_work() or shows(ob, proxy)
 
 
-def take(target: int, proxy: BrushedProxy) -> None:
+def take(target: int, proxy: TrackedProxy) -> None:
     """One piece of work."""
     seen = proxy.strokes[-1].seen
     try:
@@ -210,7 +210,7 @@ def take(target: int, proxy: BrushedProxy) -> None:
         )
 
 
-def make_step(target: int, proxy: BrushedProxy) -> None:
+def make_step(target: int, proxy: TrackedProxy) -> None:
     """A brush's step is taken back, or else the first stroke becomes a step of ours; for a stroke
     alone both."""
     proxy.keep(proxy.count)
@@ -223,7 +223,7 @@ def make_step(target: int, proxy: BrushedProxy) -> None:
             proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
 
 
-def keep_next(target: int, proxy: BrushedProxy) -> None:
+def keep_next(target: int, proxy: TrackedProxy) -> None:
     """The first stroke becomes an entry whose undo step is the one that Blender's brush made."""
     ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
     assert result is not None and proxy.step is not None and stroke.step is not None
@@ -248,11 +248,11 @@ def _rebase(target: int, step: Step) -> None:
     knew that."""
     session.forget_bases(target, step)
     for job in session.pending(target):
-        if job.kind is JobKind.BRUSHED and job.base:
+        if job.kind is JobKind.ABSORB_STROKE and job.base:
             job.base = field_of(found(target)).revision
 
 
-def enter_next(target: int, proxy: BrushedProxy) -> None:
+def enter_next(target: int, proxy: TrackedProxy) -> None:
     """The first stroke becomes an undo step. Only the last one may bring another proxy."""
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
     assert result is not None
@@ -269,7 +269,8 @@ def enter_next(target: int, proxy: BrushedProxy) -> None:
     if proxy.count == 1:
         proxy.keep(0)
         proxy_mesh.mesh_of(found(target)).update()
-        follow(found(target), proxy_mesh.positions(found(target)))  # the next may come at once
+        # at once, for the next stroke may come before anything is looked at again
+        proxies.track(found(target), proxy_mesh.positions(found(target)))
         return
     proxy.positions = proxy.told = now
     proxy.step = sculpt_steps.active()

@@ -17,7 +17,6 @@ from dataclasses import replace
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
-from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
@@ -27,7 +26,7 @@ from ....worker.client import JobKind, Message
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
-from ...scene.mesh.brushed import cut
+from ...scene.mesh.moved_part import cut
 from ...scene.objects import find, found
 from ...scene.properties import LOCAL, field_of, is_field, shown_as
 from ...scene.stroke_list import SCULPTED
@@ -36,9 +35,9 @@ from ..job import Job, Request
 from ..session_hooks import Arrivals
 from ..worker_session import session
 from . import brush_results, settling
-from .absorb_job import absorb_job
 from .brush_results import BrushResults
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, is_brushing, proxies
+from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, is_brushing, proxies
+from .whole_proxy import absorb_job
 
 log = logging.getLogger(__name__)
 
@@ -68,14 +67,14 @@ class LiveResults(BrushResults):
     def may_come(self, job: Job) -> bool:
         """While a brush is at work on the object of the job, and until that was looked at."""
         ob = None if job.target is None else find(job.target)
-        if ob is None or job.kind is JobKind.BRUSHED or not _can_absorb(ob):
+        if ob is None or job.kind is JobKind.ABSORB_STROKE or not _can_absorb(ob):
             return False
         return is_brushing() or (_will_look() and not is_at_work())
 
     def follow(self, job: Job) -> None:
         """Know the proxy at once, for the next look comes after a brush that begins before it."""
         ob = None if job.target is None else find(job.target)
-        if ob is not None and job.kind is not JobKind.BRUSHED and _can_absorb(ob):
+        if ob is not None and job.kind is not JobKind.ABSORB_STROKE and _can_absorb(ob):
             _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
 
@@ -96,9 +95,10 @@ def refuse_edits(ob: Object) -> None:
 def let_come(ob: Object) -> bool:
     """Let what brushes did come into the field though something may be redone that this cuts off;
     whether all of it was on its way."""
-    if not is_on_its_way(ob):
+    proxy = proxies.get(ob.session_uid)
+    if proxy is None or not is_on_its_way(ob):
         return False
-    proxies[ob.session_uid].rests = False
+    proxy.rests = False
     session.watcher.work_came()
     return True
 
@@ -153,11 +153,11 @@ def leave() -> None:
     """After undo and redo: let the proxies be as they are now."""
     kept_steps.follow()
     settling.wait_for_rest()
-    for target in [*proxies]:
+    for target, proxy in proxies.each():
         if (ob := find(target)) is None:
-            _drop(target)
+            proxies.drop(target)
         else:
-            brush_results.find_place(ob, proxies[target])
+            brush_results.find_place(ob, proxy)
     _left.clear()
     ob = bpy.context.active_object
     if ob is None or not _is_sculpted(ob):
@@ -171,7 +171,7 @@ def leave() -> None:
 def forget() -> None:
     """Before another file is loaded."""
     _State.brushes = False
-    proxies.clear()
+    proxies.forget()
     kept_steps.forget()
     _left.clear()
 
@@ -187,7 +187,7 @@ def _can_absorb(ob: Object) -> bool:
     return group.live and group.solver == LOCAL and not states.is_whole(group)
 
 
-def _known(ob: Object, now: NDArray[np.float32]) -> BrushedProxy | None:
+def _known(ob: Object, now: NDArray[np.float32]) -> TrackedProxy | None:
     """The proxy as the field made it; None when that cannot be told, for it was changed."""
     mesh, target = ob.data, ob.session_uid
     assert isinstance(mesh, Mesh)
@@ -195,15 +195,10 @@ def _known(ob: Object, now: NDArray[np.float32]) -> BrushedProxy | None:
     proxy = proxies.get(target)
     if proxy is not None and (proxy.filled, proxy.positions.shape) == (filled, now.shape):
         return proxy
-    _drop(target)
+    proxies.drop(target)
     if native_edits.edited(ob) or len(mesh.loops) != 3 * len(mesh.polygons):
         return None
-    return follow(ob, now)
-
-
-def _drop(target: int) -> None:
-    if (proxy := proxies.pop(target, None)) is not None:
-        proxy.keep(0, n_("Absorbing was cancelled: the proxy is another one."))
+    return proxies.track(ob, now)
 
 
 def _submit(job: Job) -> bool:
@@ -222,7 +217,7 @@ def _name() -> str:
     return next((name.removesuffix(_SUFFIX) for name in native_steps.names()), SCULPTED)
 
 
-def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
+def _job(target: int, proxy: TrackedProxy, stroke: BrushStroke) -> Job:
     def request() -> Request:
         ob = found(target)
         asked = states.request(ob, **shown_as(field_of(ob)), result_revision=new_revision())
@@ -249,7 +244,7 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             raise SculptError("The worker answered with other vertices than it was asked about.")
         stroke.result = result
 
-    return Job(JobKind.BRUSHED, stroke.name, request, apply, target=target, follows=True)
+    return Job(JobKind.ABSORB_STROKE, stroke.name, request, apply, target=target, follows=True)
 
 
 @persistent
@@ -260,7 +255,7 @@ def _note(*_: object) -> None:
     worker gets the stroke at once, when nothing else is to be done for it.
     """
     at_work = is_at_work()
-    if (session.jobs or any(proxy.count for proxy in proxies.values())) and not at_work:
+    if (session.jobs or proxies.have_strokes()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":

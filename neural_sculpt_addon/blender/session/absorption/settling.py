@@ -6,7 +6,7 @@ import bpy
 
 from ...scene import kept_steps
 from . import renewal
-from .brushed_proxy import is_at_work, proxies
+from .tracked_proxies import is_at_work, proxies
 
 REST = 2.0
 """Seconds since the last stroke, or since undo and redo: a shorter pause is one between strokes."""
@@ -33,7 +33,7 @@ def stop() -> None:
 
 
 def _settle() -> float | None:
-    if is_at_work() or any(proxy.count for proxy in proxies.values()):
+    if is_at_work() or proxies.have_strokes():
         return REST
     kept_steps.settle()
     return renewal.go_on()

@@ -43,4 +43,4 @@ def absorb_job(ob: Object, follows: bool = False) -> Job:
         native_edits.refuse_since(ob, absorbed[-1])
         add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
 
-    return Job(JobKind.ABSORB, LABEL, request, apply, target=target, follows=follows)
+    return Job(JobKind.ABSORB_PROXY, LABEL, request, apply, target=target, follows=follows)
