@@ -19,7 +19,7 @@ from bpy.app.handlers import persistent
 from ..common.errors import SculptError
 from . import notice
 from .scene import kept_steps, native_steps, sculpt_steps
-from .scene.mesh import preview
+from .scene.mesh.preview import preview
 from .scene.undo_step import in_edit_mode, in_window
 from .session import reports, saved_strokes
 from .session.absorption import brush_results, live

@@ -12,7 +12,7 @@ import bpy
 from ...stroke.stroke import Stroke
 from ...worker.client import Message, WorkerState
 from .. import notice, redraw
-from ..scene.mesh import preview
+from ..scene.mesh.preview import preview
 from ..session.job import Job
 from ..session.session_hooks import Watcher
 from ..session.worker_session import session

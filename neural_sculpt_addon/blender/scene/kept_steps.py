@@ -22,7 +22,8 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from . import sculpt_steps, stroke_list
-from .mesh import preview, proxy_mesh
+from .mesh import proxy_mesh
+from .mesh.preview import preview
 from .objects import find
 from .properties import field_of, is_field
 from .sculpt_steps import Step

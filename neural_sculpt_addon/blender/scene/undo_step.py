@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from . import kept_steps, sculpt_steps
-from .mesh import preview
+from .mesh.preview import preview
 
 
 def begin_change() -> None:

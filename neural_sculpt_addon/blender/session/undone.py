@@ -21,7 +21,7 @@ import logging
 import bpy
 
 from ..scene import native_steps, sculpt_steps
-from ..scene.mesh import preview
+from ..scene.mesh.preview import preview
 from ..scene.sculpt_steps import BORDER, Step
 from ..scene.undo_step import push_undo
 from .job import Job

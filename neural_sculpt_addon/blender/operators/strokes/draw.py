@@ -22,7 +22,8 @@ from ...scene import commit, stroke_list, undo_step
 from ...scene.brush import lengths
 from ...scene.brush.brush_properties import brush_of
 from ...scene.brush.current_brush import drawn_stroke, redrawn_stroke, strengths
-from ...scene.mesh import preview, proxy_mesh
+from ...scene.mesh import proxy_mesh
+from ...scene.mesh.preview import preview
 from ...scene.mesh.protect import protected
 from ...scene.objects import find
 from ...scene.properties import is_field

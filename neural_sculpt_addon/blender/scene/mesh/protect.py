@@ -21,7 +21,8 @@ from ....interaction.growth import Growth, reach_of
 from ....stroke.curve import fit_curve
 from ....stroke.mask import Mask
 from ....stroke.stroke import Stroke
-from . import brush_attributes, preview, proxy_mesh
+from . import brush_attributes, proxy_mesh
+from .preview import preview
 
 MASK_SPACING = 1 / 8
 """Radii: spacing of a mask; where the proxy is coarser, the length of its edges."""

@@ -29,7 +29,8 @@ from ....worker.answers import SNAPPED, is_remade
 from ....worker.client import JobKind, Message
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import add_brushed, add_entry, add_kept
-from ...scene.mesh import preview, preview_attributes, proxy_mesh
+from ...scene.mesh import preview_attributes, proxy_mesh
+from ...scene.mesh.preview import preview
 from ...scene.objects import find, found
 from ...scene.properties import field_of
 from ...scene.sculpt_steps import Step
