@@ -10,8 +10,8 @@ from bpy.types import Context, UILayout, WorkSpaceTool
 
 from .panels.brush_widgets import draw_lengths, draw_mirror
 from .scene.brush.brush_properties import brush_of
+from .scene.chosen import TOOL
 from .scene.properties import is_field
-from .scene.tool import TOOL
 
 DRAW = "neural_sculpt.draw"
 NO_DRAG = "neural_sculpt.no_drag"

@@ -10,13 +10,12 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import preferences
 from ..layouts import draw_installation, draw_text
 from ..locale.translations import OURS, translated
 from ..scene.field_header import header_of
 from ..scene.mesh import native_edits
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
-from ..session import reports
+from ..session import reports, worker_choice
 from ..session.absorption import live
 from ..session.worker_session import session
 from ..viewport import worst_place
@@ -75,7 +74,7 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         ob = context.active_object
         if is_field(ob):
             _draw_field(layout, context, ob)  # pyright: ignore[reportArgumentType]
-        elif not preferences.has_worker():
+        elif not worker_choice.has_worker():
             draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")

@@ -12,8 +12,8 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Header, STATUSBAR_HT_header
 
 from ..locale.translations import OURS
+from ..scene.chosen import holds_tool
 from ..scene.properties import is_field
-from ..scene.tool import holds_tool
 from ..session.worker_session import session
 from .sidebar import draw_job
 

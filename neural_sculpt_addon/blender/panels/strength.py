@@ -16,8 +16,7 @@ from bpy.types import Object, WindowManager
 from ...common.errors import SculptError
 from .. import notice
 from ..scene import stroke_list
-from ..scene.objects import find
-from ..scene.properties import field_of, is_field, strength_property
+from ..scene.properties import field_of, find, is_field, strength_property
 from ..scene.undo_step import in_window
 from ..session.replay import change_history
 from ..session.worker_session import session

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from . import sculpt_steps, stroke_list
 from .mesh import proxy_mesh
 from .mesh.preview import preview
-from .objects import find
-from .properties import field_of, is_field
+from .properties import field_of, find, is_field
 from .sculpt_steps import Step
 from .stroke_list import Entry
 

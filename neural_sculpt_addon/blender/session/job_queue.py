@@ -25,8 +25,7 @@ from ...common.errors import SculptError
 from ...stroke.stroke import Stroke
 from ..scene import sculpt_steps
 from ..scene.mesh import carried, proxy_mesh
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
 from ..scene.undo_step import in_edit_mode
 from .caller import Artist, Caller, Script

@@ -16,7 +16,7 @@ from ...worker.client import JobKind, Message
 from ..scene import stroke_list
 from ..scene.commit import new_revision, set_history
 from ..scene.mesh import native_edits
-from ..scene.objects import found
+from ..scene.properties import found
 from ..scene.stroke_list import Entry
 from . import states
 from .absorption import live

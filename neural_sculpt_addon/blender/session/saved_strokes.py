@@ -7,8 +7,7 @@ The scene has them only while the file is written, so that no step of Blender's 
 from dataclasses import replace
 
 from ..scene import chosen, stroke_list
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from .worker_session import session
 
 _places: dict[int, int] = {}

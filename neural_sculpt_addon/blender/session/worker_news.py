@@ -17,7 +17,7 @@ from ...worker import answers
 from ...worker.client import JobKind, Message, MessageKind
 from ...worker.protocol import ProtocolError
 from ..scene import sculpt_steps
-from ..scene.objects import find
+from ..scene.properties import find
 from ..scene.results import foresee
 from .job import Job, JobStatus
 from .job_queue import JobQueue

@@ -17,12 +17,10 @@ from functools import partial
 from bpy.app.translations import pgettext_n as n_
 
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
-from ...worker.install import environment
-from .. import preferences
 from ..scene import sculpt_steps
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
+from . import worker_choice
 from .job import Job, JobStatus
 from .worker_news import WorkerNews
 
@@ -228,7 +226,7 @@ class Session(WorkerNews):
         self.watcher.stopped()
 
     def ensure_worker(self) -> None:
-        command = environment.worker_command(preferences.worker_python(), preferences.device())
+        command = worker_choice.command()
         if self.client is not None:
             busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
             if self.client.alive and (busy or self.client.command == tuple(command)):

@@ -15,8 +15,7 @@ from ...interaction.changed_ribbon import changed_ribbons
 from ...interaction.ribbon import Ribbon
 from ...stroke.stroke import Stroke
 from .. import redraw
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.stroke_list import Entry
 from .draw_handler import DrawHandler
 from .gpu_drawing import draw_ribbons, over_surface

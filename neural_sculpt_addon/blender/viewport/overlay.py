@@ -27,10 +27,9 @@ from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
 from ..scene.brush.current_brush import current_brush, current_kind, mirror_of, radial_of, seen
+from ..scene.chosen import holds_tool
 from ..scene.mesh.seen_surface import grid_of
-from ..scene.objects import find
-from ..scene.properties import field_of, is_field
-from ..scene.tool import holds_tool
+from ..scene.properties import field_of, find, is_field
 from .draw_handler import DrawHandler
 from .gpu_drawing import FAINTEST, draw_knots, draw_lines, draw_ribbons, draw_strip, over_surface
 from .view import View, lay, view_under

@@ -34,7 +34,7 @@ preview_attributes = harness.module("blender.scene.mesh.preview_attributes")
 native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
 undo_step = harness.module("blender.scene.undo_step")
-objects = harness.module("blender.scene.objects")
+properties = harness.module("blender.scene.properties")
 ops = bpy.ops.neural_sculpt
 
 OPERATIONS = 20
@@ -572,7 +572,7 @@ def check_native(before: Scene, names: list[str]) -> None:
 def check_strokes(ended: list) -> None:
     """Strokes whose jobs have ended are listed, but those that became part of a base."""
     for job in ended:
-        ob = objects.find(job.target)
+        ob = properties.find(job.target)
         if job.strokes and job.status != "cancelled" and ob is not None:
             listed = [item.name for item in ob.neural_sculpt.strokes]
             flattened = any(other.kind == "apply_to_base" for other in ended)

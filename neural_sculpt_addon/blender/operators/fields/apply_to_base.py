@@ -11,8 +11,7 @@ from bpy.types import Context, Event, Operator
 
 from ....worker.client import JobKind, Message
 from ...scene.commit import set_base
-from ...scene.objects import found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, found
 from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session

@@ -20,8 +20,7 @@ from ....worker.client import JobKind, Message
 from ...locale.translations import OURS
 from ...scene.commit import add_entry, new_revision
 from ...scene.mesh import native_edits
-from ...scene.objects import find, found
-from ...scene.properties import NETWORK, field_of, is_field, shown_as, world_scale
+from ...scene.properties import NETWORK, field_of, find, found, is_field, shown_as, world_scale
 from ...scene.stroke_list import Entry
 from ...session import states
 from ...session.job import Job, Request

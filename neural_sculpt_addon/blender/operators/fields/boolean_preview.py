@@ -18,8 +18,7 @@ from ....worker.client import JobKind, Message
 from ... import redraw
 from ...locale.translations import translated
 from ...panels import status_bar
-from ...scene.objects import find, found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, find, found
 from ...session import reports
 from ...session.job import Job, Request
 from ...session.worker_session import session

@@ -16,8 +16,7 @@ from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.mesh import proxy_mesh
-from ...scene.objects import find
-from ...scene.properties import field_of, world_scale
+from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
 from ...scene.results import PROXY
 from ...scene.undo_step import in_window

@@ -19,8 +19,7 @@ from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
 from ...scene.mesh.dress import Dress
-from ...scene.objects import find
-from ...scene.properties import LOCAL, solver_property
+from ...scene.properties import LOCAL, find, solver_property
 from ...scene.succession import has_maps, left_behind
 from ...session.job import Job, Request
 from ...session.worker_session import session

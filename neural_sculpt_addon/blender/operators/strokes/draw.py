@@ -25,8 +25,7 @@ from ...scene.brush.current_brush import drawn_stroke, redrawn_stroke, strengths
 from ...scene.mesh import proxy_mesh
 from ...scene.mesh.preview import preview
 from ...scene.mesh.protect import protected
-from ...scene.objects import find
-from ...scene.properties import is_field
+from ...scene.properties import find, is_field
 from ...session.absorption import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session

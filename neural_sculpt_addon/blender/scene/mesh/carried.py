@@ -17,7 +17,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from .. import sculpt_steps
-from ..objects import found
+from ..properties import found
 from ..sculpt_steps import Step
 from . import attributes, brush_attributes
 from .attributes import FACE, Attributes

@@ -19,8 +19,8 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from ....stroke.stroke import Kind, Stroke
-from ..objects import find
-from ..tool import holds_tool
+from ..chosen import holds_tool
+from ..properties import find
 from . import brush_attributes, preview_attributes, proxy_mesh, seen_surface
 from .preview_display import Display
 from .preview_strokes import StrokeShapes, WantedStrokes, listed

@@ -31,8 +31,7 @@ from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import add_brushed, add_entry, add_kept
 from ...scene.mesh import preview_attributes, proxy_mesh
 from ...scene.mesh.preview import preview
-from ...scene.objects import find, found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, find, found
 from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode

@@ -27,8 +27,7 @@ from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ...scene.mesh.moved_part import cut
-from ...scene.objects import find, found
-from ...scene.properties import LOCAL, field_of, is_field, shown_as
+from ...scene.properties import LOCAL, field_of, find, found, is_field, shown_as
 from ...scene.stroke_list import SCULPTED
 from .. import states
 from ..job import Job, Request

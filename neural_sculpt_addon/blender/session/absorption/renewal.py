@@ -19,8 +19,7 @@ from ....worker.client import JobKind, Message
 from ...scene import results, sculpt_steps
 from ...scene.commit import renew_proxy
 from ...scene.mesh import native_edits, proxy_mesh
-from ...scene.objects import found
-from ...scene.properties import field_of, is_field, shown_as
+from ...scene.properties import field_of, found, is_field, shown_as
 from ...scene.undo_step import begin_change, in_edit_mode, in_window
 from .. import states
 from ..job import Job, Request

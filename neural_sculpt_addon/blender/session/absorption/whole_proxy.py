@@ -11,8 +11,7 @@ from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...scene.commit import add_entry, new_revision
 from ...scene.mesh import native_edits, proxy_mesh
-from ...scene.objects import found
-from ...scene.properties import field_of, shown_as
+from ...scene.properties import field_of, found, shown_as
 from ...scene.stroke_list import SCULPTED, Entry
 from .. import states
 from ..job import Job, Request
