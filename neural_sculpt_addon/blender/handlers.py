@@ -127,7 +127,7 @@ def bring_back(*_: object) -> None:
     try:
         session.submit_again(job)
     except SculptError as error:
-        notice.tell(str(error))
+        notice.tell(error.text)
 
 
 @persistent

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.text import from_json
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
@@ -40,15 +41,14 @@ def why_malformed(message: Message) -> str:
     if not isinstance(message.kind, MessageKind):
         return f"it sent a {message.kind}"
     wanted = {
-        MessageKind.HELLO: {"protocol": int},
-        MessageKind.PROGRESS: {"fraction": float, "message": str},
-        MessageKind.ERROR: {"message": str, "detail": str},
+        MessageKind.HELLO: {"protocol": _is_integer},
+        MessageKind.PROGRESS: {"fraction": _is_number, "message": _is_text},
+        MessageKind.ERROR: {"message": _is_text, "detail": _is_string},
     }.get(message.kind, {})
-    for name, kind in wanted.items():
-        value = message.fields.get(name)
-        if not (_is_number(value) if kind is float else type(value) is kind):
+    for name, is_right in wanted.items():
+        if not is_right(message.fields.get(name)):
             return f"its {message.kind} has no {name!r}"
-    if not _is_list_of(message.fields.get("missing", []), lambda each: type(each) is str):
+    if not _is_list_of(message.fields.get("missing", []), _is_string):
         return f"its {message.kind} misses what has no id"
     return ""
 
@@ -115,7 +115,7 @@ def _check_report(fields: Mapping[str, Any], required: bool) -> None:
     report = fields.get("report", None if required else {})
     _require(type(report) is dict and _is_number(report.get("error_mean", 0.0)), "report")
     notes = report.get("notes", [])
-    _require(type(notes) is list and all(type(note) is str for note in notes), "report")
+    _require(type(notes) is list and all(map(_is_text, notes)), "report")
 
 
 def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -185,6 +185,22 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 def _is_number(value: object) -> bool:
     return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore[reportArgumentType]
+
+
+def _is_integer(value: object) -> bool:
+    return type(value) is int
+
+
+def _is_string(value: object) -> bool:
+    return type(value) is str
+
+
+def _is_text(value: object) -> bool:
+    try:
+        from_json(value)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_name(value: object) -> bool:

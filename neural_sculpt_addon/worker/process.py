@@ -59,7 +59,7 @@ class WorkerProcess:
             if folder is not None:
                 shutil.rmtree(folder, ignore_errors=True)
             raise SculptError(
-                f"The worker cannot be started ({error}); check its Python in the preferences."
+                "The worker cannot be started ({}); check its Python in the preferences.", error
             ) from error
         self.folder = folder
         """Its own, through which it is spoken to; gone when it has ended."""

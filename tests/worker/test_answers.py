@@ -138,7 +138,9 @@ def test_fields_of_another_kind_are_refused(job, field, wrong):
     [
         Message(MessageKind.PROGRESS, 1, {"fraction": "0.5", "message": ""}),
         Message(MessageKind.PROGRESS, 1, {"fraction": 0.5}),
+        Message(MessageKind.PROGRESS, 1, {"fraction": 0.5, "message": ["{} of {}", "1"]}),
         Message(MessageKind.ERROR, 1, {"message": 3, "detail": ""}),
+        Message(MessageKind.ERROR, 1, {"message": ["{}", ["{}", 3]], "detail": ""}),
         Message(MessageKind.ERROR, 1, {"message": "", "detail": "", "missing": [1]}),
         Message(MessageKind.HELLO, 0, {}),
         Message(JobKind.EDIT, 1),

@@ -3,16 +3,17 @@
 
 Blender translates labels, tooltips and the texts of layouts by itself; what is put together or
 reported goes through `bpy.app.translations` where it is said. Texts in tables are marked by n_.
-Messages, many of which come from the worker, arrive put together: `translated` knows them again.
+What was put together, as messages of the worker are, goes through `translated`, which looks up the
+template of the text.
 """
 
 import json
-import re
 from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ...common.text import Text, fill
 from .. import ADDON
 
 
@@ -34,8 +35,8 @@ def read_po(path: Path) -> dict[tuple[str, str], str]:
 
 
 MESSAGE = "Message"
-"""Context in a PO file of what is told while or after something happens. A message may have been
-put together, each {} from something else."""
+"""Context in a PO file of what is told while or after something happens, with {} where a message is
+filled (see `Text`)."""
 
 OURS = "Neural Sculpt"
 """Context of words that mean something else elsewhere: Blender's own translation of a word goes
@@ -48,24 +49,13 @@ CONTEXTS = ("*", "Operator")
 """Blender looks up the names of operators apart from all else."""
 LANGUAGES = {"de": GERMAN, "de_DE": GERMAN}
 """By locale; which of the two is German's depends on the Blender."""
-_MESSAGES = [text for context, text in GERMAN if context == MESSAGE]
-_PATTERNS = [
-    (text, re.compile(re.escape(text).replace(r"\{\}", "(.+)"), re.DOTALL))
-    for text in sorted(_MESSAGES, key=len, reverse=True)  # the one that leaves least to fill in
-]
 
 
 def translated(message: str) -> str:
-    """A message in the artist's language; what was filled in stays, but for messages in it."""
-    return _put_together(message) or rpt_(message)
-
-
-def _put_together(message: str) -> str:
-    """The translation with what was filled in; empty when no message has this form."""
-    for text, pattern in _PATTERNS:
-        if (found := pattern.fullmatch(message)) is not None:
-            return rpt_(text).format(*(_put_together(part) or part for part in found.groups()))
-    return ""
+    """A message in the artist's language; what fills it stays, but for texts in it."""
+    text = Text(message)
+    said = (translated(each) if isinstance(each, Text) else each for each in text.arguments)
+    return fill(rpt_(text.template), tuple(said))
 
 
 def register() -> None:

@@ -143,9 +143,8 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
             row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
     for _ in range(len(lines), LINES if len(field_of(ob).strokes) else 0):
         column.label(text="")
-    notes = report.get("notes")
-    for note in notes[:MOST_NOTES] if isinstance(notes, list) else ():
-        draw_text(column, context, translated(str(note)), "INFO")
+    for note in reports.notes_of(report)[:MOST_NOTES]:
+        draw_text(column, context, translated(note), "INFO")
 
 
 class _Line(NamedTuple):

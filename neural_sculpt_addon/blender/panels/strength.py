@@ -119,7 +119,7 @@ def _apply() -> None:
         if (job := change_history(ob, LABEL, change)) is not None:
             session.run(job)
     except SculptError as error:
-        notice.tell(str(error))
+        notice.tell(error.text)
 
 
 def register() -> None:

@@ -64,7 +64,7 @@ def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dic
         if (name := f"layer.{number}") in result.arrays:
             layers[found["id"]] = bytes_of(result, name)
         elif found["id"] != entry.layer:
-            raise SculptError(f"The worker sent no layer for {entry.name:.100}. Try again.")
+            raise SculptError("The worker sent no layer for {}. Try again.", f"{entry.name:.100}")
     return entries, layers
 
 

@@ -48,8 +48,9 @@ class Entry:
         """SculptError when it is none."""
         if not self.data:
             raise SculptError(
-                f"{self.name:.100} was absorbed from other brushes and is no stroke. It can be"
-                " muted, moved, weakened and deleted."
+                "{} was absorbed from other brushes and is no stroke. It can be muted, moved,"
+                " weakened and deleted.",
+                f"{self.name:.100}",
             )
         return replace(_parsed(self.data), name=self.name)
 
@@ -241,8 +242,10 @@ def _entry(item: NEURAL_SCULPT_PG_listed_stroke) -> Entry:
             _parsed(entry.data)
     except (ValueError, RecursionError, SculptError) as error:
         raise SculptError(
-            f"{item.name:.100} cannot be read ({error}). The history of this field is damaged;"
-            " Apply to Base keeps the field as it is and ends that."
+            "{} cannot be read ({}). The history of this field is damaged; Apply to Base"
+            " keeps the field as it is and ends that.",
+            f"{item.name:.100}",
+            error,
         ) from error
     return entry
 

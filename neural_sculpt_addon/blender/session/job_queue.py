@@ -22,6 +22,7 @@ import bpy
 from bpy.app.translations import pgettext_n as n_
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ...stroke.stroke import Stroke
 from ..scene import sculpt_steps
 from ..scene.mesh import carried, proxy_mesh
@@ -129,11 +130,11 @@ class JobQueue:
             self._check_target(job)
             step()
         except SculptError as error:
-            self.fail(job, str(error))
+            self.fail(job, error.text)
             return False
         except Exception:  # a defect: the jobs to come must not suffer for it
             log.exception("%s failed", job.label)
-            self.fail(job, f"{job.title} failed; the system console says why.")
+            self.fail(job, Text("{} failed; the system console says why.", job.title))
             return False
         return True
 
@@ -142,9 +143,9 @@ class JobQueue:
             return
         ob = find(job.target)
         if ob is None:
-            raise SculptError(f"{job.title} was dropped: the object is gone.")
+            raise SculptError("{} was dropped: the object is gone.", job.title)
         if field_of(ob).revision != job.base:
-            raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
+            raise SculptError("{} was dropped: {} changed in the meantime.", job.title, ob.name)
 
     def keeps_redo(self, job: Job) -> bool:
         """Whether the result of a job must wait, for the undo step that it becomes would cut off
@@ -183,7 +184,7 @@ class JobQueue:
                 return
             try:
                 job.keep()
-                why = f"{why} {job.title} is in the history, muted."
+                why = Text("{} {} is in the history, muted.", why, job.title)
             except SculptError as error:  # the object cannot be changed at all
                 log.warning("%s cannot be kept: %s", job.label, error)
         self.end(job, JobStatus.FAILED, why)

@@ -8,11 +8,14 @@ its revision, and on the object while that is at this revision.
 
 import json
 from collections import OrderedDict
+from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, TypeGuard
 
 import bpy
 from bpy.types import Object
 
+from ...common.text import Text, from_json
 from ...worker.client import JobKind, Message
 from ..scene.properties import field_of, is_field
 from .job import Job, Request
@@ -52,6 +55,16 @@ def worst_places(report: dict[str, Any]) -> list[Place]:
     if not isinstance(places, list):
         return []
     return [(float(x[0]), float(x[1]), float(x[2])) for x in places[:MOST_PLACES] if _is_place(x)]
+
+
+def notes_of(report: Mapping[str, Any]) -> list[Text]:
+    """What a fit says of its mesh, in sentences."""
+    notes = report.get("notes")
+    told = []
+    for note in notes if isinstance(notes, list) else ():
+        with suppress(ValueError):  # in a .blend can be anything
+            told.append(from_json(note))
+    return told
 
 
 def _is_place(value: object) -> TypeGuard[list[float]]:

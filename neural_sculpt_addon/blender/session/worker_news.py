@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ...worker import answers
 from ...worker.client import JobKind, Message, MessageKind
 from ...worker.protocol import ProtocolError
@@ -88,7 +89,7 @@ class WorkerNews(JobQueue):
         try:
             self._check(job, message)
         except ProtocolError as error:
-            self._lose(job, f"The worker answered nonsense: {error}")
+            self._lose(job, Text("The worker answered nonsense: {}", error))
             return
         finally:
             self._checked = None
@@ -168,7 +169,7 @@ class WorkerNews(JobQueue):
             return
         self.queue_again(job)
         log.warning("%s is sent again: %s", job.label, why)
-        self.watcher.warned(f"{job.title} is sent to a new worker. {why}")
+        self.watcher.warned(Text("{} is sent to a new worker. {}", job.title, why))
 
     def _silence(self, job: Job) -> None:
         """Let the worker stop a job; what it still sends of it is ignored."""

@@ -16,6 +16,7 @@ from functools import partial
 
 from bpy.app.translations import pgettext_n as n_
 
+from ...common.text import Text
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ..scene import sculpt_steps
 from ..scene.properties import field_of, find
@@ -198,7 +199,7 @@ class Session(WorkerNews):
         if self.jobs:
             job = self.jobs[0]
             try:
-                self.fail(job, f"{job.title} failed; the system console says why.")
+                self.fail(job, Text("{} failed; the system console says why.", job.title))
             except Exception:
                 log.exception("%s cannot be ended", job.label)
                 job.status = JobStatus.FAILED
@@ -269,7 +270,7 @@ class Session(WorkerNews):
         try:
             self._begin(job)
         except WorkerGoneError as error:  # just now
-            self._lose(job, str(error))
+            self._lose(job, error.text)
 
     def _begin(self, job: Job) -> None:
         """Make the job's request and let the worker have it; previews only where they are seen."""

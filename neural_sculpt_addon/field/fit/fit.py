@@ -129,7 +129,7 @@ def fit_mesh(
         raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
     if open_parts not in (None, *Open):
         raise SculptError(
-            f"Open parts cannot be {open_parts!r:.60}; choose one of {', '.join(Open)}."
+            "Open parts cannot be {}; choose one of {}.", f"{open_parts!r:.60}", ", ".join(Open)
         )
     method, preset = Method(method), Preset(preset)
     kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check, Progress, silent
+from ...common.text import Text
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..levels import Level, cells_of, centres, dilated, distinct, linear, places, spacing
@@ -122,7 +123,7 @@ def refine(
             break
         if done:
             preview(field)
-        check = partial(progress, done / len(levels), f"Fitting detail, level {level}")
+        check = partial(progress, done / len(levels), Text("Fitting detail, level {}", level))
         check()
         candidates = None
         if done:

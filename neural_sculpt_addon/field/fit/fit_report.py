@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
+from ...common.text import Text
 from ..evaluate import values
 from ..field import Field
 from ..geometry import angles, search_tree
@@ -261,28 +262,44 @@ def _notes(
     solid, mesh_solid = measures["components"] - inner, measures["mesh_components"] - mesh_inner
     notes = []
     if solid > mesh_solid or (solid < mesh_solid and known.pieces):
-        notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(would())}")
+        notes.append(
+            Text("The mesh has {} pieces, the field {}. {}", mesh_solid, solid, _advice(would()))
+        )
     if inner != mesh_inner and known.cavities:
-        notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(would())}")
+        notes.append(
+            Text("The mesh has {} cavities, the field {}. {}", mesh_inner, inner, _advice(would()))
+        )
     if measures["lost"]:
         notes.append(
-            f"Pieces of the mesh that the field lacks: {measures['lost']}. {_advice(would())}"
+            Text(
+                "Pieces of the mesh that the field lacks: {}. {}",
+                measures["lost"],
+                _advice(would()),
+            )
         )
     if measures["thin_off"] > SOME:
         notes.append(
-            f"Parts or gaps thinner than {spacing(presets.tolerance.finest) * unit:.2g} are off:"
-            f" {measures['thin_off']:.1%} of the surface. {_advice(would())}"
+            Text(
+                "Parts or gaps thinner than {} are off: {} of the surface. {}",
+                f"{spacing(presets.tolerance.finest) * unit:.2g}",
+                f"{measures['thin_off']:.1%}",
+                _advice(would()),
+            )
         )
     elif measures["beyond"] > MUCH:
         notes.append(
-            f"Off by more than {measures['allowed'] * unit:.2g}: {measures['beyond']:.0%} of the"
-            f" surface. {_advice(list(presets.finer)[:1])}"
+            Text(
+                "Off by more than {}: {} of the surface. {}",
+                f"{measures['allowed'] * unit:.2g}",
+                f"{measures['beyond']:.0%}",
+                _advice(list(presets.finer)[:1]),
+            )
         )
     return notes
 
 
-def _advice(would: list[str]) -> str:
+def _advice(would: list[str]) -> Text:
     """The coarsest preset that would do."""
     if not would:
-        return "No quality holds that; make such parts larger, or a field of their own."
-    return WOULD_DO[would[0]]
+        return Text("No quality holds that; make such parts larger, or a field of their own.")
+    return Text(WOULD_DO[would[0]])

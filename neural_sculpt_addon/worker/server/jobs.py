@@ -13,6 +13,7 @@ import numpy as np
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, sub_progress
+from ...common.text import to_json
 from ...stroke.stroke import Stroke
 from ..answers import SNAPPED
 from ..protocol import JobKind
@@ -356,7 +357,10 @@ def _layer(solved: "Solved") -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _place(fit: "Fit") -> dict[str, Any]:
     """Where a fitted field belongs, and how good it is."""
-    return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
+    report = dict(fit.report)
+    if "notes" in report:
+        report["notes"] = [to_json(note) for note in report["notes"]]
+    return {"scale": fit.scale, "center": list(fit.center), "report": report}
 
 
 def _edit_bytes(edit: "Edit") -> int:

@@ -30,6 +30,7 @@ from typing import Any
 
 from ...common.errors import Cancelled, SculptError
 from ...common.progress import Progress, interruptible
+from ...common.text import to_json
 from .. import pulse
 from ..install.environment import Device
 from ..mailbox import Inbox, Outbox
@@ -65,7 +66,7 @@ def main(device_name: str) -> None:
     try:
         device = choose(Device(device_name))
     except SculptError as error:
-        server.serve(refusing(str(error)), {**hello, "device": ""})
+        server.serve(refusing(error.text), {**hello, "device": ""})
     else:
         server.serve(Jobs(device).handlers(), {**hello, "device": device.type})
 
@@ -140,9 +141,9 @@ class Server:
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
         except MissingError as error:
-            return _error(job.job, str(error), missing=error.ids)
+            return _error(job.job, error.text, missing=error.ids)
         except SculptError as error:
-            return _error(job.job, str(error))
+            return _error(job.job, error.text)
         except MemoryError:
             return _error(
                 job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError"
@@ -168,7 +169,10 @@ class Server:
             now = self._reported
             if now - last >= PROGRESS_SECONDS:
                 last = now
-                fields = {"fraction": min(max(float(fraction), 0.0), 1.0), "message": message}
+                fields = {
+                    "fraction": min(max(float(fraction), 0.0), 1.0),
+                    "message": to_json(message),
+                }
                 self._send(Message(MessageKind.PROGRESS, job, fields))
 
         return report
@@ -190,7 +194,7 @@ class Server:
             self._send(answer)
         except ProtocolError as error:  # a result that cannot be sent: NaN in a report, too large
             logger.exception("the result of job %d cannot be sent", answer.job)
-            self._send(_error(answer.job, str(error)))
+            self._send(_error(answer.job, error.text))
 
     def _send(self, message: Message) -> None:
         try:
@@ -265,4 +269,5 @@ class Server:
 
 
 def _error(job: int, message: str, detail: str = "", **fields: Any) -> Message:
-    return Message(MessageKind.ERROR, job, {"message": message, "detail": detail, **fields})
+    told = {"message": to_json(message), "detail": detail}
+    return Message(MessageKind.ERROR, job, {**told, **fields})

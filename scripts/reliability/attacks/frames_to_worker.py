@@ -134,6 +134,7 @@ def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
 
     A sound request follows the mutated one, which a worker that goes on must answer.
     """
+    from neural_sculpt_addon.common.text import from_json
     from neural_sculpt_addon.worker.protocol import MessageKind
 
     probe = 10**9 + number
@@ -150,7 +151,8 @@ def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
     final = finals[0]
     if final.kind is not MessageKind.ERROR:
         return "results", ""
-    return "defects" if final.fields["detail"] else "errors", final.fields["message"]
+    said = from_json(final.fields["message"])
+    return "defects" if final.fields["detail"] else "errors", said
 
 
 def _finals(worker: Any, probe: int) -> list[Any] | None:

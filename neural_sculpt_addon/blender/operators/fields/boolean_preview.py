@@ -61,7 +61,7 @@ def show(ob: Object, asked: Asked, request: Callable[[], Request]) -> None:
     try:
         session.submit_behind(job, start=True)
     except SculptError as error:
-        _tell(str(error))
+        _tell(error.text)
 
 
 def _tell(why: str) -> None:

@@ -13,6 +13,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.mesh import proxy_mesh
@@ -125,9 +126,9 @@ class NEURAL_SCULPT_OT_export(Operator):
         kind = KINDS.get(path.suffix.lower())
         if kind is None:
             known = ", ".join(KINDS)
-            raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
+            raise SculptError("A field cannot be exported as {}. Use one of {}.", path.name, known)
         if not path.parent.is_dir():
-            raise SculptError(f"There is no folder {path.parent}. Choose another place.")
+            raise SculptError("There is no folder {}. Choose another place.", path.parent)
         if kind is JobKind.SAMPLE:
             level_set.check()
         target = active_field(context).session_uid
@@ -137,7 +138,7 @@ class NEURAL_SCULPT_OT_export(Operator):
 
         def exported() -> Object:
             if (ob := find(target)) is None:
-                raise SculptError(f"{path.name} was not written: the object is gone.")
+                raise SculptError("{} was not written: the object is gone.", path.name)
             return ob
 
         def request() -> Request:  # when the strokes drawn so far are done
@@ -152,7 +153,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             else:
                 _write_mesh(path, ob, result, modifiers, text)
 
-        return launch(self, Job(kind, f"Export {path.name}", request, write))
+        return launch(self, Job(kind, Text("Export {}", path.name), request, write))
 
 
 def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:
@@ -178,7 +179,7 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
         except RuntimeError as error:  # an operator's error report
             cause = str(error).strip().removeprefix("Error: ")
             raise SculptError(
-                f"{path.name} was not written ({cause}). Choose another folder or file name."
+                "{} was not written ({}). Choose another folder or file name.", path.name, cause
             ) from error
 
 

@@ -13,6 +13,7 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ... import notice, preferences
 from ...locale.translations import OURS
@@ -21,6 +22,7 @@ from ...scene.mesh import proxy_mesh
 from ...scene.mesh.dress import Dress
 from ...scene.properties import LOCAL, find, solver_property
 from ...scene.succession import has_maps, left_behind
+from ...session import reports
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
@@ -150,19 +152,26 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             ob = create_field(new, result, report, replaced, dress.worn(result))
             if replaced is not None and replaced.parent is not None and ob.parent is None:
                 notice.tell(
-                    f"The field of {name} has no parent: the uneven scale of"
-                    f" {replaced.parent.name} would distort it."
+                    Text(
+                        "The field of {} has no parent: the uneven scale of {} would distort it.",
+                        name,
+                        replaced.parent.name,
+                    )
                 )
             axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
             if axes:
                 notice.tell(
-                    f"The origin of {name} is far from its middle. Along {', '.join(axes)} the"
-                    " field's own, and with it the plane of symmetry, is the middle."
+                    Text(
+                        "The origin of {} is far from its middle. Along {} the field's own, and"
+                        " with it the plane of symmetry, is the middle.",
+                        name,
+                        ", ".join(axes),
+                    )
                 )
-            for note in report.get("notes", ()):
+            for note in reports.notes_of(report):
                 notice.tell(note)
 
-        job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
+        job = Job(JobKind.FIT, Text("Fit {}", name), lambda: Request(fields, arrays), add)
         job.foresee = dress.foresee
         job.preview = lambda preview: fit_overlay.show(
             preview, place(preview), lambda: job in session.jobs
@@ -211,7 +220,7 @@ def read_in(
     finally:
         evaluated.to_mesh_clear()
     if not len(triangles):
-        raise SculptError(f"{source.name} has no faces. Choose a mesh with a closed surface.")
+        raise SculptError("{} has no faces. Choose a mesh with a closed surface.", source.name)
     linear, offset = np.array(shape.to_3x3()), np.array(shape.translation)  # (3, 3), (3,)
     if np.linalg.det(linear) < 0:
         triangles = triangles[:, ::-1]

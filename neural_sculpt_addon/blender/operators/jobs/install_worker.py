@@ -131,4 +131,4 @@ def _go_on() -> None:
         try:
             session.run(job)
         except SculptError as error:
-            tell(str(error))
+            tell(error.text)

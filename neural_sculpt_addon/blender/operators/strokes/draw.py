@@ -13,6 +13,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....interaction.drawing import Drawing, Habits, Nowhere, Phase
 from ....interaction.recorder import Mouse
 from ....stroke.stroke import Kind, Stroke
@@ -234,9 +235,11 @@ class NEURAL_SCULPT_OT_draw(Operator):
             preview.settle()
             if stroke.left_out:
                 count = len(stroke.images) + stroke.left_out
-                told = (
-                    f"{stroke.left_out} of {count} copies, turned about an axis, would leave the"
-                    " box [-1, 1]^3 of the field and were left out."
+                told = Text(
+                    "{} of {} copies, turned about an axis, would leave the box [-1, 1]^3 of the"
+                    " field and were left out.",
+                    stroke.left_out,
+                    count,
                 )
                 self.report({"WARNING"}, translated(told))
             return outcome

@@ -66,7 +66,9 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
-            raise SculptError(f"{path.name} is larger than any stroke file. Choose another one.")
+            raise SculptError("{} is larger than any stroke file. Choose another one.", path.name)
         return content.decode("utf-8")
     except (OSError, ValueError) as error:
-        raise SculptError(f"{path.name} cannot be read ({error}). Choose another file.") from error
+        raise SculptError(
+            "{} cannot be read ({}). Choose another file.", path.name, error
+        ) from error

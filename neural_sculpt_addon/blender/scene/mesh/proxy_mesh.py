@@ -12,6 +12,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from . import brush_attributes
 from .attributes import Attributes
 
@@ -30,14 +31,16 @@ def why_locked(ob: Object) -> str:
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if ob.library or mesh.library or ob.override_library:
-        return f"{ob.name} is linked from another file. Make it local to sculpt it."
+        return Text("{} is linked from another file. Make it local to sculpt it.", ob.name)
     if mesh.is_editmode:
-        return f"{ob.name} is in Edit Mode. Leave Edit Mode to sculpt the field."
+        return Text("{} is in Edit Mode. Leave Edit Mode to sculpt the field.", ob.name)
     if mesh.shape_keys:
-        return f"{ob.name} has shape keys, which a new proxy would break. Remove them to sculpt."
+        return Text(
+            "{} has shape keys, which a new proxy would break. Remove them to sculpt.", ob.name
+        )
     if in_dyntopo(ob):
-        return (
-            f"Dyntopo owns the mesh of {ob.name} while it is on. Turn it off to sculpt the field."
+        return Text(
+            "Dyntopo owns the mesh of {} while it is on. Turn it off to sculpt the field.", ob.name
         )
     return ""
 

@@ -25,6 +25,7 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.answers import SNAPPED, is_remade
 from ....worker.client import JobKind, Message
 from ...scene import kept_steps, native_steps, sculpt_steps
@@ -204,9 +205,9 @@ def take(target: int, proxy: TrackedProxy) -> None:
         if ob is not None and proxy_mesh.positions(ob).shape == seen.shape:
             proxy_mesh.put(proxy_mesh.mesh_of(ob), seen)  # as sculpted by other brushes
         proxy.keep(0)
-        why = str(error) if isinstance(error, SculptError) else "The system console says why."
+        why = error.text if isinstance(error, SculptError) else Text("The system console says why.")
         session.watcher.warned(
-            f"Brush strokes stay on the mesh, and the field has not got them. {why}"
+            Text("Brush strokes stay on the mesh, and the field has not got them. {}", why)
         )
 
 
@@ -289,6 +290,9 @@ def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
     if _is_lost(result):
         session.watcher.warned(
-            f"The field cannot hold all of {name}: details finer than its finest level were left"
-            " out. The proxy shows what it holds when you rest."
+            Text(
+                "The field cannot hold all of {}: details finer than its finest level were left"
+                " out. The proxy shows what it holds when you rest.",
+                name,
+            )
         )

@@ -206,7 +206,7 @@ def _submit(job: Job) -> bool:
         session.submit(job)
     except SculptError as error:
         log.warning("%s is not absorbed: %s", job.label, error)
-        session.watcher.warned(str(error))
+        session.watcher.warned(error.text)
         return False
     return True
 
