@@ -21,7 +21,7 @@ from . import status_bar
 TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster
 
 
-class Display(Watcher):
+class SessionDisplay(Watcher):
     """Shows what it hears of the session."""
 
     def __init__(self) -> None:
@@ -83,7 +83,7 @@ class Display(Watcher):
 
 def register() -> None:
     """Show what the session does."""
-    session.watcher = Display()
+    session.watcher = SessionDisplay()
 
 
 def unregister() -> None:

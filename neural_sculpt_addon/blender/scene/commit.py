@@ -25,7 +25,7 @@ from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
 from .proxy_properties import ShownAs
-from .results import State, bytes_of, computed, edited, geometry_of, next_geometry
+from .results import ObjectState, bytes_of, computed, edited, geometry_of, next_geometry
 from .sculpt_steps import RENEWED
 from .stroke_list import Entry
 from .undo_step import begin_change, in_window, push_undo
@@ -66,7 +66,7 @@ def create_field(
     """
     base = bytes_of(result, "field")
     geometry = replace(geometry_of(result, smooth=True), attributes=worn)
-    state = State(new_revision(), json.dumps(report), geometry)
+    state = ObjectState(new_revision(), json.dumps(report), geometry)
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
@@ -235,7 +235,7 @@ def _show_as(group: NEURAL_SCULPT_PG_field, shown: ShownAs) -> None:
     group.refine, group.most_triangles = shown.refine, shown.most_triangles
 
 
-def _write(ob: Object, state: State) -> None:
+def _write(ob: Object, state: ObjectState) -> None:
     _fill(ob, state.geometry)
     group = field_of(ob)
     group.revision, group.report = state.revision, state.report

@@ -22,7 +22,7 @@ PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 
 
 @dataclass(frozen=True)
-class State:
+class ObjectState:
     """The values that a result writes on an object, without its layers.
 
     weights, weights_id: bytes of the whole field, and their id, where it has no layers
@@ -35,11 +35,11 @@ class State:
     weights_id: str = ""
 
 
-def edited(ob: Object, result: Message) -> State:
+def edited(ob: Object, result: Message) -> ObjectState:
     """The state that a result leads to."""
     fields, group = result.fields, field_of(ob)
     report = json.dumps(fields["report"]) if "report" in fields else ""
-    state = State(fields["revision"], report, next_geometry(ob, result, group.smooth))
+    state = ObjectState(fields["revision"], report, next_geometry(ob, result, group.smooth))
     if fields.get("base", group.base_id) == group.base_id:
         return state
     return replace(state, weights=bytes_of(result, "field"), weights_id=fields["base"])

@@ -26,7 +26,7 @@ BELOW = 0.6
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownChange:
     """A stroke of the history as a dialog changes it."""
 
     target: int  # session_uid of the object
@@ -36,7 +36,7 @@ class Shown:
 
 
 class _State:
-    shown: Shown | None = None
+    shown: ShownChange | None = None
 
 
 def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
@@ -47,7 +47,7 @@ def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
         return
     share = 0.0 if entry.muted else entry.strength
     made = changed_ribbons(entry.stroke, stroke, partial(lay, ob), share, entry.strength)
-    _State.shown = Shown(*now, made)
+    _State.shown = ShownChange(*now, made)
     redraw.tag_views()
 
 
@@ -58,7 +58,7 @@ def hide() -> None:
         redraw.tag_views()
 
 
-def shown() -> Shown | None:
+def shown() -> ShownChange | None:
     """The stroke that is shown, None when none is."""
     if (now := _State.shown) is None:
         return None

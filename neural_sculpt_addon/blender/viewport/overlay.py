@@ -36,7 +36,7 @@ from .view import View, lay, view_under
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownStroke:
     """A stroke that is being drawn, in model space."""
 
     source: tuple[Any, ...]  # what ribbons and line were made of
@@ -58,7 +58,7 @@ class Anchor:
 
 
 class _State:
-    stroke: Shown | None = None
+    stroke: ShownStroke | None = None
     anchor: Anchor | None = None
     chosen: tuple[tuple[Any, ...], tuple[NDArray[np.float64], ...]] = (), ()
     """What the lines of the chosen stroke were made of, and these lines."""
@@ -86,10 +86,10 @@ def show_stroke(
         line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0]
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
     brush = seen(stroke.brush, stroke.kind)
-    _State.stroke = Shown(source, ob.session_uid, brush, shown, line, knots, chosen)
+    _State.stroke = ShownStroke(source, ob.session_uid, brush, shown, line, knots, chosen)
 
 
-def shown_stroke() -> Shown | None:
+def shown_stroke() -> ShownStroke | None:
     """The stroke as it is shown; None when none is."""
     return _State.stroke
 

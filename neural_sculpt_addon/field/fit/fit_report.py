@@ -35,7 +35,7 @@ from ..levels import spacing
 from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
-from .fit_detail import Tolerance
+from .fit_detail import FitTolerance
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
@@ -56,16 +56,16 @@ MUCH = 0.25  # and that may be off by more than the tolerance
 class Presets(NamedTuple):
     """The tolerances of all presets, the coarsest first, and the one that was fitted with."""
 
-    tolerances: Mapping[str, Tolerance]
+    tolerances: Mapping[str, FitTolerance]
     used: str
 
     @property
-    def tolerance(self) -> Tolerance:
+    def tolerance(self) -> FitTolerance:
         """The tolerance that counts."""
         return self.tolerances[self.used]
 
     @property
-    def finer(self) -> dict[str, Tolerance]:
+    def finer(self) -> dict[str, FitTolerance]:
         """The finer tolerances by their presets, the coarsest first."""
         names = list(self.tolerances)
         return {name: self.tolerances[name] for name in names[names.index(self.used) + 1 :]}
@@ -201,7 +201,7 @@ def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> MeshS
 
 
 def _lost(
-    mesh: CleanMesh, pieces: Pieces, samples: _Samples, tolerance: Tolerance
+    mesh: CleanMesh, pieces: Pieces, samples: _Samples, tolerance: FitTolerance
 ) -> NDArray[np.floating]:
     """The sizes (L,) of the pieces of the mesh that the field has no surface for."""
     owner = pieces.of_faces[samples.surface.faces]
@@ -221,7 +221,7 @@ def _field_pieces(proxy: Proxy) -> tuple[int, int]:
     return int((volumes > 0).sum()), int((volumes <= 0).sum())
 
 
-def _thin(distance: MeshDistance, samples: _Samples, tolerance: Tolerance) -> NDArray[np.bool_]:
+def _thin(distance: MeshDistance, samples: _Samples, tolerance: FitTolerance) -> NDArray[np.bool_]:
     """Which samples (N,) have the other side, or another part, within a cell."""
     points, normals = samples.surface.points, samples.surface.normals
     turned = np.sum(samples.found.normals * normals, axis=1) < 0  # the mesh's face is flipped

@@ -20,7 +20,7 @@ from ..protocol import JobKind
 from .cache import Cache
 from .payload import Handler, Payload, Task, as_array, proxy_arrays, read, read_array, read_numbers
 from .replay import replay, result_key
-from .shown import Shown, refined
+from .shown import ProxyMaker, refined
 from .store import Store, preparation_bytes
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Jobs:
         """Nothing is known yet; `device` is what strokes are sculpted on."""
         self._store = Store(device)
         self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)  # by the revision they made
-        self._shown = Shown()
+        self._shown = ProxyMaker()
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""

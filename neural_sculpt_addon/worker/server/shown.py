@@ -30,7 +30,7 @@ class _Last(NamedTuple):
     most: int
 
 
-class Shown:
+class ProxyMaker:
     """Makes the meshes of states, and keeps the last one."""
 
     def __init__(self) -> None:

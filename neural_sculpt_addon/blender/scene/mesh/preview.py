@@ -22,7 +22,7 @@ from ....stroke.stroke import Kind, Stroke
 from ..chosen import holds_tool
 from ..properties import find
 from . import brush_attributes, preview_attributes, proxy_mesh, seen_surface
-from .preview_display import Display
+from .preview_display import PreviewDisplay
 from .preview_strokes import StrokeShapes, WantedStrokes, listed
 
 MOST_LOOKED_AT = 8000
@@ -39,7 +39,7 @@ class Preview:
         """Nothing is shown."""
         self._wanted = WantedStrokes()
         self._shapes = StrokeShapes()
-        self._displays: dict[int, Display] = {}
+        self._displays: dict[int, PreviewDisplay] = {}
         self._shown: dict[int, tuple[Stroke, ...]] = {}
         """The waiting strokes as they were when all was shown last; none when it is hidden."""
         self._able: dict[int, bool] = {}
@@ -224,7 +224,7 @@ class Preview:
         begun = len(shape.strokes) > len(strokes)
         if drawn is not None and not begun and not strokes:
             seen_surface.hold(ob)
-        display = self._displays[target] = Display.begin(ob, shape, todo)
+        display = self._displays[target] = PreviewDisplay.begin(ob, shape, todo)
         if drawn is not None and not begun:
             if strokes:
                 display.advance()

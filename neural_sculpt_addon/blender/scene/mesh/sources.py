@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ....interaction.nearest_points import PART, Indices, search
 from ....interaction.surface_walk import Seams, beside_seams, dense_samples, twins, walk
-from .attributes import CORNER, FACE, POINT, Attributes, Layer
+from .attributes import CORNER, FACE, POINT, AttributeLayer, Attributes
 from .proxy_mesh import corners_of
 
 Vectors = NDArray[np.float32]
@@ -128,7 +128,7 @@ class Sources:
     places: dict[str, Places] = field(default_factory=dict)
     corners: dict[str, Places] = field(default_factory=dict)
 
-    def steps(self, layers: Mapping[str, Layer]) -> Generator[None, None, None]:
+    def steps(self, layers: Mapping[str, AttributeLayer]) -> Generator[None, None, None]:
         """Find the sources of attributes of the mesh before, in steps of some milliseconds."""
         old, wanted = self.before, self.wanted
         if wanted & {VERTEX, POINT}:
@@ -157,7 +157,7 @@ class Sources:
             own = self.before.own(layer.values, layer.domain)
             places = self.corners[name] if layer.domain == CORNER else self.places[layer.domain]
             values = yield from places.take(own, layer.blends)
-            found.layers[name] = Layer(layer.kind, layer.domain, values)
+            found.layers[name] = AttributeLayer(layer.kind, layer.domain, values)
             yield
         if given.weights is not None:  # -1 where a vertex is in no group
             inside = (given.weights >= 0).astype(np.float32)

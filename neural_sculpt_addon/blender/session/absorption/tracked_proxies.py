@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....worker.client import Message
 from ...scene import sculpt_steps
 from ...scene.mesh import proxy_mesh
-from ...scene.mesh.moved_part import Part
+from ...scene.mesh.moved_part import MovedPart
 from ...scene.sculpt_steps import Step
 from ..job import Job, JobStatus
 from ..worker_session import session
@@ -35,7 +35,7 @@ class BrushStroke:
     """
 
     name: str
-    part: Part
+    part: MovedPart
     seen: Vectors
     after: Vectors
     step: Step | None
