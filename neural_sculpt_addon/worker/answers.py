@@ -16,13 +16,13 @@ from ..common.text import from_json
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
-_LAYERS = frozenset({JobKind.ABSORB_PROXY, JobKind.ABSORB_STROKE, JobKind.BOOLEAN})
+_LAYER_JOBS = frozenset({JobKind.ABSORB_PROXY, JobKind.ABSORB_STROKE, JobKind.BOOLEAN})
 """Jobs whose result is one more layer, with a report."""
 
 SNAPPED = "snapped", "snapped_normals"
 """The arrays of a result that can move a part of the proxy instead of replacing all of it."""
 
-_STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
+_STATE_JOBS = _LAYER_JOBS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
 _PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
@@ -63,12 +63,12 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind is MessageKind.PREVIEW:
         _check_proxy(arrays)
         return
-    if job in _STATES:
+    if job in _STATE_JOBS:
         _check_state(job, fields, arrays)
     if job is JobKind.EDIT:
         _require("layer" in fields or "base" in fields, "layer")
         _require(_is_number(fields.get("seconds")), "seconds")
-    elif job in _LAYERS:
+    elif job in _LAYER_JOBS:
         _require("layer" in fields, "layer")
     elif job is JobKind.REPLAY:
         _require("layers" in fields or "base" in fields, "layers")
@@ -95,7 +95,7 @@ def _check_state(
 ) -> None:
     """Another state of the field, and what shows it."""
     _require(_is_name(fields.get("revision")), "revision")
-    _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
+    _check_report(fields, required=job in _LAYER_JOBS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
     if job is JobKind.ABSORB_STROKE:
         _require(type(fields.get("stretched")) is bool, "stretched")

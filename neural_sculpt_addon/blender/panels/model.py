@@ -41,7 +41,7 @@ TURNED_ANGLES = {
 }
 """Angles of a report between the normals before and after, where the stroke was not."""
 
-SHARES = {
+SHOWN_SHARES = {
     "beyond": (n_("Beyond the tolerance"), 0.0),
     "thin": (n_("Thinner than a cell"), 0.005),
 }
@@ -198,7 +198,7 @@ def _measures(context: Context, ob: Object, report: dict[str, Any]) -> Iterator[
 
 def _lacks(report: dict[str, Any]) -> Iterator[_Line]:
     """What a fit lacks of its mesh, and what it closed."""
-    for key, (label, worth) in SHARES.items():
+    for key, (label, worth) in SHOWN_SHARES.items():
         if _is_number(share := report.get(key)) and share > worth:
             yield _Line(iface_(label), f"{share:.1%}")
     for key, label in COUNTS.items():

@@ -19,7 +19,7 @@ from .sidebar import draw_job
 
 WIDTH = 16  # times the height of a button
 
-KEYS: tuple[tuple[Any, str], ...] = (
+KEY_HINTS: tuple[tuple[Any, str], ...] = (
     ("MOUSE_LMB", n_("Sculpt")),
     ("EVENT_CTRL", n_("Invert")),
     ("EVENT_SHIFT", n_("Smooth")),
@@ -72,7 +72,7 @@ def _draw_keys(header: Header, context: Context) -> None:
     if all(area.type != "VIEW_3D" for area in context.window.screen.areas):
         return  # a file is chosen
     row = header.layout.row(align=True)
-    for sign, text in KEYS:
+    for sign, text in KEY_HINTS:
         row.label(text="", icon=sign)
         if sign in WIDE_SIGNS:
             row.separator(factor=1.5)

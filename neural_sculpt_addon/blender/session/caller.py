@@ -13,7 +13,7 @@ from typing import ClassVar
 from ...common.errors import SculptError
 from .job import Job, JobStatus
 
-PAUSE = 0.005
+TICK = 0.005
 """Seconds between two polls of a script that waits: the worker gets the processor meanwhile."""
 
 
@@ -50,6 +50,6 @@ class Script(Caller):
         """Poll the session until the job has ended. SculptError when it did not succeed."""
         while job.pending:
             poll()
-            time.sleep(PAUSE)
+            time.sleep(TICK)
         if job.status is not JobStatus.DONE:
             raise SculptError(job.message)

@@ -36,8 +36,8 @@ FORMATS = (
     ("GLTF", "glTF Separate (.gltf)", "A mesh with materials in several files"),
     ("VDB", "OpenVDB Level Set (.vdb)", "Signed distances on a grid"),
 )
-KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
-KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
+JOB_KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
+JOB_KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
 """What the worker makes for a file of each suffix."""
 WITH_TEXT = {".ply", ".stl"}  # whose default is binary
 DEFAULT_RESOLUTION = 256
@@ -75,7 +75,7 @@ class NEURAL_SCULPT_OT_export(Operator):
     )
     text: BoolProperty(name="ASCII", description="Write text, which is larger and slower")
     filter_glob: StringProperty(
-        default=";".join(f"*{suffix}" for suffix in KINDS), options={"HIDDEN"}
+        default=";".join(f"*{suffix}" for suffix in JOB_KINDS), options={"HIDDEN"}
     )
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
@@ -99,7 +99,7 @@ class NEURAL_SCULPT_OT_export(Operator):
         path, suffix = Path(self.filepath), f".{self.format.lower()}"
         if path.suffix.lower() == suffix:
             return False
-        stem = path.stem if path.suffix.lower() in KINDS else path.name
+        stem = path.stem if path.suffix.lower() in JOB_KINDS else path.name
         self.filepath = str(path.with_name(stem + suffix))
         return True
 
@@ -108,10 +108,10 @@ class NEURAL_SCULPT_OT_export(Operator):
         layout = self.layout
         layout.prop(self, "format", text="")
         suffix = f".{self.format.lower()}"
-        if KINDS[suffix] is JobKind.SAVE:
+        if JOB_KINDS[suffix] is JobKind.SAVE:
             return
         layout.prop(self, "resolution")
-        if KINDS[suffix] is JobKind.MESH:
+        if JOB_KINDS[suffix] is JobKind.MESH:
             estimate.draw_refinement(layout, self)  # pyright: ignore[reportArgumentType]
             most = self.most_triangles if self.refine else 0
             estimate.draw(layout, active_field(context), self.resolution, most)  # pyright: ignore[reportArgumentType]
@@ -123,9 +123,9 @@ class NEURAL_SCULPT_OT_export(Operator):
     def execute(self, context: Context) -> Outcome:
         """Have the worker make what the suffix says, and write it."""
         path = Path(bpy.path.abspath(self.filepath))
-        kind = KINDS.get(path.suffix.lower())
+        kind = JOB_KINDS.get(path.suffix.lower())
         if kind is None:
-            known = ", ".join(KINDS)
+            known = ", ".join(JOB_KINDS)
             raise SculptError("A field cannot be exported as {}. Use one of {}.", path.name, known)
         if not path.parent.is_dir():
             raise SculptError("There is no folder {}. Choose another place.", path.parent)

@@ -43,7 +43,7 @@ log = logging.getLogger(__name__)
 AGAIN = 0.01
 """Seconds between two looks while a brush is at work, some 0.01 ms each: its end is noticed no
 later."""
-_SUFFIX = " Brush"
+_BRUSH_SUFFIX = " Brush"
 
 _left: dict[int, int] = {}
 """Marks of proxies that undo or redo has brought, and which stay as they are."""
@@ -213,7 +213,7 @@ def _submit(job: Job) -> bool:
 
 def _name() -> str:
     """What the brush of the last stroke is called."""
-    return next((name.removesuffix(_SUFFIX) for name in native_steps.names()), SCULPTED)
+    return next((name.removesuffix(_BRUSH_SUFFIX) for name in native_steps.names()), SCULPTED)
 
 
 def _job(target: int, proxy: TrackedProxy, stroke: BrushStroke) -> Job:

@@ -21,8 +21,8 @@ Vectors = NDArray[np.float32]
 
 UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
 REPLACED = n_("Absorbing was cancelled: the proxy is another one.")
-_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
-_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
+_BRUSH_OPERATORS = "SCULPT_OT_", "TRANSFORM_OT_"
+_AT_WORK = (*_BRUSH_OPERATORS, "NEURAL_SCULPT_OT_draw")
 
 
 @dataclass(eq=False)
@@ -145,7 +145,7 @@ def is_at_work() -> bool:
 
 def is_brushing() -> bool:
     """The same, but for a neural stroke."""
-    return _runs(_BRUSHES)
+    return _runs(_BRUSH_OPERATORS)
 
 
 def _runs(names: tuple[str, ...]) -> bool:

@@ -21,10 +21,10 @@ from ..quality import find_poor
 from .edge_middles import Middles, find_middles
 from .subdivide import Edges, Subdivision, divided, ends_of, names, open_edges
 
-ROUNDS = 4
+HALVINGS = 4
 """How often an edge is halved at most."""
 
-REACH = 0.5
+LONGEST_WAY = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
 FARTHEST = 0.49
@@ -37,7 +37,7 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-STEPS = 2
+NEWTON_STEPS = 2
 """Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
 step: what is left falls with the square."""
 
@@ -89,8 +89,8 @@ class EdgeGrowth:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
         done, count = [], 0
-        for turn in range(ROUNDS):
-            share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
+        for turn in range(HALVINGS):
+            share = sub_progress(progress, turn / HALVINGS, (turn + 1) / HALVINGS)
             edges = open_edges(parts)
             middles = find_middles(
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
@@ -205,12 +205,12 @@ class EdgeGrowth:
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         along, normals = high - low, np.empty_like(points)
         left = np.arange(len(points))
-        for step in range(STEPS):
+        for step in range(NEWTON_STEPS):
             off = np.empty(len(left), np.float32)
             for begin in range(0, len(left), BATCH):
-                progress((step + begin / len(left)) / STEPS, "Refining the mesh")
+                progress((step + begin / len(left)) / NEWTON_STEPS, "Refining the mesh")
                 part = left[begin : begin + BATCH]
-                reach = REACH * lengths(along[part])
+                reach = LONGEST_WAY * lengths(along[part])
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )

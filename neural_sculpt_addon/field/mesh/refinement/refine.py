@@ -25,7 +25,7 @@ from ..proxy import Proxy
 from .edge_growth import EdgeGrowth, Splits, renamed
 from .subdivide import Subdivision
 
-TOLERANCE = 1 / 64
+EDGE_TOLERANCE = 1 / 64
 """Cells that the middle of an edge may be off the surface: at 128 cells per axis 2.4e-4."""
 
 
@@ -50,7 +50,7 @@ def refine(
     field: Field,
     coarse: Proxy,
     most: int,
-    tolerance: float = TOLERANCE,
+    tolerance: float = EDGE_TOLERANCE,
     progress: Progress = silent,
 ) -> Refined:
     """The refinement of a field's proxy, of at most so many triangles: where the tolerance, in
@@ -108,7 +108,7 @@ def again(
     parts = growth.grow(parts, limit, most - len(triangles), progress)
     if parts is None:
         return refine(field, coarse, most, 2 * before.tolerance, progress)
-    if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
+    if before.tolerance > EDGE_TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
     triangles = number.take(triangles)
     kept_parts = Subdivision(triangles, of_all.take(kept), np.ones(triangles.shape, bool))
