@@ -55,7 +55,7 @@ def prepare_undo(*_: object) -> None:
 
 @persistent
 def prepare_redo(*_: object) -> None:
-    """Go over what stands before the step that redo is to lead to."""
+    """Redo the steps that nobody asked for ahead of the one that redo is to reach."""
     if native_steps.is_ours():
         return
     live.expect_no_stroke()

@@ -194,7 +194,8 @@ class Client:
             pass
 
     def _take(self, seconds: float = math.inf) -> bool:
-        """Move one item of news to the inbox; whether there was one, read in so many seconds."""
+        """Move one item of news to the inbox; whether there was one that could be read in so many
+        seconds."""
         item = None if self.process is None else self.process.take(seconds)
         if item is None:
             return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One run of the worker: the child process, and the folder through which it is spoken to.
+"""One run of the worker: the child process, and the folder of its requests and answers.
 
 NumPy and the standard library only. Requests and answers are files (see mailbox), so that nothing
 here waits for the worker. Its stdin gets the folder's name as a line of JSON, for a name can hold

@@ -18,7 +18,8 @@ from .. import ADDON
 
 
 def read_po(path: Path) -> dict[tuple[str, str], str]:
-    """The translations in a PO file by context and text; blank lines part its entries."""
+    """The translations in a PO file, by context and text. Its entries are separated by blank
+    lines."""
     entries: dict[tuple[str, str], str] = {}
     for block in path.read_text(encoding="utf-8").split("\n\n"):
         entry = {"msgctxt": "", "msgid": "", "msgstr": ""}
@@ -39,20 +40,21 @@ MESSAGE = "Message"
 filled (see `Text`)."""
 
 OURS = "Neural Sculpt"
-"""Context of words that mean something else elsewhere: Blender's own translation of a word goes
-before an add-on's. Every text is known in it, so a class that has one such word can use it for all
-of its texts."""
+"""Context of words that mean something else in Blender, whose own translation of a word takes
+precedence over an add-on's. Every text is translated in this context, too, so a class with one such
+word can use it for all of its texts."""
 
 GERMAN = read_po(Path(__file__).with_name("de.po"))
 
 CONTEXTS = ("*", "Operator")
 """Blender looks up the names of operators apart from all else."""
 LANGUAGES = {"de": GERMAN, "de_DE": GERMAN}
-"""By locale; which of the two is German's depends on the Blender."""
+"""By locale. German is the first or the second, depending on Blender's version."""
 
 
 def translated(message: str) -> str:
-    """A message in the artist's language; what fills it stays, but for texts in it."""
+    """A message in the artist's language. What fills its template stays as it is, unless it is a
+    text itself."""
     text = Text(message)
     said = (translated(each) if isinstance(each, Text) else each for each in text.arguments)
     return fill(rpt_(text.template), tuple(said))

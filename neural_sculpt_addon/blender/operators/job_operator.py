@@ -28,13 +28,15 @@ FINISHED: Outcome = {"FINISHED"}
 CANCELLED: Outcome = {"CANCELLED"}
 
 REGISTER: "set[OperatorTypeFlagItems]" = {"REGISTER"}
-"""Options of what the artist does. UNDO is not one: the commit of a result pushes the undo step."""
+"""Options of operators that the artist calls. UNDO is not among them, for the commit of a result
+pushes the undo step."""
 INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
-"""Options of what only buttons do."""
+"""Options of operators that only buttons call."""
 
 
 def launch(operator: Operator, job: Job) -> Outcome:
-    """Start a job. In a window the operator is done at once; in the background it waits."""
+    """Start a job. In a window the operator ends at once, in the background when the job has
+    ended."""
     try:
         session.run(job)
     except SculptError as error:

@@ -45,7 +45,7 @@ SHOWN_SHARES = {
     "beyond": (n_("Beyond the tolerance"), 0.0),
     "thin": (n_("Thinner than a cell"), 0.005),
 }
-"""Shares of a mesh that are shown from so much on."""
+"""Shares of a mesh, and the least of each that is shown."""
 COUNTS = {
     "openings": n_("Openings closed"),
     "cavities": n_("Cavities"),
@@ -57,7 +57,8 @@ PIECE_COUNTS = ("components", "components_after")
 LINES = 9
 """Of a report of a stroke, with one that warns."""
 SHORTEST_LENGTH = 1e-6
-"""Meters; Blender writes what is less as nothing, or with more digits than a line holds."""
+"""Meters. A shorter length is shown as less than this: Blender writes it as 0, or with more digits
+than a line holds."""
 NAME_WIDTH = 0.75
 """Of a line's width, for the name."""
 
@@ -121,9 +122,8 @@ def _draw_solver(layout: UILayout, ob: Object) -> None:
 
 
 def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
-    """Quality of the last fit or stroke, as far as it is known.
-
-    With strokes it keeps its height, known or not: what is below must stay under the mouse.
+    """Quality of the last fit or stroke, as far as it is known. With strokes it has the same height
+    before and after the measurement, so that buttons below it stay under the mouse.
     """
     column = layout.column(align=True)
     report = reports.report_of(ob)

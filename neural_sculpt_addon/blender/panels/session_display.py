@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the artist sees of the session's work: panels, status bar, notices, strokes on the proxy.
 
-In a window a timer polls the session; timers never run in the background, where a
-script waits for its jobs.
+In a window a timer polls the session. Timers never run in the background, where a script waits for
+its jobs.
 """
 
 from collections.abc import Mapping, Sequence

@@ -27,10 +27,12 @@ PROPERTY = "neural_sculpt_strength"
 LABEL = n_("Stroke Strength")
 
 REST = 1.0
-"""Seconds without a change after which the slider is taken to be released: a number was typed."""
+"""Seconds without a change after which the slider counts as released. This ends a typed number,
+which has no release."""
 
 RELEASED = 0.02
-"""Seconds after the release of the mouse button, which the slider hears of last."""
+"""Seconds that are waited after the release of the mouse button, for the slider hears of it
+last."""
 
 
 class _State:

@@ -46,7 +46,8 @@ def _icon(key: str, draw: Callable[[], NDArray[np.float32]]) -> int:
 
 
 def sample(preset: Preset) -> NDArray[np.float64]:
-    """About what the widget shows of a preset: straight beside corners, smooth elsewhere."""
+    """An approximation of the widget's curve of a preset: straight beside corners, smooth
+    elsewhere."""
     x, y = np.array(preset.points).T  # (K,)
     corner = np.array([handle == CORNER for handle in preset.handles])
     chords = np.diff(y) / np.diff(x)  # (K - 1,)

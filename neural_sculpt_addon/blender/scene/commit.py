@@ -32,7 +32,8 @@ from .undo_step import begin_change, in_window, push_undo
 
 
 def new_revision() -> str:
-    """A name for a state of the field. A counter would collide after undo and a new stroke."""
+    """A new name for a state of the field: a uuid, for a counter would give a name twice after undo
+    and a new stroke."""
     return uuid.uuid4().hex
 
 
@@ -91,8 +92,8 @@ def create_field(
 def add_entry(
     ob: Object, entry: Entry, result: Message, label: str, replaced: Object | None = None
 ) -> None:
-    """Append an entry that an edit made, or absorbed sculpting, and hide the object that is part of
-    it. SculptError when the object is locked."""
+    """Append the entry of an edit or of absorbed sculpting, and hide the other object of a Boolean.
+    SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     state, layers = edited(ob, result), {}
     if "layer" in result.fields:
@@ -153,8 +154,8 @@ def add_kept(ob: Object, entry: Entry, result: Message, filled: str, off: bool) 
 
 
 def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
-    """Append entries whose edit could not be had or shown, muted. SculptError for a linked object,
-    which cannot be changed."""
+    """Append entries, muted, whose edit has failed. SculptError for a linked object, which cannot
+    be changed."""
     if ob.library or ob.override_library:
         proxy_mesh.refuse_locked(ob)
     begin_change()
@@ -165,8 +166,7 @@ def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
 def set_history(
     ob: Object, listed: Sequence[Entry], label: str, result: Message | None = None
 ) -> None:
-    """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
-
+    """Replace the list of strokes, and the field by the result of a replay of the unmuted ones.
     Without a result the unmuted strokes must be the same as before.
 
     SculptError when the object is locked.
@@ -184,10 +184,9 @@ def set_history(
 
 
 def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | None = None) -> None:
-    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list.
-
-    It is the field as it was, or comes with the result that shows it. That ends a damaged history,
-    too. SculptError when the object is locked.
+    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list. It is
+    the field as it was, or another one, given with the result that has its proxy. A damaged history
+    ends here, too. SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
@@ -252,7 +251,8 @@ def _fill(ob: Object, geometry: Geometry) -> None:
 
 
 def _own_mesh(ob: Object) -> Mesh:
-    """The mesh to be changed: one that is shared with other objects is left to them."""
+    """The mesh to be changed. One that other objects share is left to them, and this object gets a
+    mesh of its own."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if mesh.users > 1:
@@ -262,8 +262,8 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Select the object, in the place of another. A view that shows a few objects alone shows it,
-    as of objects that Blender adds."""
+    """Select the object, in the place of another. A viewport in Local View shows it, as it does
+    objects that Blender adds."""
     for area in bpy.context.screen.areas:
         space = area.spaces.active
         if isinstance(space, SpaceView3D) and space.local_view is not None:

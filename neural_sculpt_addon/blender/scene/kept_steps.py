@@ -33,7 +33,8 @@ log = logging.getLogger(__name__)
 Vectors = NDArray[np.float32]
 
 EXACT = bpy.app.version >= (5, 0, 0)
-"""Earlier Blenders round vertices when they take back a stroke of their brushes."""
+"""Whether Blender takes back a stroke of its brushes exactly: earlier versions round the
+vertices."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class _State:
 
 _known: dict[int, dict[Step, FieldAt]] = {}
 _unsettled: dict[int, FieldAt] = {}
-"""Fields whose mesh lacks their normals still. Keys of both: session_uid of the object."""
+"""Fields whose normals their meshes still lack. Keys of both: session_uid of the object."""
 
 
 def field_at(ob: Object, step: Step) -> FieldAt:
@@ -118,7 +119,7 @@ def know(ob: Object, step: Step, field: FieldAt) -> None:
 
 
 def unsettle(ob: Object, field: FieldAt) -> None:
-    """The normals of the proxy are to be those of a field that it shows."""
+    """Note that the proxy, which shows this field, still lacks the field's normals."""
     if field.normals is not None:
         _unsettled[ob.session_uid] = field
 

@@ -23,7 +23,7 @@ _state: set[str] = set()
 
 
 def is_ours() -> bool:
-    """Whether the undo that is being done is no wish of the artist."""
+    """Whether the undo that is being done was called by us and not by the artist."""
     return _OUR_STEPS in _state
 
 
@@ -37,9 +37,9 @@ def names() -> list[str]:
 
 
 def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
-    """Undo the last step of Blender's history, and borders behind it, if that is one of Sculpt Mode
-    after step `first`; whether it was. Vertices are then where that step found them, in its part of
-    the mesh.
+    """Undo the last step of Blender's history, and borders behind it, if it is one of Sculpt Mode
+    after the step `first`; whether that was so. The vertices that this step had moved are then
+    where they were before it.
 
     mesh: the mesh that is sculpted, which undo makes another reference
     """

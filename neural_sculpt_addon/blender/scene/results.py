@@ -46,9 +46,8 @@ def edited(ob: Object, result: Message) -> ObjectState:
 
 
 def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
-    """The entries with the layers that a replay came to, and the bytes of new ones.
-
-    A replay of the network's weights has none.
+    """The entries with the layers that a replay has computed, and the bytes of the new ones. A
+    replay that changes the network's weights has no layers.
     """
     fields, heard = result.fields, sum(not entry.muted for entry in listed)
     if "layers" in fields and len(fields["layers"]) != heard:

@@ -3,11 +3,11 @@
 
 A job that edits an object remembers the object's session_uid and the revision it must find there,
 never a Blender reference: when the object is gone or an undo brought another revision, the job is
-dropped. A stroke that fails for no reason of its own stays in the history, muted. Results wait in
-Edit Mode, whose undo steps would not hold them, and in Dyntopo.
+dropped. If a job fails, but not because of its strokes, these stay in the history, muted. Results
+wait in Edit Mode, whose undo steps would not hold them, and in Dyntopo.
 
-One job may wait *behind* all others: any job that comes cancels it. It shows no progress, and
-nobody is told when it fails.
+One job may wait *behind* all others. Any job that is asked for cancels it; it shows no progress,
+and nobody is told when it fails.
 
 A `Watcher` hears what happens and shows it; the queue knows nothing of windows.
 """
@@ -55,8 +55,8 @@ class JobQueue:
 
     @property
     def rests(self) -> bool:
-        """Whether no job waits for its result, and no result for the scene, but one that would cut
-        off what can be redone."""
+        """Whether nothing is left to be done: no job and no result waits, except for a result that
+        would cut off what can be redone."""
         return (not self.jobs or self.jobs[0].waits) and not self.arrivals.wait()
 
     def pending(self, target: int | None) -> list[Job]:
@@ -64,8 +64,8 @@ class JobQueue:
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, if it has no result yet and Blender's history
-        has no step after it; None otherwise."""
+        """The job of the last change of a field. None if it has a result, or if Blender's history
+        has a step after it."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)
@@ -80,7 +80,8 @@ class JobQueue:
 
     @contextmanager
     def history_grows(self) -> Iterator[None]:
-        """Let results reach Blender's history. Jobs that wait count as asked for after them."""
+        """Within this block results make steps of Blender's history. Jobs that wait count as asked
+        for after these steps."""
         before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
@@ -89,7 +90,8 @@ class JobQueue:
         self.move_on(before, after)
 
     def move_on(self, before: Step | None, after: Step | None) -> None:
-        """Let jobs that were asked for at one step of Blender's history count for another."""
+        """Let jobs that were asked for at one step of Blender's history count as asked for at
+        another."""
         for job in self.jobs:
             if job.step == before:
                 job.step = after
@@ -125,7 +127,7 @@ class JobQueue:
         return True
 
     def attempt(self, job: Job, step: Callable[[], None]) -> bool:
-        """Take a step of a job; when that cannot be, end the job."""
+        """Take a step of a job. If the step fails, so does the job. Whether it succeeded."""
         try:
             self._check_target(job)
             step()
@@ -155,14 +157,14 @@ class JobQueue:
         return bool(sculpt_steps.steps()[1])
 
     def waits_for_redo(self, job: Job) -> bool:
-        """The same, of a job that could go on, which is noted."""
+        """Note whether the result of a job waits for that reason, and return it."""
         job.waits = self.keeps_redo(job)
         if job.waits:
             job.message = n_("Waits, so that redo is kept")
         return job.waits
 
     def let_come(self) -> None:
-        """The artist goes on: results that wait so may cut off what can be redone."""
+        """The artist goes on to work: waiting results may now cut off what can be redone."""
         self.undone.cut_off()
         for job in self.jobs:
             job.rests = job.waits = False
@@ -174,9 +176,10 @@ class JobQueue:
         self.watcher.changed()
 
     def fail(self, job: Job, why: str) -> None:
-        """End a job whose strokes are not at fault: they stay in the history, muted.
+        """End a job for a reason that is not the fault of its strokes: these stay in the history,
+        muted.
 
-        In a mode whose undo steps would not hold them, it ends when that is left.
+        In a mode whose undo steps would not hold the strokes, the job ends when that mode is left.
         """
         if job.keep is not None and find(job.target or 0) is not None:
             if self.caller.acts and self.in_other_mode(job):

@@ -29,7 +29,7 @@ REMEMBERED = 1024
 Place = tuple[float, float, float]
 
 _known: OrderedDict[str, str] = OrderedDict()
-"""By revision as JSON; empty of a stroke that was not measured yet."""
+"""Reports as JSON, by revision; empty where a stroke has not been measured yet."""
 
 
 def report_of(ob: Object) -> dict[str, Any]:
@@ -82,7 +82,7 @@ def is_measured_now(ob: Object) -> bool:
 
 
 def measure(ob: Object) -> None:
-    """Have the stroke measured that was done last, when nothing else waits."""
+    """Have the last stroke measured, when nothing else waits."""
     revision = field_of(ob).revision
     _known.setdefault(revision, "")
     while len(_known) > REMEMBERED:
@@ -109,6 +109,6 @@ def follow() -> None:
 
 
 def measure_again(ob: Object) -> None:
-    """Measure, after undo and redo, a revision that something else kept from being measured."""
+    """After undo and redo: have the revision of the field measured if that was cancelled before."""
     if _known.get(field_of(ob).revision) == "":
         measure(ob)

@@ -28,8 +28,8 @@ from .worker_news import WorkerNews
 log = logging.getLogger(__name__)
 
 LONG = 0.003
-"""Seconds of reading after which the window is drawn before what was read is shown. To read a mesh
-of 100,000 triangles takes 2 ms, to show it 8."""
+"""Seconds. When reading took longer, the window is drawn before the message is applied: to read a
+mesh of 100,000 triangles takes 2 ms, to show it 8."""
 
 
 class Session(WorkerNews):
@@ -73,7 +73,8 @@ class Session(WorkerNews):
         self._queue(job)
 
     def submit_behind(self, job: Job, start: bool = False) -> None:
-        """Have a job done when nothing else waits, instead of the one that was to be.
+        """Have a job done when nothing else waits. It takes the place of the one that has waited
+        for that so far.
 
         Where nobody looks it is forgotten, for nobody would hear of it.
 
@@ -137,8 +138,8 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """Cancel the jobs whose object or base is gone, after undo and redo. Strokes that are left
-        wait while something can be redone."""
+        """After undo and redo: cancel the jobs whose object or base is gone. The strokes of all
+        others wait while something can be redone."""
         for job in self.jobs:
             job.rests, job.waits = bool(job.strokes), False
         for target, first in self.firsts().items():
@@ -156,7 +157,8 @@ class Session(WorkerNews):
         self.drop_behind()
 
     def poll_once(self) -> bool:
-        """Take what the worker sent: whether there was news; how far a quick job is, is none.
+        """Take what the worker has sent; whether it is worth showing. The progress of a quick job
+        is not.
 
         Never blocks, but for the time that it takes to read a result, or to show it. Raises
         nothing: Blender would drop the timer, and all jobs wait forever.
@@ -192,7 +194,7 @@ class Session(WorkerNews):
         return heard
 
     def _recover(self) -> None:
-        """End the job in which a defect was met, and the worker that may be at fault."""
+        """After a defect: end the first job, and the worker, either of which may be its cause."""
         self.worker.stop()
         self._news.clear()
         self.behind = None
@@ -257,7 +259,7 @@ class Session(WorkerNews):
                 self.behind = None
 
     def _let_by(self) -> bool:
-        """A brush stroke goes ahead of a job that waits for it; whether there is one."""
+        """Move a brush stroke ahead of the job that waits for it; whether there is one."""
         stroke = next((job for job in self.jobs if job.kind is JobKind.ABSORB_STROKE), None)
         if stroke is not None:
             self.jobs.remove(stroke)

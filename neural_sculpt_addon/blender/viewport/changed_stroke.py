@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stroke of the history with the settings that a dialog has now, drawn over the surface.
 
-Nothing of it is in the scene, so neither undo nor files know of it. It is drawn for as long as the
-field and the mode are those for which it was made, whatever becomes of the dialog.
+Nothing of it is in the scene, in undo steps or in files. It is drawn as long as field and mode are
+those for which it was made, even if the dialog is closed without our being told.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from .gpu_drawing import draw_ribbons, over_surface
 from .view import lay
 
 BELOW = 0.6
-"""How opaque a ribbon is where the surface hides it, by its own."""
+"""Opacity of a ribbon where the surface hides it, as a share of its opacity elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class _State:
 
 
 def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
-    """Show the stroke in the place of the one that the entry of the history is."""
+    """Show this stroke in place of the one of an entry of the history."""
     target, field, before = ob.session_uid, _field(ob), _State.shown
     now = target, field, stroke
     if before is not None and (before.target, before.field, before.stroke) == now:

@@ -105,7 +105,7 @@ def hold_brush(anchor: Anchor | None) -> None:
 
 
 def _draw_chosen() -> None:
-    """Draw where the stroke runs that the artist pointed at, in world space."""
+    """Draw the path of the stroke that the artist has chosen, in world space."""
     ob = bpy.context.active_object
     if _State.stroke is not None or ob is None or not is_field(ob) or not ob.visible_get():
         return
@@ -210,7 +210,8 @@ def unregister() -> None:
 
 @persistent
 def _add_cursor(*_: object) -> None:
-    """Again after each load of a file, which takes the window manager's cursors with it."""
+    """Add the cursor; again after each load of a file, which removes the window manager's
+    cursors."""
     if _cursors:
         WindowManager.draw_cursor_remove(_cursors.pop())
     _cursors.append(WindowManager.draw_cursor_add(draw_brush, (), "VIEW_3D", "WINDOW"))

@@ -159,7 +159,8 @@ def _claim(folder: Path) -> None:
 def _first_resolved(
     folder: Path, candidates: Iterable[Environment], progress: Progress
 ) -> list[str]:
-    """Leave in `folder` an empty environment that can hold the worker; the packages it will get."""
+    """Make in `folder` an empty environment of the first Python that can hold the worker; the
+    packages that it will get."""
     reasons: dict[str, str] = {}
     for candidate in candidates:
         version = ".".join(map(str, candidate.version[:2]))
@@ -183,7 +184,7 @@ def _first_resolved(
 
 
 def _resolve(folder: Path, python: Path, progress: Progress) -> list[str]:
-    """A fresh environment of `python`, and the exact packages that pip would put into it."""
+    """Make a fresh environment of `python`; the exact packages that pip would install into it."""
     for entry in folder.iterdir():
         if entry.name not in (_MARKER, _LOG):
             shutil.rmtree(entry) if entry.is_dir() and not entry.is_symlink() else entry.unlink()
@@ -230,7 +231,8 @@ def _launch(python: Path | str, module: str, argument: str) -> list[str]:
 
 
 def _pip(folder: Path) -> list[str]:
-    """pip of the environment in `folder`, up to the word install: ready-made builds only."""
+    """The command of pip in the environment of `folder`, up to the word install; it takes
+    ready-made builds only."""
     python = str(environment_python(folder))
     options = ["--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
     return [python, "-I", "-m", "pip", "install", *options, "--only-binary", ":all:"]

@@ -48,7 +48,7 @@ class Installer:
         self._try_next_python()
 
     def stop(self) -> None:
-        """End the installation; what is unfinished is never taken for an environment."""
+        """End the installation. An unfinished environment is never taken for a whole one."""
         self._cancelled = True
         if self._process is not None and self._process.stdin is not None:
             self._process.stdin.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""torch's side of the worker: take jobs, run them one by one, answer.
+"""The worker's process: takes jobs, runs them one by one and answers.
 
 The main thread runs the jobs in the order of their arrival. A second thread listens at stdin, whose
 first line names the folder of requests and answers (see mailbox) and which then has a byte for each
@@ -41,7 +41,8 @@ from .jobs import Jobs, warm_up
 from .payload import Handler, MissingError, Payload, Task
 
 PROGRESS_SECONDS = 0.05
-"""Between two progress messages of a job; what is reported in between only hears of a cancel."""
+"""Seconds between two progress messages of a job. A report in between is not sent, but hears of a
+cancel."""
 
 RETRY = 0.01
 """Seconds until a request is looked for again that something else, a virus scanner, looks at."""
@@ -223,7 +224,7 @@ class Server:
             os._exit(1)
 
     def _leave(self) -> None:
-        """End the process with its folder, when nobody takes any more what it has to say."""
+        """End the process and remove its folder, when nobody reads its answers any more."""
         with self._writing:  # to the end: nothing is put into a folder that is gone
             for name in (REQUESTS, ANSWERS):
                 shutil.rmtree(self._folder / name, ignore_errors=True)

@@ -67,7 +67,7 @@ class NEURAL_SCULPT_OT_absorb(Operator):
         )
 
     def execute(self, context: Context) -> Outcome:
-        """Fit in the worker, unless the strokes of brushes are on their way by themselves."""
+        """Have the worker absorb the proxy, unless live absorption is about to do so."""
         ob = active_field(context)
         if live.let_come(ob):
             return FINISHED

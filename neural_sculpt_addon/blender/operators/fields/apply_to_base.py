@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the field as it is the one that later replays start from.
+"""Make the field as it is its own base, from which later replays start.
 
-That cannot be done in parts: the strokes are no entries any more. So the artist is asked first, and
-a script is not.
+The strokes then are no entries of the history any more, so the artist is asked first; a script is
+not.
 """
 
 from bpy.app.translations import pgettext_iface as iface_

@@ -79,7 +79,8 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def check(self, context: Context) -> bool:
-        """Show what the settings of the dialog come to; whether it is to be drawn again."""
+        """Preview the Boolean with the settings of the dialog; whether the dialog is to be drawn
+        again."""
         if self.poll(context):
             ob, other = active_field(context), _other(context)
             assert other is not None

@@ -95,7 +95,7 @@ class NEURAL_SCULPT_OT_export(Operator):
         return {"RUNNING_MODAL"}
 
     def check(self, context: Context) -> bool:
-        """Give the file the suffix of the format; whether it had another one."""
+        """Give the file name the suffix of the format; whether that changed it."""
         path, suffix = Path(self.filepath), f".{self.format.lower()}"
         if path.suffix.lower() == suffix:
             return False
@@ -185,7 +185,8 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
 
 @contextmanager
 def _stand_in(ob: Object, result: Message) -> Iterator[None]:
-    """A copy of the object with another mesh, alone selected: exporters take what is selected."""
+    """A copy of the object with another mesh. It alone is selected, for exporters take what is
+    selected."""
     selected = [*(bpy.context.selected_objects or ())]
     for other in selected:
         other.select_set(False)

@@ -33,7 +33,7 @@ PROPOSED = 0.02
 """Thickness of open parts, as a share of the longest side."""
 
 EVEN = 1e-4
-"""By how much the scale along one axis may be larger than along another, and is the same."""
+"""Relative difference of the scales along two axes up to which they count as equal."""
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -94,7 +94,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for quality, size and open parts, with a thickness that would do."""
+        """Ask for quality, size and what open parts become, and propose a thickness for these."""
         if not self.properties.is_property_set("thickness") and context.active_object:
             self.thickness = PROPOSED * max(context.active_object.dimensions[:])
         return context.window_manager.invoke_props_dialog(self)
@@ -189,8 +189,8 @@ def read_source(
 
 
 def kept_scale(source: Object) -> float:
-    """The scale of an object in the world, where it is the same along all axes and mirrors nothing;
-    another one is applied to the shape, and 1 is left."""
+    """The scale of an object in the world if it is the same along all axes and positive. Any other
+    scale is applied to the shape, and this is 1."""
     scale = np.array(source.matrix_world.to_scale())
     even = scale.min() > 0 and scale.max() < (1 + EVEN) * scale.min()
     return float(scale.mean()) if even else 1.0

@@ -56,7 +56,7 @@ class NEURAL_SCULPT_OT_alpha_image(Operator):
 
 
 def _grey_of_file(path: str) -> NDArray[np.float32]:
-    """Grey values (H, W) of an image file, which leaves no data-block behind."""
+    """Grey values (H, W) of an image file. No data-block of it stays in the scene."""
     try:
         image = bpy.data.images.load(path, check_existing=False)
     except RuntimeError as error:

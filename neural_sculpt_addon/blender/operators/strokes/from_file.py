@@ -20,7 +20,7 @@ from ..job_operator import (
 )
 
 MOST_BYTES = 64 * 2**20
-"""Of a stroke file that is read: a thousand strokes with all the points that one can have."""
+"""Bytes of a stroke file at most: a thousand strokes with as many points as one can have."""
 
 
 class NEURAL_SCULPT_OT_strokes_from_file(Operator):

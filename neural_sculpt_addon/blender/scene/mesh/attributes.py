@@ -2,9 +2,9 @@
 """What an artist puts on a mesh beside its shape: attributes, UV maps, colors, the material of each
 face, vertex groups. A proxy is made anew after each stroke, and its mesh loses all of that.
 
-Left out is what belongs to the shape or its shading, and what hangs on edges, for a new proxy has
-other ones. So is what Blender keeps for itself under names that begin with a dot;
-`brush_attributes` has some of these.
+Left out are attributes of the shape and its shading, those of edges, for a new proxy has other
+edges, and those that Blender keeps for itself under names that begin with a dot; `brush_attributes`
+has some of these.
 """
 
 from collections.abc import Callable, Generator
@@ -25,7 +25,7 @@ POINT, FACE, CORNER = "POINT", "FACE", "CORNER"
 
 class AttributeType(NamedTuple):
     """A type of attribute: the member that holds a value, how many numbers that has, their type,
-    and whether there is something between two values."""
+    and whether values can be interpolated."""
 
     member: str
     width: int
@@ -60,7 +60,7 @@ class AttributeLayer:
 
     @property
     def blends(self) -> bool:
-        """Whether there is something between two values."""
+        """Whether values can be interpolated."""
         return TYPES[self.kind].blends
 
 
@@ -95,7 +95,8 @@ def domains(ob: Object, mesh: Mesh) -> set[str]:
 
 
 def read(ob: Callable[[], Object], mesh: Callable[[], Mesh]) -> Generator[None, None, Attributes]:
-    """All that is there, in steps of some milliseconds: colors of bytes at 600,000 corners take 16.
+    """All attributes of a mesh, read in steps of some milliseconds: byte colors at 600,000 corners
+    take 16.
 
     ob, mesh: tell the object and its mesh anew in each step
     """
@@ -140,8 +141,8 @@ def write(ob: Object, new: Attributes) -> None:
 
 
 def _listed(mesh: Mesh) -> list[tuple[str, str, str]]:
-    """Names, types and domains. That all faces have the first material is what a mesh without the
-    attribute says."""
+    """Names, types and domains. The material of the faces is left out where all have the first one:
+    a mesh without that attribute says the same."""
     found = [
         (each.name, each.data_type, each.domain)
         for each in mesh.attributes

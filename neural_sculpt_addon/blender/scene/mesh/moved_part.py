@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 Vectors = NDArray[np.float32]
 
 LEAST_MOVE = 1e-5
-"""What a vertex must have moved, model units: a tenth of what an absorbed one may be off."""
+"""Least distance, model units, by which a vertex counts as moved: a tenth of the error that an
+absorbed one may have."""
 
 
 class MovedPart(NamedTuple):

@@ -26,8 +26,8 @@ from .preview_display import PreviewDisplay
 from .preview_strokes import StrokeShapes, WantedStrokes, listed
 
 MOST_LOOKED_AT = 8000
-"""Vertices that are looked at for one move of the pen, and when it is lifted; that takes some 3 ms.
-What takes more is shown later, one stroke after another."""
+"""Vertices that are looked at for each move of the pen, and when it is lifted: some 3 ms of work.
+The rest is shown later, one stroke after another."""
 SOON = 0.001  # seconds after which the rest is worked on: Blender hears the artist in between
 
 

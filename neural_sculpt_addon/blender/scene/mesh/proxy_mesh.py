@@ -27,7 +27,8 @@ STRETCHED = "neural_sculpt_stretched"
 
 
 def why_locked(ob: Object) -> str:
-    """Why the object's mesh cannot be replaced now, as a sentence; empty when it can."""
+    """The reason why the object's mesh cannot be replaced now, as a sentence; empty when it can
+    be."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if ob.library or mesh.library or ob.override_library:
@@ -58,7 +59,7 @@ def in_dyntopo(ob: Object) -> bool:
 
 @dataclass(frozen=True)
 class Geometry:
-    """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
+    """Arrays to fill a mesh with, flat and of the types that Blender copies as blocks.
 
     normals:    None where the mesh is shaded flat
     flat:       None where it is shaded smooth
@@ -86,7 +87,7 @@ def geometry(
     corner_edges: NDArray[np.int32],
     smooth: bool = True,
 ) -> Geometry:
-    """What a mesh will be filled with: all that may fail for want of memory, ahead of a change.
+    """Arrays to fill a mesh with. Made ahead of a change, for this is what can run out of memory.
 
     vertices, normals: (V, 3); normals are unit and point outward
     triangles:         (F, 3), counter-clockwise seen from outside

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The way of absorbed brush strokes into the scene: one piece of work at a time, so that Blender
-answers meanwhile, however many there are.
+"""Absorbed brush strokes on their way into the scene: one piece of work at a time, so that Blender
+answers meanwhile, however many strokes there are.
 
 A stroke keeps the undo step of its brush where it can (see `kept_steps`), and comes in between two
 strokes as soon as it has a result. Otherwise steps of ours take the place of the brushes':
 
     a brush's undo step is taken back; ...; the first stroke becomes an undo step of ours; ...
 
-A stroke alone then comes in one piece: to draw the window between its two would take longer than
-both. It begins when all strokes have their results and the artist's hand rests. Between two pieces
-the proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo
-and redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed
+A single stroke does both in one piece, for to draw the window in between would take longer than
+both. This begins when all strokes have their results and the artist's hand rests. Between two
+pieces the proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Undo
+and redo let the rest come in first (`finish`), and jobs on the object wait for it. What is brushed
 meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
-What undo takes from the mesh stays here as long as redo can bring it back, and no step of ours is
-made before the next stroke or change, since it would cut off what can be redone.
+A stroke that undo takes from the mesh is remembered here as long as redo can bring it back. Until
+the next stroke or change no step of ours is made, since it would cut off what can be redone.
 """
 
 import logging
@@ -53,18 +53,20 @@ SEEN_OFF = 5e-4
 quarter of a pixel where the field's box is 1000 wide."""
 
 ROUNDING = 1e-7
-"""What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
+"""Error of vertices, model units, after Blender up to 4.5 has taken back a stroke of its
+brushes."""
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:
-    """Whether vertices (V, 3) are those that they were, but for ROUNDING."""
+    """Whether vertices (V, 3) are where they were, up to ROUNDING."""
     return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
 
 
 def find_place(ob: Object, proxy: TrackedProxy) -> None:
-    """After undo and redo: how many of the strokes the mesh has now.
+    """After undo and redo: find out how many of the strokes the mesh has now.
 
-    What is half-way it keeps: of that, Blender's history may have brought back what it has itself.
+    Strokes that are half-way stay on the mesh, even if Blender has brought back a state of its
+    history that lacks them.
     """
     mesh = proxy_mesh.mesh_of(ob)
     if mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
@@ -84,9 +86,10 @@ def find_place(ob: Object, proxy: TrackedProxy) -> None:
 
 
 def finish(unless_undone: bool = False) -> None:
-    """Let what is half-way, and what needs no step of ours, come into the scene at once.
+    """Bring strokes into the scene at once: those that are half-way, and those that need no step of
+    ours.
 
-    unless_undone: the former not where something can be redone
+    unless_undone: leave those that are half-way where something can be redone
     """
     for target, proxy in proxies.each():
         while can_keep(target, proxy):
@@ -111,8 +114,8 @@ def can_enter(target: int, proxy: TrackedProxy) -> bool:
 
 
 def can_keep(target: int, proxy: TrackedProxy) -> bool:
-    """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
-    stroke, and only other brushes came after it."""
+    """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
+    the only step of that stroke, and all steps after it are brushes' as well."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
@@ -126,8 +129,8 @@ def can_keep(target: int, proxy: TrackedProxy) -> bool:
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
-    """Whether it is seen that vertices are not on the field as they were brushed, which another
-    proxy is to mend."""
+    """Whether brushed vertices lie so far off the field that it is seen, so that another proxy is
+    to come."""
     off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
     return float(off.max(initial=0)) > SEEN_OFF
 
@@ -140,8 +143,8 @@ def _is_free(target: int, proxy: TrackedProxy) -> bool:
 
 
 def _change_comes(target: int, proxy: TrackedProxy) -> bool:
-    """Whether a job is about to make a step anyway, on what the strokes lead to. What can be redone
-    half-way are their own steps."""
+    """Whether a job waits whose step, made on the result of these strokes, cuts off what can be
+    redone anyway. While the proxy is half-way, only the strokes' own steps can be redone."""
     changes = (job for job in session.pending(target) if job.kind is not JobKind.ABSORB_STROKE)
     return any(proxy.half_way or not session.keeps_redo(job) for job in changes)
 
@@ -168,8 +171,8 @@ class BrushResults(Arrivals):
         return any(is_ready(*each) for each in proxies.each())
 
     def take(self) -> bool:
-        """Bring a piece of the first proxy that has one into the scene, and small ones together;
-        whether there was one."""
+        """Do a piece of work for the first proxy that has one, and more while TAKE_SECONDS are not
+        over; whether there was one."""
         begun = time.perf_counter()
         taken = False
         while not taken or time.perf_counter() - begun < TAKE_SECONDS:
@@ -181,7 +184,8 @@ class BrushResults(Arrivals):
         return taken
 
     def hold(self, job: Job) -> bool:
-        """Whether a job must wait, for it is to know of strokes that are on their way."""
+        """Whether a job must wait for strokes that are on their way, for it is to be done on their
+        result."""
         ob, proxy = find(job.target or 0), proxies.get(job.target)
         if ob is None or proxy is None or job.kind is JobKind.ABSORB_STROKE:
             return False
@@ -212,8 +216,8 @@ def take(target: int, proxy: TrackedProxy) -> None:
 
 
 def make_step(target: int, proxy: TrackedProxy) -> None:
-    """A brush's step is taken back, or else the first stroke becomes a step of ours; for a stroke
-    alone both."""
+    """Take back a brush's step or, when all are, make a step of ours of the first stroke. For a
+    single stroke do both."""
     proxy.keep(proxy.count)
     proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
     with preview.hidden(), session.history_grows():
@@ -225,7 +229,8 @@ def make_step(target: int, proxy: TrackedProxy) -> None:
 
 
 def keep_next(target: int, proxy: TrackedProxy) -> None:
-    """The first stroke becomes an entry whose undo step is the one that Blender's brush made."""
+    """Make an entry of the first stroke whose undo step is the one that Blender's brush has
+    made."""
     ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step)
@@ -245,8 +250,8 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
 
 
 def _rebase(target: int, step: Step) -> None:
-    """The jobs on an object build on another state of it; what the worker has of a brush stroke's
-    knew that."""
+    """Let the jobs on an object begin again from its new state. Brush strokes that the worker has
+    already were asked for on that state, and go on."""
     session.forget_bases(target, step)
     for job in session.pending(target):
         if job.kind is JobKind.ABSORB_STROKE and job.base:
@@ -254,7 +259,8 @@ def _rebase(target: int, step: Step) -> None:
 
 
 def enter_next(target: int, proxy: TrackedProxy) -> None:
-    """The first stroke becomes an undo step. Only the last one may bring another proxy."""
+    """Make an undo step of ours of the first stroke. Only the last stroke may bring another
+    proxy."""
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
     assert result is not None
     entry, now = Entry("", stroke.name), proxy.positions.copy()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live absorption: what a brush of Sculpt Mode did to a proxy goes into its field by itself.
+"""Live absorption: each stroke of a brush of Sculpt Mode on a proxy goes into the field by itself.
 
     a stroke ends -> what it moved is cut out -> one job -> a layer, an entry and one undo step
 
@@ -41,12 +41,13 @@ from .whole_proxy import absorb_job
 log = logging.getLogger(__name__)
 
 AGAIN = 0.01
-"""Seconds between two looks while a brush is at work, some 0.01 ms each: its end is noticed no
-later."""
+"""Seconds between two looks while a brush is at work, of some 0.01 ms each: the stroke's end is
+noticed within this time."""
 _BRUSH_SUFFIX = " Brush"
 
 _left: dict[int, int] = {}
-"""Marks of proxies that undo or redo has brought, and which stay as they are."""
+"""Marks (see `native_edits`) of proxies that are left as they are, by session_uid of the object:
+undo or redo has brought them, or they could not be absorbed."""
 
 
 class _State:
@@ -64,14 +65,15 @@ class LiveResults(BrushResults):
         return taken
 
     def may_come(self, job: Job) -> bool:
-        """While a brush is at work on the object of the job, and until that was looked at."""
+        """Whether a brush is at work on the object of the job, or what it did was not looked at
+        yet."""
         ob = None if job.target is None else find(job.target)
         if ob is None or job.kind is JobKind.ABSORB_STROKE or not _can_absorb(ob):
             return False
         return is_brushing() or (_will_look() and not is_at_work())
 
     def follow(self, job: Job) -> None:
-        """Know the proxy at once, for the next look comes after a brush that begins before it."""
+        """Track the proxy at once: a brush may begin before the next look."""
         ob = None if job.target is None else find(job.target)
         if ob is not None and job.kind is not JobKind.ABSORB_STROKE and _can_absorb(ob):
             _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
@@ -86,14 +88,14 @@ def is_on_its_way(ob: Object) -> bool:
 
 
 def refuse_edits(ob: Object) -> None:
-    """SculptError when brushes did what the field does not know of, nor soon will."""
+    """SculptError when brushes have changed the proxy and that is not being absorbed."""
     if not is_on_its_way(ob):
         native_edits.refuse(ob)
 
 
 def let_come(ob: Object) -> bool:
-    """Let what brushes did come into the field though something may be redone that this cuts off;
-    whether all of it was on its way."""
+    """Let the strokes of brushes come into the field, even if that cuts off what can be redone;
+    whether all of them were on their way."""
     proxy = proxies.get(ob.session_uid)
     if proxy is None or not is_on_its_way(ob):
         return False
@@ -149,7 +151,7 @@ def look() -> None:
 
 
 def leave() -> None:
-    """After undo and redo: let the proxies be as they are now."""
+    """After undo and redo: track the proxies as they are now."""
     kept_steps.follow()
     settling.wait_for_rest()
     for target, proxy in proxies.each():
@@ -187,7 +189,8 @@ def _can_absorb(ob: Object) -> bool:
 
 
 def _known(ob: Object, now: NDArray[np.float32]) -> TrackedProxy | None:
-    """The proxy as the field made it; None when that cannot be told, for it was changed."""
+    """The tracked proxy of an object, tracked from now on if it was not. None when it was changed
+    already, so that nobody knows how the field had made it."""
     mesh, target = ob.data, ob.session_uid
     assert isinstance(mesh, Mesh)
     filled = mesh.get(proxy_mesh.FILLED, "")
@@ -250,8 +253,8 @@ def _job(target: int, proxy: TrackedProxy, stroke: BrushStroke) -> Job:
 def _note(*_: object) -> None:
     """Something has changed.
 
-    Of a stroke's end Blender tells ahead of drawing the window, and timers run after that. So the
-    worker gets the stroke at once, when nothing else is to be done for it.
+    Blender tells of a stroke's end before it draws the window, and calls timers after that. So
+    where the worker has nothing else to do it gets the stroke here, without waiting for the timer.
     """
     at_work = is_at_work()
     if (session.jobs or proxies.have_strokes()) and not at_work:
@@ -271,7 +274,8 @@ def _note(*_: object) -> None:
 
 
 def expect_no_stroke() -> None:
-    """Before undo and redo: what changes is not a brush's doing, though one may just have ended."""
+    """Before undo and redo: the change that follows is not a stroke, even if a brush has just
+    ended."""
     _State.brushes = False
 
 

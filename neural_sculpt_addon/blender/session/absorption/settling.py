@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time at which proxies get the normals that are behind (see `kept_steps`), or give way to
-other ones (see `renewal`): Blender evaluates the mesh then, so it is when the artist rests."""
+"""Settling: when proxies get the normals that they lack (see `kept_steps`), or are renewed (see
+`renewal`). Blender evaluates the mesh for either, so both wait until the artist rests."""
 
 import bpy
 
@@ -20,7 +20,7 @@ def wait_for_rest() -> None:
 
 
 def leave_sculpt_mode() -> None:
-    """Settle at once, and do the rest soon: it costs little in other modes."""
+    """Write normals at once and renew soon: both cost little outside of Sculpt Mode."""
     kept_steps.settle()
     if not bpy.app.timers.is_registered(_settle) and renewal.is_due():
         bpy.app.timers.register(_settle)
