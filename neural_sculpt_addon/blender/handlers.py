@@ -27,15 +27,15 @@ from .session.worker_session import session
 
 
 class _State:
-    passing: bool = False  # over a border: the step that Blender takes is ours
+    passing: bool = False  # over a border, by an undo or redo of ours
 
 
 @persistent
 def prepare_undo(*_: object) -> None:
     """Leave a border before undo.
 
-    A change without a result is what the artist did last, when Blender's history has nothing newer.
-    It is cancelled; the undo itself is given a border to take back.
+    If the artist's last change has no result yet, and Blender's history no step after it, undo
+    means that change: its job is cancelled, and Blender's own undo is given a border to take back.
     """
     if native_steps.is_ours():
         return

@@ -125,8 +125,8 @@ def unsettle(ob: Object, field: FieldAt) -> None:
 
 
 def look(active: Step | None) -> None:
-    """Note the active step when neither undo nor redo has led to it: a step other than the last one
-    is new, though it may have the address of one that is gone."""
+    """Note the active step, to which neither undo nor redo has led. If it is not the one noted last
+    it is new, and what is known of its address is of a step that is gone: that is forgotten."""
     if active is not None and active != _State.last:
         for steps in _known.values():
             steps.pop(active, None)
@@ -134,7 +134,7 @@ def look(active: Step | None) -> None:
 
 
 def follow() -> None:
-    """After undo and redo: let the field be what it is at the step that the scene is at now."""
+    """After undo and redo: bring the field to what it was at the step that Blender has come to."""
     before, _ = sculpt_steps.steps()
     _State.last = before[-1] if before else None
     ob = bpy.context.active_object

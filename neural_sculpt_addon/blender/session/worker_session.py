@@ -111,8 +111,8 @@ class Session(WorkerNews):
             self.watcher.work_came()
 
     def forget_bases(self, target: int, step: Step | None = None) -> None:
-        """The jobs on an object build on another state of it, but those of other strokes that
-        follow.
+        """Let the jobs on an object begin again, for its state is another one now. Only a brush
+        stroke that the worker has already goes on.
 
         step: of a stroke that came into the scene ahead of jobs that were asked for before it
         """

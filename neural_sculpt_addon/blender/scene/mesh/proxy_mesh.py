@@ -17,7 +17,8 @@ from . import brush_attributes
 from .attributes import Attributes
 
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
-"""Earlier Blenders ignore the attribute; their own smooth normals serve."""
+"""Whether Blender shows normals that are kept as an attribute. Earlier versions ignore it and show
+smooth normals of their own."""
 
 FILLED = "neural_sculpt_filled"
 """Custom property of a proxy's mesh: the fingerprint of the vertices that it was filled with."""

@@ -265,7 +265,7 @@ def enter_next(target: int, proxy: TrackedProxy) -> None:
     assert result is not None
     entry, now = Entry("", stroke.name), proxy.positions.copy()
     now[stroke.part.vertices] = result.arrays[SNAPPED[0]]
-    if sculpt_steps.active() == proxy.step:  # of which a border may be made
+    if sculpt_steps.active() == proxy.step:  # a border may be made, which holds the scene as it is
         proxy_mesh.put(proxy_mesh.mesh_of(found(target)), proxy.positions)
     if proxy.count == 1 and is_remade(result.arrays):
         add_entry(found(target), entry, result, stroke.name)

@@ -113,7 +113,7 @@ def look() -> None:
     assert isinstance(mesh, Mesh)
     step = sculpt_steps.active()
     kept_steps.look(step)
-    if not _can_absorb(ob):  # but undo may have to put back what it rounds
+    if not _can_absorb(ob):  # undo may have to put back vertices that it rounds
         _known(ob, preview_attributes.true_positions(mesh))
         return
     if target in _left and _left.pop(target) == (mark := native_edits.mark(ob)):
@@ -123,12 +123,12 @@ def look() -> None:
     proxy = _known(ob, now)
     if proxy is None:
         if native_edits.edited(ob) and not session.pending(target):
-            _left[target] = native_edits.mark(ob)  # if it cannot be, once is enough
+            _left[target] = native_edits.mark(ob)  # if absorbing fails, it is not tried again
             _submit(absorb_job(ob, follows=True))
         return
     strokes = proxy.strokes
     failed = next((i for i, stroke in enumerate(strokes) if stroke.has_failed), None)
-    if failed is not None:  # what is there is absorbed with the next stroke, or by Absorb
+    if failed is not None:  # what it did is absorbed with the next stroke, or by Absorb
         proxy.keep(failed)
         if np.array_equal(now, strokes[-1].seen):
             _left[target] = native_edits.mark(ob)
