@@ -48,8 +48,8 @@ class Job:
     target:  session_uid of the object that the job edits, None when it edits none
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
-    follows: whether the change that the job computes, such as a brush stroke, is a step of Blender's
-             history already
+    follows: whether the change that the job computes, a brush stroke for example, is a step of
+             Blender's history already
     rests:   whether undo or redo came since the job's stroke was drawn: its result then waits while
              something can be redone
     waits:   whether the result waits for that reason now
