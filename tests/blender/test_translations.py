@@ -192,6 +192,14 @@ class Translations(unittest.TestCase):
         said = set(german())
         self.assertEqual(sorted(said - anywhere), [])
 
+    def test_no_message_is_filled_before_it_is_looked_up(self) -> None:
+        """A formatted string does not tell its template any more; `Text` and SculptError do."""
+        table = module("blender.locale.translations").GERMAN
+        messages = {text for context, text in table if context == "Message"}
+        formatted = {text_of(node) for node in sources("") if isinstance(node, ast.JoinedStr)}
+        undo_steps = {"Add {}"}  # whose names are no messages
+        self.assertEqual(sorted(messages & formatted - undo_steps), [])
+
     def test_messages_that_were_put_together(self) -> None:
         translations, text = module("blender.locale.translations"), module("common.text").Text
         translated = translations.translated
