@@ -23,7 +23,8 @@ def user_folder() -> Path:
 
 @cache
 def private_folder() -> Path:
-    """A temporary folder of this user alone, the same each time where nobody has taken its name."""
+    """A temporary folder of this user alone: the same one each time, unless somebody else has taken
+    its name."""
     user = os.getuid() if hasattr(os, "getuid") else 0  # on Windows each user has another place
     path = Path(tempfile.gettempdir()) / f"neural_sculpt-{user}"
     with suppress(FileExistsError):
@@ -41,15 +42,16 @@ def environment_folder() -> Path:
 
 
 def log_file() -> Path:
-    """Where the worker writes what it does; there is none before its first start."""
+    """The worker's log; it does not exist before the worker is first started."""
     return user_folder() / "worker.log"
 
 
 def installation_log() -> Path:
-    """Where the installation of the worker says how far it is; there is none before the first."""
+    """Progress of the installation of the worker; it does not exist before the first
+    installation."""
     return user_folder() / "installation.log"
 
 
 def preset_folder() -> Path:
-    """The artist's own presets, one file each; there is none before the first."""
+    """The artist's own presets, one file each; it does not exist before the first is saved."""
     return user_folder() / "presets"

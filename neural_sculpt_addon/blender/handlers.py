@@ -19,7 +19,7 @@ from bpy.app.handlers import persistent
 from ..common.errors import SculptError
 from . import notice
 from .scene import kept_steps, native_steps, sculpt_steps
-from .scene.mesh import preview
+from .scene.mesh.preview import preview
 from .scene.undo_step import in_edit_mode, in_window
 from .session import reports, saved_strokes
 from .session.absorption import brush_results, live
@@ -27,15 +27,15 @@ from .session.worker_session import session
 
 
 class _State:
-    passing: bool = False  # over a border: the step that Blender takes is ours
+    passing: bool = False  # over a border, by an undo or redo of ours
 
 
 @persistent
 def prepare_undo(*_: object) -> None:
     """Leave a border before undo.
 
-    A change without a result is what the artist did last, when Blender's history has nothing newer.
-    It is cancelled; the undo itself is given a border to take back.
+    If the artist's last change has no result yet, and Blender's history no step after it, undo
+    means that change: its job is cancelled, and Blender's own undo is given a border to take back.
     """
     if native_steps.is_ours():
         return
@@ -55,7 +55,7 @@ def prepare_undo(*_: object) -> None:
 
 @persistent
 def prepare_redo(*_: object) -> None:
-    """Go over what stands before the step that redo is to lead to."""
+    """Redo the steps that nobody asked for ahead of the one that redo is to reach."""
     if native_steps.is_ours():
         return
     live.expect_no_stroke()
@@ -127,7 +127,7 @@ def bring_back(*_: object) -> None:
     try:
         session.submit_again(job)
     except SculptError as error:
-        notice.tell(str(error))
+        notice.tell(error.text)
 
 
 @persistent

@@ -12,7 +12,7 @@ CHARACTER = 7.0  # width of one in pixels, on average, at a scale of 1
 
 
 def draw_text(layout: UILayout, context: Context, text: str, icon: str = "NONE") -> None:
-    """A text in as many lines as it needs: a label is cut off at the end of its line."""
+    """A text in as many labels as it needs, for a label that is too long is cut off."""
     width = context.region.width / (CHARACTER * context.preferences.system.ui_scale) - 6
     column = layout.column(align=True)
     for number, line in enumerate(textwrap.wrap(text, max(int(width), 20))):

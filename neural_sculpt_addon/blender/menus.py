@@ -38,7 +38,7 @@ def draw_export(menu: Menu, context: Context) -> None:
     )
 
 
-_ENTRIES = (
+_MENU_ITEMS = (
     ("VIEW3D_MT_add", draw_add),
     ("VIEW3D_MT_object_convert", draw_convert),
     ("VIEW3D_MT_object", draw_object),
@@ -49,11 +49,11 @@ _ENTRIES = (
 
 def register() -> None:
     """Add the entries."""
-    for menu, draw in _ENTRIES:
+    for menu, draw in _MENU_ITEMS:
         getattr(bpy.types, menu).append(draw)
 
 
 def unregister() -> None:
     """Remove them."""
-    for menu, draw in _ENTRIES:
+    for menu, draw in _MENU_ITEMS:
         getattr(bpy.types, menu).remove(draw)

@@ -35,13 +35,13 @@ class NEURAL_SCULPT_OT_notice(Operator):
     def modal(self, context: Context, event: Event) -> "set[OperatorReturnItems]":
         """Tell."""
         context.window_manager.event_timer_remove(self._timer)
-        self.report({"WARNING"}, translated(self.message))
+        self.report({"WARNING"}, self.message)
         return {"FINISHED", "PASS_THROUGH"}
 
 
 def tell(message: str) -> None:
-    """Show a message in the first window; there is none in the background."""
+    """Show a text in the artist's language in the first window; there is none in the background."""
     if bpy.app.background:
         return
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT", message=message)  # pyright: ignore[reportAttributeAccessIssue]
+        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT", message=translated(message))  # pyright: ignore[reportAttributeAccessIssue]

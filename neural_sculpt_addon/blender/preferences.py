@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Preferences: the worker's Python and device, how fine a new proxy is, colours."""
 
-import os
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import bpy
 from bpy.props import EnumProperty, FloatVectorProperty, StringProperty
 from bpy.types import AddonPreferences, Context
 
-from ..common.errors import SculptError
-from ..worker.install import environment
 from ..worker.install.environment import Device
 from . import ADDON
-from .folders import environment_folder
 from .layouts import draw_installation
 from .scene.proxy_properties import (
     USUAL,
@@ -101,36 +96,14 @@ class NEURAL_SCULPT_AP_preferences(AddonPreferences):
 
 def device() -> Device:
     """What the worker is to sculpt on."""
-    preferences = _preferences()
-    return Device.AUTO if preferences is None else Device[preferences.device]
+    own = _preferences()
+    return Device.AUTO if own is None else Device[own.device]
 
 
-def worker_python() -> Path:
-    """The worker's interpreter: preferences, environment variable, installed environment.
-
-    SculptError when there is none.
-    """
-    preferences = _preferences()
-    named = preferences and bpy.path.abspath(preferences.worker_python)
-    return environment.configured_python(named, environment_folder())
-
-
-def has_worker() -> bool:
-    """Whether there is an interpreter for the worker."""
-    try:
-        worker_python()
-    except SculptError:
-        return False
-    return True
-
-
-def lacks_worker() -> bool:
-    """Whether no interpreter is named for the worker, and none is installed."""
-    preferences = _preferences()
-    named = preferences is not None and preferences.worker_python
-    if named or os.environ.get(environment.ENVIRONMENT_VARIABLE):
-        return False
-    return not environment.installed(environment_folder())
+def named_python() -> str:
+    """The worker's Python as the artist has named it; empty where they have not."""
+    own = _preferences()
+    return "" if own is None else own.worker_python
 
 
 def new_proxy() -> ShownAs:

@@ -13,8 +13,8 @@ def tag_views() -> None:
 
 
 def tag_panels() -> None:
-    """Redraw the preferences, and the sidebars of all 3D viewports where they are open: for a
-    closed one Blender would show the whole window again."""
+    """Redraw the preferences and all open sidebars of 3D viewports. To tag a closed sidebar would
+    redraw the whole window."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PREFERENCES":

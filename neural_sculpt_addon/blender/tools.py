@@ -10,8 +10,8 @@ from bpy.types import Context, UILayout, WorkSpaceTool
 
 from .panels.brush_widgets import draw_lengths, draw_mirror
 from .scene.brush.brush_properties import brush_of
+from .scene.chosen import TOOL
 from .scene.properties import is_field
-from .scene.tool import TOOL
 
 DRAW = "neural_sculpt.draw"
 NO_DRAG = "neural_sculpt.no_drag"
@@ -96,14 +96,14 @@ class SculptTool(_NeuralStroke):
     bl_context_mode = "SCULPT"
 
 
-BRUSHES = {"builtin.brush"} if bpy.app.version >= (4, 3, 0) else None
+BRUSH_TOOLS = {"builtin.brush"} if bpy.app.version >= (4, 3, 0) else None
 """Tools of Sculpt Mode after which ours is in sight; earlier Blenders have one for each brush."""
 
 
 def register() -> None:
     """Put the tool into both toolbars."""
     bpy.utils.register_tool(ObjectTool, separator=True)
-    bpy.utils.register_tool(SculptTool, after=BRUSHES, separator=True)
+    bpy.utils.register_tool(SculptTool, after=BRUSH_TOOLS, separator=True)
 
 
 def unregister() -> None:

@@ -22,7 +22,7 @@ def write_whole(path: Path, data: bytes) -> None:
             raise
     except OSError as error:
         raise SculptError(
-            f"{path} cannot be written: {error.strerror}. Choose another folder or file name."
+            "{} cannot be written: {}. Choose another folder or file name.", path, error.strerror
         ) from error
 
 

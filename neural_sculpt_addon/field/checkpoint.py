@@ -84,8 +84,10 @@ def from_bytes(data: bytes) -> Field:
     version = metadata.get("version")
     if version not in (VERSION, VERSION_WITH_DETAIL):
         raise SculptError(
-            f"This field was written in format version {version!s:.100}, this add-on reads version"
-            f" {VERSION_WITH_DETAIL}. Update Neural Sculpt to open it."
+            "This field was written in format version {}, this add-on reads version {}."
+            " Update Neural Sculpt to open it.",
+            f"{version!s:.100}",
+            VERSION_WITH_DETAIL,
         )
     detail = _detail(tensors) if version == VERSION_WITH_DETAIL else Detail()
     tensors = _plain(tensors)
@@ -113,10 +115,10 @@ def load(path: str | os.PathLike[str]) -> Field:
     name = f"{path.name:.100}"
     read = {".safetensors": from_bytes, ".pth": _from_pth}.get(path.suffix.lower())
     if read is None:
-        raise SculptError(f"{name} is no field file; choose a .safetensors or .pth file.")
+        raise SculptError("{} is no field file; choose a .safetensors or .pth file.", name)
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise SculptError(f"{name} is larger than any field file (256 MiB).")
+            raise SculptError("{} is larger than any field file (256 MiB).", name)
         data = path.read_bytes()
     except OSError as error:
         raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
@@ -253,7 +255,7 @@ def _to_pth(field: Field) -> bytes:
 def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, ...]) -> Siren:
     """A Siren of plain tensors whose shapes fit each other and whose numbers are finite."""
     if not 2 <= len(weights) <= DEEPEST:
-        raise SculptError(f"This network has {len(weights)} layers; a field has 2 to {DEEPEST}.")
+        raise SculptError("This network has {} layers; a field has 2 to {}.", len(weights), DEEPEST)
     if len(omegas) != len(weights) - 1 or not all(math.isfinite(w) and w > 0 for w in omegas):
         raise SculptError("This network's omega factors do not fit its layers.")
     fan_in = 3
@@ -261,8 +263,11 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
         fan_out = 1 if layer == len(weights) - 1 else bias.numel()
         if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST:
             raise SculptError(
-                f"This network's layer {layer + 1} has weights {tuple(weight.shape)!s:.50} and"
-                f" biases {tuple(bias.shape)!s:.50}; a field leads from 3 coordinates to 1 value."
+                "This network's layer {} has weights {} and biases {}; a field leads from 3"
+                " coordinates to 1 value.",
+                layer + 1,
+                f"{tuple(weight.shape)!s:.50}",
+                f"{tuple(bias.shape)!s:.50}",
             )
         fan_in = fan_out
     if not all(bool(torch.isfinite(tensor).all()) for tensor in (*weights, *biases)):

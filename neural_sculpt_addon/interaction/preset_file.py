@@ -48,14 +48,18 @@ class Preset:
     def __post_init__(self) -> None:
         """Refuse what no curve widget can show. SculptError."""
         if self.kind not in BOUNDS:
-            raise SculptError(f"A preset is a {' or a '.join(BOUNDS)}, not {self.kind!r:.40}.")
+            raise SculptError(
+                "A preset is a {}, not {}.", " or a ".join(BOUNDS), f"{self.kind!r:.40}"
+            )
         if not 0 < len(self.name.strip()) <= LONGEST_NAME or not self.name.isprintable():
-            raise SculptError(f"A preset's name has 1 to {LONGEST_NAME} printable characters.")
+            raise SculptError("A preset's name has 1 to {} printable characters.", LONGEST_NAME)
         low, high = BOUNDS[self.kind]
         if not 2 <= len(self.points) <= MOST_POINTS:
-            raise SculptError(f"A preset has 2 to {MOST_POINTS} points.")
+            raise SculptError("A preset has 2 to {} points.", MOST_POINTS)
         if not all(low <= value <= high for point in self.points for value in point):
-            raise SculptError(f"The points of a {self.kind} lie between {low:g} and {high:g}.")
+            raise SculptError(
+                "The points of a {} lie between {} and {}.", self.kind, f"{low:g}", f"{high:g}"
+            )
         ahead = zip(self.points, self.points[1:], strict=False)
         if any(right[0] - left[0] < 1e-4 for left, right in ahead):
             raise SculptError("The points of a preset must go from left to right.")
@@ -82,7 +86,7 @@ def parse_preset(text: str) -> Preset:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise SculptError(f"This is no JSON preset file ({error}).") from error
+        raise SculptError("This is no JSON preset file ({}).", error) from error
     return _read(document)
 
 
@@ -90,11 +94,12 @@ def _read(document: object) -> Preset:
     """A preset as `dump_preset` has written it. SculptError when it is none."""
     words = {"version", "kind", "name", "points", "handles"}
     if not isinstance(document, Mapping) or set(document) != words:
-        raise SculptError(f"A preset file has {', '.join(sorted(words))} and nothing else.")
+        raise SculptError("A preset file has {} and nothing else.", ", ".join(sorted(words)))
     if document["version"] != VERSION:
         raise SculptError(
-            f"This preset has version {document['version']!r:.20}, this add-on reads version"
-            f" {VERSION}. Update Neural Sculpt."
+            "This preset has version {}, this add-on reads version {}. Update Neural Sculpt.",
+            f"{document['version']!r:.20}",
+            VERSION,
         )
     try:
         return Preset(
@@ -104,7 +109,7 @@ def _read(document: object) -> Preset:
             tuple(map(reading.text, document["handles"])),
         )
     except reading.UNREADABLE as error:
-        raise SculptError(f"This preset cannot be read ({error}).") from error
+        raise SculptError("This preset cannot be read ({}).", error) from error
 
 
 BUILT_IN = tuple(

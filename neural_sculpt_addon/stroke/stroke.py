@@ -121,12 +121,14 @@ class Stroke:
             raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
         if len(self.radial) != 3 or not all(1 <= count <= MOST_TURNS for count in self.radial):
             raise SculptError(
-                f"A stroke's radial needs three counts from 1 to {MOST_TURNS}, for X, Y and Z."
+                "A stroke's radial needs three counts from 1 to {}, for X, Y and Z.", MOST_TURNS
             )
         if (count := len(images(self.mirror, self.radial))) > MOST_COPIES:
             raise SculptError(
-                f"The stroke would be repeated {count} times; at most {MOST_COPIES} are possible."
-                " Mirror it across fewer axes, or lower its radial counts."
+                "The stroke would be repeated {} times; at most {} are possible. Mirror it"
+                " across fewer axes, or lower its radial counts.",
+                count,
+                MOST_COPIES,
             )
 
     def __eq__(self, other: object) -> bool:

@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.text import from_json
 from .protocol import JobKind, Message, MessageKind, ProtocolError
 
 _RESULTS = frozenset({MessageKind.RESULT, MessageKind.PREVIEW})
-_LAYERS = frozenset({JobKind.ABSORB, JobKind.BRUSHED, JobKind.BOOLEAN})
+_LAYER_JOBS = frozenset({JobKind.ABSORB_PROXY, JobKind.ABSORB_STROKE, JobKind.BOOLEAN})
 """Jobs whose result is one more layer, with a report."""
 
 SNAPPED = "snapped", "snapped_normals"
 """The arrays of a result that can move a part of the proxy instead of replacing all of it."""
 
-_STATES = _LAYERS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
+_STATE_JOBS = _LAYER_JOBS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
 _PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
@@ -40,15 +41,14 @@ def why_malformed(message: Message) -> str:
     if not isinstance(message.kind, MessageKind):
         return f"it sent a {message.kind}"
     wanted = {
-        MessageKind.HELLO: {"protocol": int},
-        MessageKind.PROGRESS: {"fraction": float, "message": str},
-        MessageKind.ERROR: {"message": str, "detail": str},
+        MessageKind.HELLO: {"protocol": _is_integer},
+        MessageKind.PROGRESS: {"fraction": _is_number, "message": _is_text},
+        MessageKind.ERROR: {"message": _is_text, "detail": _is_string},
     }.get(message.kind, {})
-    for name, kind in wanted.items():
-        value = message.fields.get(name)
-        if not (_is_number(value) if kind is float else type(value) is kind):
+    for name, is_right in wanted.items():
+        if not is_right(message.fields.get(name)):
             return f"its {message.kind} has no {name!r}"
-    if not _is_list_of(message.fields.get("missing", []), lambda each: type(each) is str):
+    if not _is_list_of(message.fields.get("missing", []), _is_string):
         return f"its {message.kind} misses what has no id"
     return ""
 
@@ -63,12 +63,12 @@ def check(job: JobKind, message: Message) -> None:
     if message.kind is MessageKind.PREVIEW:
         _check_proxy(arrays)
         return
-    if job in _STATES:
+    if job in _STATE_JOBS:
         _check_state(job, fields, arrays)
     if job is JobKind.EDIT:
         _require("layer" in fields or "base" in fields, "layer")
         _require(_is_number(fields.get("seconds")), "seconds")
-    elif job in _LAYERS:
+    elif job in _LAYER_JOBS:
         _require("layer" in fields, "layer")
     elif job is JobKind.REPLAY:
         _require("layers" in fields or "base" in fields, "layers")
@@ -95,12 +95,12 @@ def _check_state(
 ) -> None:
     """Another state of the field, and what shows it."""
     _require(_is_name(fields.get("revision")), "revision")
-    _check_report(fields, required=job in _LAYERS | {JobKind.CONSOLIDATE})
+    _check_report(fields, required=job in _LAYER_JOBS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
-    if job is JobKind.BRUSHED:
+    if job is JobKind.ABSORB_STROKE:
         _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    if job is not JobKind.BRUSHED or not _PROXY.isdisjoint(arrays):
+    if job is not JobKind.ABSORB_STROKE or not _PROXY.isdisjoint(arrays):
         _check_proxy(arrays)
 
 
@@ -115,7 +115,7 @@ def _check_report(fields: Mapping[str, Any], required: bool) -> None:
     report = fields.get("report", None if required else {})
     _require(type(report) is dict and _is_number(report.get("error_mean", 0.0)), "report")
     notes = report.get("notes", [])
-    _require(type(notes) is list and all(type(note) is str for note in notes), "report")
+    _require(type(notes) is list and all(map(_is_text, notes)), "report")
 
 
 def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -185,6 +185,22 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 def _is_number(value: object) -> bool:
     return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore[reportArgumentType]
+
+
+def _is_integer(value: object) -> bool:
+    return type(value) is int
+
+
+def _is_string(value: object) -> bool:
+    return type(value) is str
+
+
+def _is_text(value: object) -> bool:
+    try:
+        from_json(value)
+    except ValueError:
+        return False
+    return True
 
 
 def _is_name(value: object) -> bool:

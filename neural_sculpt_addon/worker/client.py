@@ -20,6 +20,7 @@ import numpy as np
 
 from ..common.errors import Cancelled, SculptError
 from ..common.progress import Progress, silent
+from ..common.text import Text, from_json
 from . import answers, pulse
 from .process import Exit, WorkerProcess
 from .protocol import FINAL, PROTOCOL, ControlKind, JobKind, Message, MessageKind
@@ -193,7 +194,8 @@ class Client:
             pass
 
     def _take(self, seconds: float = math.inf) -> bool:
-        """Move one item of news to the inbox; whether there was one, read in so many seconds."""
+        """Move one item of news to the inbox; whether there was one that could be read in so many
+        seconds."""
         item = None if self.process is None else self.process.take(seconds)
         if item is None:
             return False
@@ -206,6 +208,8 @@ class Client:
         elif item.kind is MessageKind.HELLO:
             self._greet(item)
         elif item.job in self._open and isinstance(item.kind, MessageKind):
+            if "message" in item.fields:
+                item.fields["message"] = from_json(item.fields["message"])
             if item.kind in FINAL:
                 self._open.discard(item.job)
             self._inbox.append(item)
@@ -224,9 +228,10 @@ class Client:
         self.process = None
         self.state = WorkerState.DEAD
         self.hello = None
-        self.problem = (
-            f"The worker stopped unexpectedly ({reason}). Nothing in Blender is lost; see"
-            f" {self.log}."
+        self.problem = Text(
+            "The worker stopped unexpectedly ({}). Nothing in Blender is lost; see {}.",
+            reason,
+            self.log,
         )
         fields = {"message": self.problem, "detail": log_tail, "died": True}
         for job in sorted(self._open):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Leftover folders of workers whose Blender was killed, removed at the next start.
+"""Leftover folders of workers whose Blender was killed. They are removed when the next worker is
+started.
 
 Standard library only.
 """

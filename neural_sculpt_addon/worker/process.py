@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One run of the worker: the child process, and the folder through which it is spoken to.
+"""One run of the worker: the child process, and the folder of its requests and answers.
 
 NumPy and the standard library only. Requests and answers are files (see mailbox), so that nothing
 here waits for the worker. Its stdin gets the folder's name as a line of JSON, for a name can hold
@@ -59,7 +59,7 @@ class WorkerProcess:
             if folder is not None:
                 shutil.rmtree(folder, ignore_errors=True)
             raise SculptError(
-                f"The worker cannot be started ({error}); check its Python in the preferences."
+                "The worker cannot be started ({}); check its Python in the preferences.", error
             ) from error
         self.folder = folder
         """Its own, through which it is spoken to; gone when it has ended."""

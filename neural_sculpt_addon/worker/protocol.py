@@ -24,7 +24,7 @@ import numpy as np
 
 from ..common.errors import SculptError
 
-PROTOCOL = 4
+PROTOCOL = 5
 """Raised whenever the two sides of an older and a newer add-on would misunderstand each other."""
 
 MAX_HEADER = 16 << 20  # bytes: a history of hundreds of strokes with images
@@ -49,8 +49,8 @@ class JobKind(StrEnum):
     MEASURE = "measure"
     MESH = "mesh"
     FIT = "fit"
-    ABSORB = "absorb"
-    BRUSHED = "brushed"
+    ABSORB_PROXY = "absorb_proxy"
+    ABSORB_STROKE = "absorb_stroke"
     BOOLEAN = "boolean"
     BOOLEAN_MESH = "boolean_mesh"
     LOAD = "load"

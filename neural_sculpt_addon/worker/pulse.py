@@ -16,7 +16,8 @@ INTERVAL = 0.5
 """Seconds between two beats, and at least between two looks."""
 
 SILENT = 15.0
-"""Seconds without a beat after which a worker hangs: a busy machine starves it for less."""
+"""Seconds without a beat after which a worker is taken to hang. A busy machine starves it for
+less."""
 
 SILENT_STARTING = 90.0
 """The same while libraries are loaded, from a slow disk, with Python's lock held."""

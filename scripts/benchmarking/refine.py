@@ -99,7 +99,7 @@ def _rows(
 ) -> Iterator[dict[str, Any]]:
     from neural_sculpt_addon.field.levels import support
     from neural_sculpt_addon.field.mesh.proxy import extract
-    from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
+    from neural_sculpt_addon.field.mesh.refinement.refine import EDGE_TOLERANCE, again, refine
     from neural_sculpt_addon.field.mesh.surface import sample_surface
 
     many, field, reached = 10**7, now.field, support(layer)
@@ -114,7 +114,7 @@ def _rows(
         known = refine(before.field, before.proxy, many, tolerance)
         scratch, refined = _time(lambda t=tolerance: refine(field, now.proxy, many, t))
         stroke = None
-        if tolerance <= TOLERANCE:
+        if tolerance <= EDGE_TOLERANCE:
             stroke, _ = _time(lambda k=known: again(field, now.proxy, k, reached, many))
         row = _measure(field, refined, true)
         share = _share(row, found)

@@ -51,10 +51,10 @@ def instrument() -> None:
 
     draw.NEURAL_SCULPT_OT_draw.modal = with_arguments
     timed(worker_session().watcher, "timer", lambda _: "timer tick")
-    preview = module("blender.scene.mesh.preview")
+    preview = module("blender.scene.mesh.preview").preview
     timed(preview, "show", lambda _: "preview")
     timed(preview, "draw", lambda _: "surface under the pen, a move")
-    timed(preview, "catch_up_later", lambda _: "surface under the pen, at rest")
+    timed(preview, "timer", lambda _: "surface under the pen, at rest")
     displaced = module("interaction.displaced").Displaced
     advance = displaced.advance
 

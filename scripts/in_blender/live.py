@@ -228,7 +228,7 @@ def in_a_row(count: int, generator: np.random.Generator, session: Any) -> Steps:
 
     def rests() -> bool:
         proxies = module("blender.session.absorption.brush_results").proxies
-        return session.rests and not any(proxy.strokes for proxy in proxies.values())
+        return session.rests and not any(proxy.strokes for _, proxy in proxies.each())
 
     yield from hand.until(rests, SECONDS, "all strokes in the field")
     total, added = time.perf_counter() - started, len(fields()[0].neural_sculpt.strokes) - before

@@ -43,17 +43,18 @@ def main(given: list[str]) -> None:
     environment.worker_command = lambda *_: worker
     addon: Any = bpy.context.preferences.addons[EXTENSION]
     session = importlib.import_module(f"{EXTENSION}.blender.session.worker_session").session
+    caller = importlib.import_module(f"{EXTENSION}.blender.session.caller")
     prepare = importlib.import_module(f"{EXTENSION}.blender.session.stroke_jobs").prepare_job
-    preview: Any = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
+    preview: Any = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview").preview
     preview.goes_on = lambda: True  # for `_poll` does what timers do
     addon.preferences.resolution, strokes = json.loads((folder / "strokes.json").read_text())
     rows = []
     for path, name, text in strokes:
         bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-        session.waits = True
+        session.caller = caller.Script()
         operators.neural_sculpt.add(kind="FILE", filepath=path)
         ob: Any = bpy.context.active_object
-        session.waits = False
+        session.caller = caller.Artist()
         session.submit(prepare(ob))
         _poll(session, lambda: not session.jobs)
         steps = _sculpt(session, text, notes)
@@ -92,7 +93,7 @@ def _poll(session: Any, until: Callable[[], bool]) -> tuple[float, float, float]
     import bpy
 
     tick = importlib.import_module(f"{EXTENSION}.blender.panels.session_display").TICK
-    preview = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview")
+    preview = importlib.import_module(f"{EXTENSION}.blender.scene.mesh.preview").preview
     end, most = time.monotonic() + SECONDS, 0.0
     while time.monotonic() < end:
         time.sleep(tick)

@@ -30,6 +30,12 @@ def module(name: str) -> ModuleType:
     return importlib.import_module(f"{EXTENSION}.{name}")
 
 
+def call_as(caller: str) -> None:
+    """Let the session take jobs of an "Artist" from now on, or of a "Script", which waits."""
+    session = module("blender.session.worker_session").session
+    session.caller = getattr(module("blender.session.caller"), caller)()
+
+
 def long(test: Callable) -> Callable:
     """Mark a test that takes more than five seconds or so and is not essential.
 
@@ -76,11 +82,11 @@ class SculptCase(unittest.TestCase):
     @contextmanager
     def as_in_a_window(self) -> Iterator[None]:
         """Operators return at once, and `finish` does what the timer does."""
-        self.session.waits = False
+        call_as("Artist")
         try:
             yield
         finally:
-            self.session.waits = True
+            call_as("Script")
 
     def pump(self, until: Callable[[], bool]) -> None:
         """Poll the worker until something is so."""
@@ -138,8 +144,8 @@ class SteeredCase(SculptCase):
         for file in self.folder.iterdir():
             file.unlink()
         self.ob = add("SPHERE")
-        self.session.waits = False
-        self.addCleanup(setattr, self.session, "waits", True)
+        call_as("Artist")
+        self.addCleanup(call_as, "Script")
 
     def finish(self) -> None:
         """Let edits end, and poll the worker until only a measure may be left."""

@@ -96,7 +96,9 @@ class WindowCase(harness.SculptCase):
 
     def caught_up(self) -> Steps:
         """Until the surface shows all that was drawn."""
-        yield from hand.until(module("blender.scene.mesh.preview").catch_up, SECONDS, "the surface")
+        yield from hand.until(
+            module("blender.scene.mesh.preview").preview.catch_up, SECONDS, "the surface"
+        )
 
     def set_points(self, places: Sequence[hand.Pixel]) -> Steps:
         """Set control points, with P and then by clicks, in window pixels."""

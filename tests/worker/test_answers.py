@@ -51,9 +51,9 @@ GOOD = [
     (JobKind.EDIT, REBASED, model()),
     (JobKind.REPLAY, REPLAYED, {"layer.1": np.ones(5, "u1"), **proxy()}),
     (JobKind.REPLAY, {"revision": "r", "base": "b"}, model()),
-    (JobKind.ABSORB, ABSORBED, layered()),
+    (JobKind.ABSORB_PROXY, ABSORBED, layered()),
     (JobKind.BOOLEAN, ABSORBED, layered()),
-    (JobKind.BRUSHED, ABSORBED | {"stretched": True}, layered() | snapped()),
+    (JobKind.ABSORB_STROKE, ABSORBED | {"stretched": True}, layered() | snapped()),
     (JobKind.FIT, PLACED, model()),
     (JobKind.LOAD, {"id": "b"}, model()),
     (JobKind.APPLY_TO_BASE, {"id": "b"}, {"field": np.ones(5, "u1")}),
@@ -110,7 +110,7 @@ def test_arrays_that_blender_cannot_show_are_refused(name, wrong):
 @pytest.mark.parametrize(
     ("job", "field", "wrong"),
     [
-        (JobKind.BRUSHED, "report", {"error_mean": "much"}),
+        (JobKind.ABSORB_STROKE, "report", {"error_mean": "much"}),
         (JobKind.EDIT, "revision", ["a"]),
         (JobKind.EDIT, "revision", ""),
         (JobKind.EDIT, "seconds", "1"),
@@ -138,7 +138,9 @@ def test_fields_of_another_kind_are_refused(job, field, wrong):
     [
         Message(MessageKind.PROGRESS, 1, {"fraction": "0.5", "message": ""}),
         Message(MessageKind.PROGRESS, 1, {"fraction": 0.5}),
+        Message(MessageKind.PROGRESS, 1, {"fraction": 0.5, "message": ["{} of {}", "1"]}),
         Message(MessageKind.ERROR, 1, {"message": 3, "detail": ""}),
+        Message(MessageKind.ERROR, 1, {"message": ["{}", ["{}", 3]], "detail": ""}),
         Message(MessageKind.ERROR, 1, {"message": "", "detail": "", "missing": [1]}),
         Message(MessageKind.HELLO, 0, {}),
         Message(JobKind.EDIT, 1),
@@ -150,17 +152,19 @@ def test_messages_without_what_belongs_to_them(message):
 
 def test_vertices_that_a_brush_stroke_moves_need_normals():
     brushed = ABSORBED | {"stretched": False}
-    answers.check(JobKind.BRUSHED, result(brushed, snapped()))
+    answers.check(JobKind.ABSORB_STROKE, result(brushed, snapped()))
     with pytest.raises(ProtocolError, match="stretched"):
-        answers.check(JobKind.BRUSHED, result(ABSORBED, snapped()))
+        answers.check(JobKind.ABSORB_STROKE, result(ABSORBED, snapped()))
     for wrong in (np.zeros((3, 3), np.float32), np.full((4, 3), np.nan, np.float32)):
         with pytest.raises(ProtocolError, match="snapped_normals"):
-            answers.check(JobKind.BRUSHED, result(brushed, snapped() | {"snapped_normals": wrong}))
+            answers.check(
+                JobKind.ABSORB_STROKE, result(brushed, snapped() | {"snapped_normals": wrong})
+            )
     with pytest.raises(ProtocolError, match="snapped"):
-        answers.check(JobKind.BRUSHED, result(brushed, {"layer": np.ones(3, np.uint8)}))
+        answers.check(JobKind.ABSORB_STROKE, result(brushed, {"layer": np.ones(3, np.uint8)}))
     with pytest.raises(ProtocolError, match="normals"):  # of another proxy, which may be there
         some = {"vertices": np.zeros((4, 3), np.float32)}
-        answers.check(JobKind.BRUSHED, result(brushed, snapped() | some))
+        answers.check(JobKind.ABSORB_STROKE, result(brushed, snapped() | some))
 
 
 def test_a_large_proxy_is_looked_at_by_numpy_alone():

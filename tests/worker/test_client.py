@@ -182,10 +182,21 @@ def test_a_watcher_that_raises_cancelled_cancels(client):
     assert client.wait(job, watch, timeout=PATIENCE).kind is MessageKind.CANCELLED
 
 
+def test_messages_remember_what_they_were_made_of(client):
+    answer = finish(client, client.submit(JobKind.LOAD, {"how": "sculpt"}))
+    text = answer.fields["message"]
+    assert text.template == "{}: {}" and text.arguments[0] == "Stroke 2"
+    assert text.arguments[1].template == "The stroke is {} off."
+    told = []
+    job = client.submit(JobKind.EDIT, {"seconds": 0.2})
+    client.wait(job, lambda _, text: told.append(text), PATIENCE)
+    assert {text.template for text in told} == {"step {}"}
+
+
 @pytest.mark.parametrize(
     ("how", "message", "detail"),
     [
-        ("sculpt", "The stroke is off the surface.", ""),
+        ("sculpt", "Stroke 2: The stroke is 0.25 off.", ""),
         ("value", "ValueError: a defect", "Traceback"),
         ("memory", "out of memory", ""),
         ("nan", "cannot be sent", ""),

@@ -12,13 +12,14 @@ import time
 sys.path.insert(0, sys.argv[1])
 
 from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.common.text import Text
 from neural_sculpt_addon.worker import pulse
 from neural_sculpt_addon.worker.protocol import JobKind
 from neural_sculpt_addon.worker.server.payload import MissingError, Payload
 from neural_sculpt_addon.worker.server.server import take_over
 
 FAILURES = {
-    "sculpt": SculptError("The stroke is off the surface."),
+    "sculpt": SculptError("{}: {}", "Stroke 2", SculptError("The stroke is {} off.", 0.25)),
     "value": ValueError("a defect"),
     "memory": MemoryError(),
     "missing": MissingError(["one", "two"]),
@@ -36,7 +37,7 @@ def slow(job, progress):
     if job.arrays:
         job.preview(Payload({"shown": True}, job.arrays))
     for step in range(steps):
-        progress(step / steps, f"step {step:06}")
+        progress(step / steps, Text("step {}", f"{step:06}"))
         time.sleep(0.01)
     return Payload({"slept": True})
 

@@ -3,21 +3,23 @@
 
 Blender translates labels, tooltips and the texts of layouts by itself; what is put together or
 reported goes through `bpy.app.translations` where it is said. Texts in tables are marked by n_.
-Messages, many of which come from the worker, arrive put together: `translated` knows them again.
+What was put together, as messages of the worker are, goes through `translated`, which looks up the
+template of the text.
 """
 
 import json
-import re
 from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from ...common.text import Text, fill
 from .. import ADDON
 
 
 def read_po(path: Path) -> dict[tuple[str, str], str]:
-    """The translations in a PO file by context and text; blank lines part its entries."""
+    """The translations in a PO file, by context and text. Its entries are separated by blank
+    lines."""
     entries: dict[tuple[str, str], str] = {}
     for block in path.read_text(encoding="utf-8").split("\n\n"):
         entry = {"msgctxt": "", "msgid": "", "msgstr": ""}
@@ -34,38 +36,28 @@ def read_po(path: Path) -> dict[tuple[str, str], str]:
 
 
 MESSAGE = "Message"
-"""Context in a PO file of what is told while or after something happens. A message may have been
-put together, each {} from something else."""
+"""Context in a PO file of what is told while or after something happens, with {} where a message is
+filled (see `Text`)."""
 
 OURS = "Neural Sculpt"
-"""Context of words that mean something else elsewhere: Blender's own translation of a word goes
-before an add-on's. Every text is known in it, so a class that has one such word can use it for all
-of its texts."""
+"""Context of words that mean something else in Blender, whose own translation of a word takes
+precedence over an add-on's. Every text is translated in this context, too, so a class with one such
+word can use it for all of its texts."""
 
 GERMAN = read_po(Path(__file__).with_name("de.po"))
 
 CONTEXTS = ("*", "Operator")
 """Blender looks up the names of operators apart from all else."""
 LANGUAGES = {"de": GERMAN, "de_DE": GERMAN}
-"""By locale; which of the two is German's depends on the Blender."""
-_MESSAGES = [text for context, text in GERMAN if context == MESSAGE]
-_PATTERNS = [
-    (text, re.compile(re.escape(text).replace(r"\{\}", "(.+)"), re.DOTALL))
-    for text in sorted(_MESSAGES, key=len, reverse=True)  # the one that leaves least to fill in
-]
+"""By locale. German is the first or the second, depending on Blender's version."""
 
 
 def translated(message: str) -> str:
-    """A message in the artist's language; what was filled in stays, but for messages in it."""
-    return _put_together(message) or rpt_(message)
-
-
-def _put_together(message: str) -> str:
-    """The translation with what was filled in; empty when no message has this form."""
-    for text, pattern in _PATTERNS:
-        if (found := pattern.fullmatch(message)) is not None:
-            return rpt_(text).format(*(_put_together(part) or part for part in found.groups()))
-    return ""
+    """A message in the artist's language. What fills its template stays as it is, unless it is a
+    text itself."""
+    text = Text(message)
+    said = (translated(each) if isinstance(each, Text) else each for each in text.arguments)
+    return fill(rpt_(text.template), tuple(said))
 
 
 def register() -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 from bpy.types import Context, Object, Operator
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ...stroke.stroke import Stroke
 from ..locale.translations import translated
 from ..scene.mesh import proxy_mesh
@@ -27,13 +28,15 @@ FINISHED: Outcome = {"FINISHED"}
 CANCELLED: Outcome = {"CANCELLED"}
 
 REGISTER: "set[OperatorTypeFlagItems]" = {"REGISTER"}
-"""Options of what the artist does. UNDO is not one: the commit of a result pushes the undo step."""
+"""Options of operators that the artist calls. UNDO is not among them, for the commit of a result
+pushes the undo step."""
 INTERNAL: "set[OperatorTypeFlagItems]" = {"INTERNAL"}
-"""Options of what only buttons do."""
+"""Options of operators that only buttons call."""
 
 
 def launch(operator: Operator, job: Job) -> Outcome:
-    """Start a job. In a window the operator is done at once; in the background it waits."""
+    """Start a job. In a window the operator ends at once, in the background when the job has
+    ended."""
     try:
         session.run(job)
     except SculptError as error:
@@ -58,12 +61,14 @@ def launch_strokes(operator: Operator, ob: Object, strokes: tuple[Stroke, ...]) 
     outcome = launch(operator, edit_job(ob, kept))
     masked = [str(number) for number, stroke in enumerate(each, 1) if stroke is None]
     if masked:
-        told = f"All that stroke {masked[0]} would change is masked or hidden; it was left out."
+        told = Text(
+            "All that stroke {} would change is masked or hidden; it was left out.", masked[0]
+        )
         if len(masked) > 1:
             numbers = ", ".join(masked)
-            told = (
-                f"All that the strokes {numbers:.100} would change is masked or hidden; they were"
-                " left out."
+            told = Text(
+                "All that the strokes {} would change is masked or hidden; they were left out.",
+                f"{numbers:.100}",
             )
         operator.report({"WARNING"}, translated(told))
     return outcome
@@ -71,7 +76,7 @@ def launch_strokes(operator: Operator, ob: Object, strokes: tuple[Stroke, ...]) 
 
 def fail(operator: Operator, error: SculptError | str) -> Outcome:
     """Tell the artist what happened and what to do."""
-    operator.report({"ERROR"}, translated(str(error)))
+    operator.report({"ERROR"}, translated(error.text if isinstance(error, SculptError) else error))
     return CANCELLED
 
 

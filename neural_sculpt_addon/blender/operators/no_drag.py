@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A drag of the tool that begins beside all fields: it does nothing. Blender's own tool would move
-objects then."""
+"""A drag of the tool that begins beside all fields. It does nothing, where Blender's own tool would
+move objects."""
 
 from bpy.types import Context, Event, Operator
 

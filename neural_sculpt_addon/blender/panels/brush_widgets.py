@@ -11,7 +11,7 @@ from ..scene.brush.current_brush import radial_settings
 
 
 def draw_lengths(layout: UILayout, brush: NEURAL_SCULPT_PG_brush) -> None:
-    """Radius, and intensity or strength, each beside whether the pen's pressure changes it."""
+    """Radius, and intensity or strength; beside each, whether the pen's pressure changes it."""
     second = "scene_intensity" if brush.kind == Kind.DRAW.name else "strength"
     for name, pressure in (("scene_radius", "radius"), (second, "intensity")):
         row = layout.row(align=True)
@@ -38,6 +38,6 @@ def draw_radial(layout: UILayout, context: Context, ob: Object) -> None:
 
 
 def draw_curve(layout: UILayout, word: str) -> None:
-    """A curve widget, when there are curves: nothing is made in drawing."""
+    """A curve widget, if its curve exists: drawing a panel must not make one."""
     if (owner := curve_store.owner(word)) is not None:
         layout.template_curve_mapping(owner, curve_store.PROPERTY)

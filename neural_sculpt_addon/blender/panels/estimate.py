@@ -18,8 +18,8 @@ POINT_BYTES = 6  # bytes per lattice point in the worker: its value, and two mar
 
 
 def triangles(ob: Object, resolution: int, most: int = 0) -> int:
-    """About how many a proxy of `resolution` would have: as the area, with its square. When it is
-    refined, `most` unless that is less."""
+    """Estimated triangles of a proxy of this `resolution`: they grow with the area in cells, so
+    with its square. For a refined proxy it is `most`, unless that is less."""
     mesh, group = ob.data, field_of(ob)
     assert isinstance(mesh, Mesh)
     if group.refine:  # it has more than its resolution makes
@@ -59,7 +59,7 @@ def draw(layout: UILayout, ob: Object, resolution: int, most: int = 0) -> None:
 
 
 def _area(ob: Object) -> float:
-    """About the area of a proxy, model units: that of every n-th triangle, n times."""
+    """Estimated area of a proxy, model units: n times the area of every n-th triangle."""
     mesh = proxy_mesh.mesh_of(ob)
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return 0.0

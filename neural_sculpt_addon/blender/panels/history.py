@@ -56,9 +56,8 @@ class NEURAL_SCULPT_UL_strokes(UIList):
 EDIT = "GREASEPENCIL"
 
 NARROW_SIDEBAR = 240
-"""Width of a sidebar in pixels, at the normal size of the interface. A narrower one has only some
-of the buttons beside the names, which could not be read otherwise, and the others below the
-list."""
+"""Width of a sidebar in pixels, at the normal size of the interface. In a narrower one some of the
+buttons move from beside the names to below the list, so that the names can be read."""
 
 SIGNS = {Kind.SMOOTH: "MOD_SMOOTH", Kind.FLATTEN: "MESH_PLANE", Kind.PINCH: "MOD_CAST"}
 """As in the list of kinds."""
@@ -75,8 +74,8 @@ def _is_narrow(context: Context) -> bool:
 
 
 def _picture(item: NEURAL_SCULPT_PG_listed_stroke) -> dict[str, Any]:
-    """What made an entry: the profile of a brush that draws, upside down where it carves, or the
-    sign of its kind; and the sign of Sculpt Mode."""
+    """The picture of an entry: the profile of a brush that draws, upside down where it carves;
+    otherwise the icon of its kind, or of Sculpt Mode."""
     stroke = stroke_list.shown(item)
     if stroke is None:
         return {"icon": "SCULPTMODE_HLT"}

@@ -10,13 +10,12 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Mesh, Object, UILayout
 
 from ...worker.client import JobKind
-from .. import preferences
 from ..layouts import draw_installation, draw_text
 from ..locale.translations import OURS, translated
 from ..scene.field_header import header_of
 from ..scene.mesh import native_edits
 from ..scene.properties import LOCAL, NETWORK, field_of, is_field, world_scale
-from ..session import reports
+from ..session import reports, worker_choice
 from ..session.absorption import live
 from ..session.worker_session import session
 from ..viewport import worst_place
@@ -42,11 +41,11 @@ TURNED_ANGLES = {
 }
 """Angles of a report between the normals before and after, where the stroke was not."""
 
-SHARES = {
+SHOWN_SHARES = {
     "beyond": (n_("Beyond the tolerance"), 0.0),
     "thin": (n_("Thinner than a cell"), 0.005),
 }
-"""Shares of a mesh that are shown from so much on."""
+"""Shares of a mesh, and the least of each that is shown."""
 COUNTS = {
     "openings": n_("Openings closed"),
     "cavities": n_("Cavities"),
@@ -58,7 +57,8 @@ PIECE_COUNTS = ("components", "components_after")
 LINES = 9
 """Of a report of a stroke, with one that warns."""
 SHORTEST_LENGTH = 1e-6
-"""Meters; Blender writes what is less as nothing, or with more digits than a line holds."""
+"""Meters. A shorter length is shown as less than this: Blender writes it as 0, or with more digits
+than a line holds."""
 NAME_WIDTH = 0.75
 """Of a line's width, for the name."""
 
@@ -75,7 +75,7 @@ class NEURAL_SCULPT_PT_model(Sidebar):
         ob = context.active_object
         if is_field(ob):
             _draw_field(layout, context, ob)  # pyright: ignore[reportArgumentType]
-        elif not preferences.has_worker():
+        elif not worker_choice.has_worker():
             draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
         else:
             layout.operator_menu_enum("neural_sculpt.add", "kind", icon="ADD")
@@ -122,9 +122,8 @@ def _draw_solver(layout: UILayout, ob: Object) -> None:
 
 
 def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
-    """Quality of the last fit or stroke, as far as it is known.
-
-    With strokes it keeps its height, known or not: what is below must stay under the mouse.
+    """Quality of the last fit or stroke, as far as it is known. With strokes it has the same height
+    before and after the measurement, so that buttons below it stay under the mouse.
     """
     column = layout.column(align=True)
     report = reports.report_of(ob)
@@ -144,9 +143,8 @@ def _draw_report(layout: UILayout, context: Context, ob: Object) -> None:
             row.operator("neural_sculpt.show_worst", text="", icon="VIEWZOOM", depress=shown)
     for _ in range(len(lines), LINES if len(field_of(ob).strokes) else 0):
         column.label(text="")
-    notes = report.get("notes")
-    for note in notes[:MOST_NOTES] if isinstance(notes, list) else ():
-        draw_text(column, context, translated(str(note)), "INFO")
+    for note in reports.notes_of(report)[:MOST_NOTES]:
+        draw_text(column, context, translated(note), "INFO")
 
 
 class _Line(NamedTuple):
@@ -200,7 +198,7 @@ def _measures(context: Context, ob: Object, report: dict[str, Any]) -> Iterator[
 
 def _lacks(report: dict[str, Any]) -> Iterator[_Line]:
     """What a fit lacks of its mesh, and what it closed."""
-    for key, (label, worth) in SHARES.items():
+    for key, (label, worth) in SHOWN_SHARES.items():
         if _is_number(share := report.get(key)) and share > worth:
             yield _Line(iface_(label), f"{share:.1%}")
     for key, label in COUNTS.items():

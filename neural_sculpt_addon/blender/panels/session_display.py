@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the artist sees of the session's work: panels, status bar, notices, strokes on the proxy.
 
-In a window a timer polls the session; timers never run in the background, where operators wait.
+In a window a timer polls the session. Timers never run in the background, where a script waits for
+its jobs.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,7 @@ import bpy
 from ...stroke.stroke import Stroke
 from ...worker.client import Message, WorkerState
 from .. import notice, redraw
-from ..scene.mesh import preview
+from ..scene.mesh.preview import preview
 from ..session.job import Job
 from ..session.session_hooks import Watcher
 from ..session.worker_session import session
@@ -20,7 +21,7 @@ from . import status_bar
 TICK = 0.005  # seconds between two polls in a window, whose own loop is no faster
 
 
-class Display(Watcher):
+class SessionDisplay(Watcher):
     """Shows what it hears of the session."""
 
     def __init__(self) -> None:
@@ -82,7 +83,7 @@ class Display(Watcher):
 
 def register() -> None:
     """Show what the session does."""
-    session.watcher = Display()
+    session.watcher = SessionDisplay()
 
 
 def unregister() -> None:

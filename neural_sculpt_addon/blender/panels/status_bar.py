@@ -12,14 +12,14 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Header, STATUSBAR_HT_header
 
 from ..locale.translations import OURS
+from ..scene.chosen import holds_tool
 from ..scene.properties import is_field
-from ..scene.tool import holds_tool
 from ..session.worker_session import session
 from .sidebar import draw_job
 
 WIDTH = 16  # times the height of a button
 
-KEYS: tuple[tuple[Any, str], ...] = (
+KEY_HINTS: tuple[tuple[Any, str], ...] = (
     ("MOUSE_LMB", n_("Sculpt")),
     ("EVENT_CTRL", n_("Invert")),
     ("EVENT_SHIFT", n_("Smooth")),
@@ -72,7 +72,7 @@ def _draw_keys(header: Header, context: Context) -> None:
     if all(area.type != "VIEW_3D" for area in context.window.screen.areas):
         return  # a file is chosen
     row = header.layout.row(align=True)
-    for sign, text in KEYS:
+    for sign, text in KEY_HINTS:
         row.label(text="", icon=sign)
         if sign in WIDE_SIGNS:
             row.separator(factor=1.5)

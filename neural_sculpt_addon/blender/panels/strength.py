@@ -16,8 +16,7 @@ from bpy.types import Object, WindowManager
 from ...common.errors import SculptError
 from .. import notice
 from ..scene import stroke_list
-from ..scene.objects import find
-from ..scene.properties import field_of, is_field, strength_property
+from ..scene.properties import field_of, find, is_field, strength_property
 from ..scene.undo_step import in_window
 from ..session.replay import change_history
 from ..session.worker_session import session
@@ -28,10 +27,12 @@ PROPERTY = "neural_sculpt_strength"
 LABEL = n_("Stroke Strength")
 
 REST = 1.0
-"""Seconds without a change after which the slider is taken to be released: a number was typed."""
+"""Seconds without a change after which the slider counts as released. This ends a typed number,
+which has no release."""
 
 RELEASED = 0.02
-"""Seconds after the release of the mouse button, which the slider hears of last."""
+"""Seconds that are waited after the release of the mouse button, for the slider hears of it
+last."""
 
 
 class _State:
@@ -68,11 +69,17 @@ def _set(_: WindowManager, strength: float) -> None:
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
     _State.strength, _State.until = strength, time.monotonic() + REST
-    if session.waits:
+    if not timers_run():
         _apply()
     elif not bpy.app.timers.is_registered(_tick):
         bpy.app.timers.register(_tick, first_interval=REST)
         bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
+
+
+def timers_run() -> bool:
+    """Whether Blender calls timers, which tell that the slider rests. In the background it calls
+    none, and a script that sets the slider sets the strength."""
+    return not bpy.app.background
 
 
 def is_dragged() -> bool:
@@ -114,7 +121,7 @@ def _apply() -> None:
         if (job := change_history(ob, LABEL, change)) is not None:
             session.run(job)
     except SculptError as error:
-        notice.tell(str(error))
+        notice.tell(error.text)
 
 
 def register() -> None:

@@ -6,9 +6,9 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context
 
 from ...worker.client import WorkerState
-from .. import preferences
 from ..layouts import draw_installation, draw_text
 from ..locale.translations import translated
+from ..session import worker_choice
 from ..session.worker_session import session
 from .sidebar import Sidebar, draw_job
 
@@ -34,7 +34,7 @@ class NEURAL_SCULPT_PT_worker(Sidebar):
     def draw(self, context: Context) -> None:
         """Draw the worker's state, progress and last error."""
         layout = self.layout
-        if not preferences.has_worker():
+        if not worker_choice.has_worker():
             draw_installation(layout, context)  # pyright: ignore[reportArgumentType]
             return
         row = layout.row(align=True)

@@ -23,7 +23,7 @@ NONE, IMAGE = "NONE", "IMAGE"
 MOST_KEPT = 64  # images of artists, the last ones looked at
 
 IMAGE_NUMBER = 50
-"""Blender files hold the number of a choice: none is 0, images of the extension count from 1."""
+"""Number of a choice, as Blender files hold it: 0 for none, from 1 for images of the extension."""
 
 
 def fixed_items() -> list[tuple[str, str, str]]:

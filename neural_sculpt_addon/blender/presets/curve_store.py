@@ -63,7 +63,8 @@ def owner(name: str) -> Brush | None:
 
 
 def ensure_curves() -> None:
-    """Make those curves that there are not yet, in their first shape; not while drawing."""
+    """Make the curves that do not exist yet, with their initial shapes. Not to be called while
+    Blender draws."""
     for name, points in _FIRST_SHAPES.items():
         if owner(name) is None:
             make_data_block(f".neural_sculpt_{name}")
@@ -115,9 +116,8 @@ def preset(name: str, title: str) -> Preset:
 
 
 def table(name: str) -> tuple[float, ...]:
-    """What a widget shows, sampled uniformly over its domain and clipped to its range.
-
-    Without curves, what a widget shows at first.
+    """A widget's curve, sampled uniformly over its domain and clipped to its range. While no curve
+    exists it is the initial one.
     """
     if owner(name) is None:
         x, y = np.array(_FIRST_SHAPES[name]).T

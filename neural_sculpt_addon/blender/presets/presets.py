@@ -46,7 +46,7 @@ def save(preset: Preset) -> str:
     except OSError as error:
         with suppress(OSError):
             part.unlink()
-        raise SculptError(f"The preset was not written ({error}). Free some space.") from error
+        raise SculptError("The preset was not written ({}). Free some space.", error) from error
     refresh()
     return stem
 
@@ -56,7 +56,7 @@ def delete(stem: str) -> None:
     try:
         (preset_folder() / (stem + SUFFIX)).unlink(missing_ok=True)
     except OSError as error:
-        raise SculptError(f"The preset was not deleted ({error}). Delete it by hand.") from error
+        raise SculptError("The preset was not deleted ({}). Delete it by hand.", error) from error
     refresh()
 
 
@@ -66,7 +66,9 @@ def read(path: Path) -> Preset:
         with path.open("rb") as file:
             return parse_preset(file.read(LARGEST_FILE + 1).decode("utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise SculptError(f"{path.name} cannot be read ({error}). Choose another file.") from error
+        raise SculptError(
+            "{} cannot be read ({}). Choose another file.", path.name, error
+        ) from error
 
 
 @cache

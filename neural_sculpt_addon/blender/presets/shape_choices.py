@@ -24,7 +24,7 @@ CURVE = "CURVE"
 """The choice of the curve widget instead of a named profile or modulation."""
 
 OWN = "OWN:"
-"""How the choice of an artist's preset begins, so that no file can take the place of a formula."""
+"""Prefix of the identifiers of an artist's presets, so that none can equal that of a formula."""
 
 PAUSE = 0.05
 """Seconds between two pictures, each of which takes some 3 ms."""
@@ -33,8 +33,8 @@ Shape = type[Profile] | type[Modulation]
 Item = tuple[str, str, str, Any, int]
 
 CURVE_NUMBER, PRESET_NUMBER = 50, 100
-"""Blender files hold the number of a choice: it must never come to mean another one. Formulas count
-from 0; presets do not stay chosen."""
+"""Number of a choice. Blender files hold it, so it must never come to mean another choice. Formulas
+count from 0; presets need none, for they do not stay chosen."""
 
 
 def fixed_items(shape: Shape) -> list[tuple[str, str, str]]:
@@ -68,8 +68,8 @@ def chosen_preset(shape: Shape, choice: str) -> Preset | None:
 
 
 def register() -> None:
-    """Draw pictures from now on, one at a time and before they are needed: all of them take longer
-    than a window may wait."""
+    """Draw the pictures from now on, one at a time, before they are needed: to draw all of them at
+    once would block the window."""
     thumbnails.register()
     if not bpy.app.background:
         _Drawn.next = _pictures()

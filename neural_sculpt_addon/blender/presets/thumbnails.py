@@ -13,7 +13,7 @@ from ...interaction.preset_file import BOUNDS, CORNER, Preset
 from ...stroke.alpha import Alpha
 
 SIZE = 64  # pixels
-LINE = 2.2  # pixels
+LINE_WIDTH = 2.2  # pixels
 FILL_COLOR = (0.85, 0.55, 0.25, 0.45)  # RGBA, between the curve and zero
 DRAWN = (1.0, 0.75, 0.4, 1.0)
 
@@ -46,7 +46,8 @@ def _icon(key: str, draw: Callable[[], NDArray[np.float32]]) -> int:
 
 
 def sample(preset: Preset) -> NDArray[np.float64]:
-    """About what the widget shows of a preset: straight beside corners, smooth elsewhere."""
+    """An approximation of the widget's curve of a preset: straight beside corners, smooth
+    elsewhere."""
     x, y = np.array(preset.points).T  # (K,)
     corner = np.array([handle == CORNER for handle in preset.handles])
     chords = np.diff(y) / np.diff(x)  # (K - 1,)
@@ -76,7 +77,7 @@ def draw(kind: str, values: NDArray[np.float64]) -> NDArray[np.float32]:
     zero = (margin + span * (0 - low) / (high - low)) * SIZE
     rows = np.arange(SIZE)[:, None] + 0.5  # (SIZE, 1)
     slope = np.gradient(y)
-    ink = np.clip(LINE / 2 + 0.5 - np.abs(rows - y) / np.hypot(1, slope), 0, 1)[..., None]
+    ink = np.clip(LINE_WIDTH / 2 + 0.5 - np.abs(rows - y) / np.hypot(1, slope), 0, 1)[..., None]
     inside = ((rows > np.minimum(y, zero)) & (rows < np.maximum(y, zero)))[..., None]
     picture = np.where(inside, FILL_COLOR, 0.0)
     return (picture * (1 - ink) + np.array(DRAWN) * ink).astype(np.float32)

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The entry of a history that the artist has pointed at, in the list or on the surface.
+"""What the artist has chosen: an entry of a history, and the tool that draws strokes.
 
-It is shown on the surface until the history changes. An entry that the history made active by
-itself, such as a new stroke, does not count.
+An entry is chosen in the list or on the surface, and shown there until the history changes. One
+that the history made active by itself, such as a new stroke, does not count.
 """
 
 from typing import Any
 
-from bpy.types import Context, Object
+from bpy.types import Context, Object, WorkSpace
+
+TOOL = "neural_sculpt.tool"
+"""The name that Blender knows the tool by, in its toolbar."""
 
 
 class _State:
@@ -28,3 +31,9 @@ def forget() -> None:
 def is_chosen(ob: Object, place: int) -> bool:
     """Whether the artist has pointed at the entry at that place of the object's history."""
     return _State.chosen == (ob.session_uid, place)
+
+
+def holds_tool(workspace: WorkSpace, mode: Any) -> bool:
+    """Whether our tool is the active one of a workspace in a mode, as of `Context.mode`."""
+    tool = workspace.tools.from_space_view3d_mode(mode, create=False)
+    return tool is not None and tool.idname == TOOL

@@ -25,14 +25,15 @@ from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
 from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
 from .proxy_properties import ShownAs
-from .results import State, bytes_of, computed, edited, geometry_of, next_geometry
+from .results import ObjectState, bytes_of, computed, edited, geometry_of, next_geometry
 from .sculpt_steps import RENEWED
 from .stroke_list import Entry
 from .undo_step import begin_change, in_window, push_undo
 
 
 def new_revision() -> str:
-    """A name for a state of the field. A counter would collide after undo and a new stroke."""
+    """A new name for a state of the field: a uuid, for a counter would give a name twice after undo
+    and a new stroke."""
     return uuid.uuid4().hex
 
 
@@ -66,7 +67,7 @@ def create_field(
     """
     base = bytes_of(result, "field")
     geometry = replace(geometry_of(result, smooth=True), attributes=worn)
-    state = State(new_revision(), json.dumps(report), geometry)
+    state = ObjectState(new_revision(), json.dumps(report), geometry)
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
     ob = bpy.data.objects.new(new.name, mesh)
@@ -91,8 +92,8 @@ def create_field(
 def add_entry(
     ob: Object, entry: Entry, result: Message, label: str, replaced: Object | None = None
 ) -> None:
-    """Append an entry that an edit made, or absorbed sculpting, and hide the object that is part of
-    it. SculptError when the object is locked."""
+    """Append the entry of an edit or of absorbed sculpting, and hide the other object of a Boolean.
+    SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     state, layers = edited(ob, result), {}
     if "layer" in result.fields:
@@ -153,8 +154,8 @@ def add_kept(ob: Object, entry: Entry, result: Message, filled: str, off: bool) 
 
 
 def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
-    """Append entries whose edit could not be had or shown, muted. SculptError for a linked object,
-    which cannot be changed."""
+    """Append entries, muted, whose edit has failed. SculptError for a linked object, which cannot
+    be changed."""
     if ob.library or ob.override_library:
         proxy_mesh.refuse_locked(ob)
     begin_change()
@@ -165,8 +166,7 @@ def keep_entries(ob: Object, added: Sequence[Entry], label: str) -> None:
 def set_history(
     ob: Object, listed: Sequence[Entry], label: str, result: Message | None = None
 ) -> None:
-    """Replace the list of strokes, and the field by what a replay of the unmuted ones made.
-
+    """Replace the list of strokes, and the field by the result of a replay of the unmuted ones.
     Without a result the unmuted strokes must be the same as before.
 
     SculptError when the object is locked.
@@ -184,10 +184,9 @@ def set_history(
 
 
 def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | None = None) -> None:
-    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list.
-
-    It is the field as it was, or comes with the result that shows it. That ends a damaged history,
-    too. SculptError when the object is locked.
+    """Make `base`, whose id is `name`, the base and take all unmuted entries off the list. It is
+    the field as it was, or another one, given with the result that has its proxy. A damaged history
+    ends here, too. SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
     muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
@@ -235,7 +234,7 @@ def _show_as(group: NEURAL_SCULPT_PG_field, shown: ShownAs) -> None:
     group.refine, group.most_triangles = shown.refine, shown.most_triangles
 
 
-def _write(ob: Object, state: State) -> None:
+def _write(ob: Object, state: ObjectState) -> None:
     _fill(ob, state.geometry)
     group = field_of(ob)
     group.revision, group.report = state.revision, state.report
@@ -252,7 +251,8 @@ def _fill(ob: Object, geometry: Geometry) -> None:
 
 
 def _own_mesh(ob: Object) -> Mesh:
-    """The mesh to be changed: one that is shared with other objects is left to them."""
+    """The mesh to be changed. One that other objects share is left to them, and this object gets a
+    mesh of its own."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if mesh.users > 1:
@@ -262,8 +262,8 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Select the object, in the place of another. A view that shows a few objects alone shows it,
-    as of objects that Blender adds."""
+    """Select the object, in the place of another. A viewport in Local View shows it, as it does
+    objects that Blender adds."""
     for area in bpy.context.screen.areas:
         space = area.spaces.active
         if isinstance(space, SpaceView3D) and space.local_view is not None:

@@ -10,7 +10,7 @@ from .properties import field_of
 
 REMEMBERED = 64
 LARGEST_HEADER = 256 << 10
-"""Bytes of the head of any field, which the worker takes: panels wait while it is read."""
+"""Bytes of a header at most, as for the worker. Panels wait while one is read."""
 
 _DAMAGE = (
     *(ValueError, KeyError, TypeError, IndexError, AttributeError),

@@ -22,9 +22,9 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from . import sculpt_steps, stroke_list
-from .mesh import preview, proxy_mesh
-from .objects import find
-from .properties import field_of, is_field
+from .mesh import proxy_mesh
+from .mesh.preview import preview
+from .properties import field_of, find, is_field
 from .sculpt_steps import Step
 from .stroke_list import Entry
 
@@ -33,7 +33,8 @@ log = logging.getLogger(__name__)
 Vectors = NDArray[np.float32]
 
 EXACT = bpy.app.version >= (5, 0, 0)
-"""Earlier Blenders round vertices when they take back a stroke of their brushes."""
+"""Whether Blender takes back a stroke of its brushes exactly: earlier versions round the
+vertices."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class _State:
 
 _known: dict[int, dict[Step, FieldAt]] = {}
 _unsettled: dict[int, FieldAt] = {}
-"""Fields whose mesh lacks their normals still. Keys of both: session_uid of the object."""
+"""Fields whose normals their meshes still lack. Keys of both: session_uid of the object."""
 
 
 def field_at(ob: Object, step: Step) -> FieldAt:
@@ -118,14 +119,14 @@ def know(ob: Object, step: Step, field: FieldAt) -> None:
 
 
 def unsettle(ob: Object, field: FieldAt) -> None:
-    """The normals of the proxy are to be those of a field that it shows."""
+    """Note that the proxy, which shows this field, still lacks the field's normals."""
     if field.normals is not None:
         _unsettled[ob.session_uid] = field
 
 
 def look(active: Step | None) -> None:
-    """Note the active step when neither undo nor redo has led to it: a step other than the last one
-    is new, though it may have the address of one that is gone."""
+    """Note the active step, to which neither undo nor redo has led. If it is not the one noted last
+    it is new, and what is known of its address is of a step that is gone: that is forgotten."""
     if active is not None and active != _State.last:
         for steps in _known.values():
             steps.pop(active, None)
@@ -133,7 +134,7 @@ def look(active: Step | None) -> None:
 
 
 def follow() -> None:
-    """After undo and redo: let the field be what it is at the step that the scene is at now."""
+    """After undo and redo: bring the field to what it was at the step that Blender has come to."""
     before, _ = sculpt_steps.steps()
     _State.last = before[-1] if before else None
     ob = bpy.context.active_object

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lines that were drawn with Blender's own tools: grease pencil, annotations, curves, hair.
 
-All are read as polylines in the world. What they have of thickness is read as the pen's pressure:
-1 where the thickest of the lines is thickest.
+All are read as polylines in the world. Their thickness is read as the pen's pressure, which is 1
+where the thickest of the lines is thickest.
 """
 
 from collections.abc import Iterable, Iterator
@@ -37,7 +37,7 @@ class Line:
 
 
 def selected_lines(context: Context) -> list[Line]:
-    """The lines of the selected objects; only the selected ones where some are."""
+    """The lines of the selected objects. If some of these lines are selected, only they."""
     lines = []
     for ob in context.selected_objects or ():
         if ob.type == "GREASEPENCIL":
@@ -52,7 +52,7 @@ def selected_lines(context: Context) -> list[Line]:
 
 
 def annotation_lines(context: Context) -> list[Line]:
-    """The annotations of the scene on the frame that is shown, but for those on the screen."""
+    """The annotations of the scene at the current frame, without those that lie on the screen."""
     scene: Any = context.scene
     data = scene.annotation if hasattr(scene, "annotation") else scene.grease_pencil
     lines = []

@@ -18,13 +18,13 @@ from . import sculpt_steps
 from .mesh import brush_attributes
 from .sculpt_steps import BORDER, Step
 
-_OURS = "ours"
+_OUR_STEPS = "ours"
 _state: set[str] = set()
 
 
 def is_ours() -> bool:
-    """Whether the undo that is being done is no wish of the artist."""
-    return _OURS in _state
+    """Whether the undo that is being done was called by us and not by the artist."""
+    return _OUR_STEPS in _state
 
 
 def names() -> list[str]:
@@ -37,9 +37,9 @@ def names() -> list[str]:
 
 
 def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
-    """Undo the last step of Blender's history, and borders behind it, if that is one of Sculpt Mode
-    after step `first`; whether it was. Vertices are then where that step found them, in its part of
-    the mesh.
+    """Undo the last step of Blender's history, and borders behind it, if it is one of Sculpt Mode
+    after the step `first`; whether that was so. The vertices that this step had moved are then
+    where they were before it.
 
     mesh: the mesh that is sculpted, which undo makes another reference
     """
@@ -65,10 +65,10 @@ def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
 @contextmanager
 def ours() -> Iterator[None]:
     """While steps are taken that are no wish of the artist."""
-    _state.add(_OURS)
+    _state.add(_OUR_STEPS)
     window = bpy.context.window_manager.windows[0]
     try:
         with bpy.context.temp_override(window=window):
             yield
     finally:
-        _state.discard(_OURS)
+        _state.discard(_OUR_STEPS)

@@ -7,6 +7,7 @@ model. The brush is in `brush_properties`.
 
 from typing import Any, TypeGuard
 
+import bpy
 from bpy.props import (
     BoolProperty,
     CollectionProperty,
@@ -138,6 +139,19 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
         " by itself, as an entry of the history",
         default=True,
     )
+
+
+def find(target: int) -> Object | None:
+    """The object with this session_uid, which survives undo, as no reference does; None when it is
+    gone."""
+    return next((ob for ob in bpy.data.objects if ob.session_uid == target), None)
+
+
+def found(target: int) -> Object:
+    """The object of a job whose turn it is; the session has made sure that it is there."""
+    ob = find(target)
+    assert ob is not None
+    return ob
 
 
 def field_of(ob: Object) -> NEURAL_SCULPT_PG_field:

@@ -22,7 +22,7 @@ PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 
 
 @dataclass(frozen=True)
-class State:
+class ObjectState:
     """The values that a result writes on an object, without its layers.
 
     weights, weights_id: bytes of the whole field, and their id, where it has no layers
@@ -35,20 +35,19 @@ class State:
     weights_id: str = ""
 
 
-def edited(ob: Object, result: Message) -> State:
+def edited(ob: Object, result: Message) -> ObjectState:
     """The state that a result leads to."""
     fields, group = result.fields, field_of(ob)
     report = json.dumps(fields["report"]) if "report" in fields else ""
-    state = State(fields["revision"], report, next_geometry(ob, result, group.smooth))
+    state = ObjectState(fields["revision"], report, next_geometry(ob, result, group.smooth))
     if fields.get("base", group.base_id) == group.base_id:
         return state
     return replace(state, weights=bytes_of(result, "field"), weights_id=fields["base"])
 
 
 def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dict[str, bytes]]:
-    """The entries with the layers that a replay came to, and the bytes of new ones.
-
-    A replay of the network's weights has none.
+    """The entries with the layers that a replay has computed, and the bytes of the new ones. A
+    replay that changes the network's weights has no layers.
     """
     fields, heard = result.fields, sum(not entry.muted for entry in listed)
     if "layers" in fields and len(fields["layers"]) != heard:
@@ -64,7 +63,7 @@ def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dic
         if (name := f"layer.{number}") in result.arrays:
             layers[found["id"]] = bytes_of(result, name)
         elif found["id"] != entry.layer:
-            raise SculptError(f"The worker sent no layer for {entry.name:.100}. Try again.")
+            raise SculptError("The worker sent no layer for {}. Try again.", f"{entry.name:.100}")
     return entries, layers
 
 

@@ -34,8 +34,8 @@ BORDER = "Border"
 """Name of a border in the menu of the history."""
 
 RENEWED = "Renewed Proxy"
-"""Name of a step that brings another proxy of the same field, which the artist has not asked for:
-undo passes over it, and redo of what was before it goes on to it."""
+"""Name of a step that brings another proxy of the same field. The artist has not asked for it: undo
+passes over it, and redo of the step before goes on to it."""
 
 _STDOUT = 1
 _LINE = re.compile(r"\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*)'")
@@ -69,14 +69,14 @@ def is_native(step: Step) -> bool:
 
 
 def undo_passes() -> bool:
-    """Whether the scene is at a step that nobody asked for, and undo must leave that first."""
+    """Whether the scene is at a step that nobody asked for, which undo must pass over."""
     before, _ = steps()
     return len(before) > 2 and _is_passed(before[-1])
 
 
 def redo_passes() -> int:
-    """How many steps redo must go over before its own: borders ahead of the next change, and this
-    where a renewed proxy follows."""
+    """How many steps redo must take before its last one: borders ahead of the next change and,
+    where a renewed proxy follows, that change."""
     _, after = steps()
     place = next((i for i, step in enumerate(after) if not _is_passed(step)), len(after) - 1)
     names = [step.name for step in after[place + 1 : place + 3]]

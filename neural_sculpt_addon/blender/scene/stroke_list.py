@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The history of a field: strokes and absorbed sculpting, in the order in which they apply.
 
-Each entry is kept on the object, one item each, together with its layer; entries are read and
-written here as plain values, and a layer's bytes are written once, when it is new. Model space.
+Each entry is an item of a collection on the object, together with its layer. Here entries are read
+and written as plain values, and a layer's bytes are written once, when it is new. Model space.
 """
 
 import json
@@ -48,8 +48,9 @@ class Entry:
         """SculptError when it is none."""
         if not self.data:
             raise SculptError(
-                f"{self.name:.100} was absorbed from other brushes and is no stroke. It can be"
-                " muted, moved, weakened and deleted."
+                "{} was absorbed from other brushes and is no stroke. It can be muted, moved,"
+                " weakened and deleted.",
+                f"{self.name:.100}",
             )
         return replace(_parsed(self.data), name=self.name)
 
@@ -96,7 +97,8 @@ def shown(item: NEURAL_SCULPT_PG_listed_stroke) -> Stroke | None:
 
 
 def heard(listed: Iterable[Entry]) -> list[tuple[str, float, str]]:
-    """The parts of a list that the field depends on, equal for lists that make the same field."""
+    """The entries of a list that the field depends on; they are equal for lists that make the same
+    field."""
     return [(e.data, e.strength, e.layer) for e in listed if not e.muted]
 
 
@@ -106,7 +108,7 @@ def muted(listed: Sequence[Entry], uid: str) -> list[Entry]:
 
 
 def soloed(listed: Sequence[Entry], uid: str) -> list[Entry]:
-    """The list with all other entries muted; when they are already, with none muted."""
+    """The list with all other entries muted. If they are muted already, no entry is."""
     alone = [entry.uid for entry in listed if not entry.muted] == [uid]
     return [replace(entry, muted=not alone and entry.uid != uid) for entry in listed]
 
@@ -139,7 +141,7 @@ def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
 
 
 def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
-    """The list with another stroke in the place of one, which is to be computed again."""
+    """The list with one stroke replaced by another, whose layer is to be computed."""
     new = {"data": _text(stroke), "layer": "", "context": ""}
     return [replace(e, **new) if e.uid == uid and e.data != new["data"] else e for e in listed]
 
@@ -187,7 +189,7 @@ def append(ob: Object, added: Sequence[Entry], layers: Mapping[str, bytes]) -> N
 
 
 def _activate(ob: Object, place: int) -> None:
-    """Make an entry the active one, though nobody chose it.
+    """Make an entry the active one, without choosing it (see `chosen`).
 
     A property of ours that tells when it is set has Blender evaluate the mesh as well, 25 ms with
     100,000 vertices in Sculpt Mode. From 5.0 on it can be set without that.
@@ -216,7 +218,7 @@ def active_uid(ob: Object) -> str:
 def _put(
     item: NEURAL_SCULPT_PG_listed_stroke, entry: Entry, layers: Mapping[str, bytes], unnamed: str
 ) -> None:
-    """Write an entry, the bytes of its layer only when they are others."""
+    """Write an entry. The bytes of its layer are written only when they have changed."""
     item.name = entry.name or unnamed
     item.muted, item.strength, item.context = entry.muted, entry.strength, entry.context
     if item.data != entry.data:
@@ -241,8 +243,10 @@ def _entry(item: NEURAL_SCULPT_PG_listed_stroke) -> Entry:
             _parsed(entry.data)
     except (ValueError, RecursionError, SculptError) as error:
         raise SculptError(
-            f"{item.name:.100} cannot be read ({error}). The history of this field is damaged;"
-            " Apply to Base keeps the field as it is and ends that."
+            "{} cannot be read ({}). The history of this field is damaged; Apply to Base"
+            " keeps the field as it is and ends that.",
+            f"{item.name:.100}",
+            error,
         ) from error
     return entry
 

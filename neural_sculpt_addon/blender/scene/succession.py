@@ -12,7 +12,7 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 
 NO_DEFORMING = {"ARMATURE", "LATTICE"}
-"""Types of parents that also deform: the shape is fitted as they show it already."""
+"""Types of parents that also deform their child. The fitted shape has that deformation already."""
 
 
 def link(ob: Object, like: Object | None) -> None:

@@ -6,11 +6,12 @@ from typing import Any
 import bpy
 
 from . import kept_steps, sculpt_steps
-from .mesh import preview
+from .mesh.preview import preview
 
 
 def begin_change() -> None:
-    """Ahead of a change that `push_undo` makes an undo step of: Ctrl Z must take it back whole."""
+    """Prepare for a change that `push_undo` will make an undo step of, so that Ctrl Z takes it back
+    as a whole."""
     kept_steps.settle()
     with in_window():
         sculpting = bpy.context.mode == "SCULPT"
@@ -26,11 +27,11 @@ def push_undo(label: str) -> None:
 
 
 def in_edit_mode() -> bool:
-    """Whether the artist is in Edit Mode of anything, whose undo steps hold nothing else."""
+    """Whether any object is in Edit Mode, whose undo steps hold nothing but what is edited."""
     with in_window():
         return bpy.context.mode.startswith("EDIT")
 
 
 def in_window() -> Any:
-    """A context with a window, which a timer lacks just after a file was loaded."""
+    """A context with a window: that of a timer has none just after a file was loaded."""
     return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])

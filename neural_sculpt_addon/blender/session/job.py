@@ -48,10 +48,11 @@ class Job:
     target:  session_uid of the object that the job edits, None when it edits none
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
-    follows: whether the job only follows something that is a step of Blender's history by itself
-    rests:   whether it is a stroke and undo or redo came since: its result waits while something
-             can be redone
-    waits:   whether it does
+    follows: whether the change that the job computes, a brush stroke for example, is a step of
+             Blender's history already
+    rests:   whether undo or redo came since the job's stroke was drawn: its result then waits while
+             something can be redone
+    waits:   whether the result waits for that reason now
     base:    revision that the target must have; set when the job is first of those on its target
     strokes: what the proxy shows of the job until there is a result
     preview: shows what the result looks like so far

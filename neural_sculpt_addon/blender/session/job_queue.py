@@ -3,11 +3,11 @@
 
 A job that edits an object remembers the object's session_uid and the revision it must find there,
 never a Blender reference: when the object is gone or an undo brought another revision, the job is
-dropped. A stroke that fails for no reason of its own stays in the history, muted. Results wait in
-Edit Mode, whose undo steps would not hold them, and in Dyntopo.
+dropped. If a job fails, but not because of its strokes, these stay in the history, muted. Results
+wait in Edit Mode, whose undo steps would not hold them, and in Dyntopo.
 
-One job may wait *behind* all others: any job that comes cancels it. It shows no progress, and
-nobody is told when it fails.
+One job may wait *behind* all others. Any job that is asked for cancels it; it shows no progress,
+and nobody is told when it fails.
 
 A `Watcher` hears what happens and shows it; the queue knows nothing of windows.
 """
@@ -22,13 +22,14 @@ import bpy
 from bpy.app.translations import pgettext_n as n_
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ...stroke.stroke import Stroke
 from ..scene import sculpt_steps
 from ..scene.mesh import carried, proxy_mesh
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
 from ..scene.undo_step import in_edit_mode
+from .caller import Artist, Caller, Script
 from .job import Job, JobStatus
 from .session_hooks import Arrivals, Watcher
 from .undone import Undone
@@ -50,13 +51,12 @@ class JobQueue:
         self.arrivals = Arrivals()
         self.undone = Undone()
         self.last_error = ""
-        self.waits = bpy.app.background
-        """Whether operators wait for their jobs."""
+        self.caller: Caller = Script() if bpy.app.background else Artist()
 
     @property
     def rests(self) -> bool:
-        """Whether no job waits for its result, and no result for the scene, but one that would cut
-        off what can be redone."""
+        """Whether nothing is left to be done: no job and no result waits, except for a result that
+        would cut off what can be redone."""
         return (not self.jobs or self.jobs[0].waits) and not self.arrivals.wait()
 
     def pending(self, target: int | None) -> list[Job]:
@@ -64,8 +64,8 @@ class JobQueue:
         return [job for job in self.jobs if job.target == target and job.pending]
 
     def newest_change(self) -> Job | None:
-        """The job of the last change of a field, if it has no result yet and Blender's history
-        has no step after it; None otherwise."""
+        """The job of the last change of a field. None if it has a result, or if Blender's history
+        has a step after it."""
         pending = (job for job in reversed(self.jobs) if job.pending)
         changes = (job for job in pending if job.target is not None and not job.follows)
         job = next(changes, None)
@@ -80,7 +80,8 @@ class JobQueue:
 
     @contextmanager
     def history_grows(self) -> Iterator[None]:
-        """Let results reach Blender's history. Jobs that wait count as asked for after them."""
+        """Within this block results make steps of Blender's history. Jobs that wait count as asked
+        for after these steps."""
         before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
@@ -89,7 +90,8 @@ class JobQueue:
         self.move_on(before, after)
 
     def move_on(self, before: Step | None, after: Step | None) -> None:
-        """Let jobs that were asked for at one step of Blender's history count for another."""
+        """Let jobs that were asked for at one step of Blender's history count as asked for at
+        another."""
         for job in self.jobs:
             if job.step == before:
                 job.step = after
@@ -106,9 +108,9 @@ class JobQueue:
                 job.base = field_of(ob).revision
 
     def tell_waiting(self) -> None:
-        """Tell the watcher which strokes have no result yet; none where operators wait."""
+        """Tell the watcher which strokes have no result yet; none where nobody looks."""
         waiting: dict[int, list[Stroke]] = {}
-        for job in self.jobs if not self.waits else ():
+        for job in self.jobs if self.caller.looks else ():
             if job.target is not None and job.pending and job.strokes:
                 waiting.setdefault(job.target, []).extend(job.strokes)
         self.watcher.strokes_wait(waiting)
@@ -125,16 +127,16 @@ class JobQueue:
         return True
 
     def attempt(self, job: Job, step: Callable[[], None]) -> bool:
-        """Take a step of a job; when that cannot be, end the job."""
+        """Take a step of a job. If the step fails, so does the job. Whether it succeeded."""
         try:
             self._check_target(job)
             step()
         except SculptError as error:
-            self.fail(job, str(error))
+            self.fail(job, error.text)
             return False
         except Exception:  # a defect: the jobs to come must not suffer for it
             log.exception("%s failed", job.label)
-            self.fail(job, f"{job.title} failed; the system console says why.")
+            self.fail(job, Text("{} failed; the system console says why.", job.title))
             return False
         return True
 
@@ -143,9 +145,9 @@ class JobQueue:
             return
         ob = find(job.target)
         if ob is None:
-            raise SculptError(f"{job.title} was dropped: the object is gone.")
+            raise SculptError("{} was dropped: the object is gone.", job.title)
         if field_of(ob).revision != job.base:
-            raise SculptError(f"{job.title} was dropped: {ob.name} changed in the meantime.")
+            raise SculptError("{} was dropped: {} changed in the meantime.", job.title, ob.name)
 
     def keeps_redo(self, job: Job) -> bool:
         """Whether the result of a job must wait, for the undo step that it becomes would cut off
@@ -155,14 +157,14 @@ class JobQueue:
         return bool(sculpt_steps.steps()[1])
 
     def waits_for_redo(self, job: Job) -> bool:
-        """The same, of a job that could go on, which is noted."""
+        """Note whether the result of a job waits for that reason, and return it."""
         job.waits = self.keeps_redo(job)
         if job.waits:
             job.message = n_("Waits, so that redo is kept")
         return job.waits
 
     def let_come(self) -> None:
-        """The artist goes on: results that wait so may cut off what can be redone."""
+        """The artist goes on to work: waiting results may now cut off what can be redone."""
         self.undone.cut_off()
         for job in self.jobs:
             job.rests = job.waits = False
@@ -174,17 +176,18 @@ class JobQueue:
         self.watcher.changed()
 
     def fail(self, job: Job, why: str) -> None:
-        """End a job whose strokes are not at fault: they stay in the history, muted.
+        """End a job for a reason that is not the fault of its strokes: these stay in the history,
+        muted.
 
-        In a mode whose undo steps would not hold them, it ends when that is left.
+        In a mode whose undo steps would not hold the strokes, the job ends when that mode is left.
         """
         if job.keep is not None and find(job.target or 0) is not None:
-            if not self.waits and self.in_other_mode(job):
+            if self.caller.acts and self.in_other_mode(job):
                 job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
                 return
             try:
                 job.keep()
-                why = f"{why} {job.title} is in the history, muted."
+                why = Text("{} {} is in the history, muted.", why, job.title)
             except SculptError as error:  # the object cannot be changed at all
                 log.warning("%s cannot be kept: %s", job.label, error)
         self.end(job, JobStatus.FAILED, why)

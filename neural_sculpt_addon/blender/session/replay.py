@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Changes of a field's history: the list changes together with the field that it makes, or not at
-all.
+"""Changes of a field's history. The list and the field that follows from it change together, or not
+at all.
 
-A change is a function from the old list to the new one. When it leaves the unmuted strokes as they
-are it is made at once; otherwise the worker adds up their layers, and computes again those that
-stand on others now. A change that is asked for while others wait or run is made on their result, as
-an undo step of its own.
+A change is a function from the old list to the new one. One that leaves the unmuted strokes as they
+are is made at once. For all others the worker adds up the layers, and solves strokes again that now
+lie on other layers than before. A change that is asked for while others wait or run is made on
+their result, as an undo step of its own.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from ...worker.client import JobKind, Message
 from ..scene import stroke_list
 from ..scene.commit import new_revision, set_history
 from ..scene.mesh import native_edits
-from ..scene.objects import found
+from ..scene.properties import found
 from ..scene.stroke_list import Entry
 from . import states
 from .absorption import live

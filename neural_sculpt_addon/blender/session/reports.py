@@ -8,11 +8,14 @@ its revision, and on the object while that is at this revision.
 
 import json
 from collections import OrderedDict
+from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, TypeGuard
 
 import bpy
 from bpy.types import Object
 
+from ...common.text import Text, from_json
 from ...worker.client import JobKind, Message
 from ..scene.properties import field_of, is_field
 from .job import Job, Request
@@ -26,7 +29,7 @@ REMEMBERED = 1024
 Place = tuple[float, float, float]
 
 _known: OrderedDict[str, str] = OrderedDict()
-"""By revision as JSON; empty of a stroke that was not measured yet."""
+"""Reports as JSON, by revision; empty where a stroke has not been measured yet."""
 
 
 def report_of(ob: Object) -> dict[str, Any]:
@@ -54,6 +57,16 @@ def worst_places(report: dict[str, Any]) -> list[Place]:
     return [(float(x[0]), float(x[1]), float(x[2])) for x in places[:MOST_PLACES] if _is_place(x)]
 
 
+def notes_of(report: Mapping[str, Any]) -> list[Text]:
+    """What a fit says of its mesh, in sentences."""
+    notes = report.get("notes")
+    told = []
+    for note in notes if isinstance(notes, list) else ():
+        with suppress(ValueError):  # in a .blend can be anything
+            told.append(from_json(note))
+    return told
+
+
 def _is_place(value: object) -> TypeGuard[list[float]]:
     return (
         isinstance(value, list)
@@ -69,7 +82,7 @@ def is_measured_now(ob: Object) -> bool:
 
 
 def measure(ob: Object) -> None:
-    """Have the stroke measured that was done last, when nothing else waits."""
+    """Have the last stroke measured, when nothing else waits."""
     revision = field_of(ob).revision
     _known.setdefault(revision, "")
     while len(_known) > REMEMBERED:
@@ -96,6 +109,6 @@ def follow() -> None:
 
 
 def measure_again(ob: Object) -> None:
-    """Measure, after undo and redo, a revision that something else kept from being measured."""
+    """After undo and redo: have the revision of the field measured if that was cancelled before."""
     if _known.get(field_of(ob).revision) == "":
         measure(ob)

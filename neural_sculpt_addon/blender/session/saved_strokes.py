@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes that wait for their result are in a file that is saved meanwhile, muted.
+"""Strokes without a result yet, which a file that is saved meanwhile holds as muted ones.
 
-The scene has them only while the file is written, so that no step of Blender's history knows of it.
+The scene has these entries only while the file is written, so no step of Blender's history holds
+them.
 """
 
 from dataclasses import replace
 
 from ..scene import chosen, stroke_list
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from .worker_session import session
 
 _places: dict[int, int] = {}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hooks of the session: what it tells whoever shows its work, and what it asks whoever has results
-on their way into the scene.
+"""Hooks of the session: a `Watcher` is told of its work, to show it; `Arrivals` is asked for
+results that are on their way into the scene.
 
 The session knows nothing of windows, panels and previews, nor of brushes: `session_display` listens
 to it, and `brush_results` brings results into the scene piece by piece, between two polls.
@@ -38,9 +38,8 @@ class Watcher:
         """These strokes have no result yet, by session_uid of their object, and no others."""
 
     def prepare(self, target: int, result: Message, strokes: Sequence[Stroke]) -> bool:
-        """Prepare for a result that an object will be shown with, and strokes that still wait.
-
-        True when there was something to do: the result is shown no sooner than by the next poll.
+        """Prepare the preview of strokes that still wait, on the proxy that a result will bring.
+        True when there was something to do: the result is then shown by a later poll.
         """
         return False
 
@@ -61,7 +60,8 @@ class Arrivals:
         return False
 
     def may_come(self, job: Job) -> bool:
-        """Whether something is being done of which one may come that a job must know of."""
+        """Whether the artist is doing something that may become a result which a job must take into
+        account."""
         return False
 
     def follow(self, job: Job) -> None:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A field as the worker is told of it: its base and visible layers by their ids, and their bytes.
+"""The state of a field, as it is sent to the worker: its base and visible layers by their ids, and
+their bytes.
 
 An id is the SHA-256 of the bytes. The worker gave it together with them and it is kept beside them,
 so nothing is hashed here but the weights of older files. Bytes are read only when they are sent.
@@ -28,7 +29,7 @@ def request(ob: Object, kind: JobKind | None = None, **fields: Any) -> Request:
 
 
 def replay_request(ob: Object, listed: Sequence[Entry], result_revision: str) -> Request:
-    """A request for the field of the unmuted ones of `listed`, on the base of `ob`."""
+    """A request for the field that the unmuted entries of `listed` make of the base of `ob`."""
     group = field_of(ob)
     layers: Held = {
         item.layer_id: lambda item=item: item.layer for item in group.strokes if item.layer_id
@@ -52,8 +53,8 @@ def is_whole(group: NEURAL_SCULPT_PG_field) -> bool:
 
 
 def is_simple(group: NEURAL_SCULPT_PG_field) -> bool:
-    """Whether one stroke can be applied to the field as it is. Otherwise the strokes that are heard
-    lack layers, for the file is older than these."""
+    """Whether one stroke can be applied to the field as it is. It cannot where the unmuted strokes
+    lack layers, because the file is older than layers are."""
     if group.solver == NETWORK:
         return True
     return not is_whole(group) and all(item.muted or item.layer_id for item in group.strokes)

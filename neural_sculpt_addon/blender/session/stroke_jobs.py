@@ -9,8 +9,7 @@ from ...worker.client import JobKind, Message
 from ..scene import stroke_list
 from ..scene.commit import add_entry, keep_entries, new_revision, set_history
 from ..scene.mesh import native_edits
-from ..scene.objects import find, found
-from ..scene.properties import field_of, shown_as
+from ..scene.properties import field_of, find, found, shown_as
 from . import reports, states
 from .job import Job, Request
 

@@ -9,8 +9,8 @@ that was not undone; after that the borders are pushed once more.
     two strokes wait, undo, undo    ...; to redo: border (One), border (Two)
     redo                            ..., border; to redo: border (Two)
 
-Where something else can be redone already a border would cut that off. There a step is taken forth,
-so that Blender's undo takes that back, and for redo one is taken back:
+Where something else can be redone already, a border would cut that off. There, instead, a step is
+redone first, which Blender's undo then takes back; ahead of redo a step is undone in the same way:
 
     a stroke waits, a brush stroke, undo, undo    ...; to redo: the brush stroke
     redo, redo                                    the stroke waits again; the brush stroke
@@ -21,7 +21,7 @@ import logging
 import bpy
 
 from ..scene import native_steps, sculpt_steps
-from ..scene.mesh import preview
+from ..scene.mesh.preview import preview
 from ..scene.sculpt_steps import BORDER, Step
 from ..scene.undo_step import push_undo
 from .job import Job
@@ -60,8 +60,8 @@ class Undone:
         return self._place is None and self.is_next()
 
     def take(self, job: Job) -> None:
-        """Take in a job that was cancelled before undo. What undo takes back then is its border, or
-        the step that was taken forth."""
+        """Keep a job that was cancelled because of undo. Undo then takes back its border, or the
+        step that is redone here for that."""
         if not self.is_next():
             self.forget()
         before, after = sculpt_steps.steps()
@@ -81,7 +81,8 @@ class Undone:
             self.forget()
 
     def step_aside(self) -> None:
-        """Before redo that is to bring a job back and has no border: a step is taken back."""
+        """Before a redo that is to bring back a job without a border: take back a step, so that
+        redo comes to the same place."""
         if self._place is not None:
             self._steps_aside = True
             self._step_back(1)
@@ -99,9 +100,9 @@ class Undone:
         return self._jobs.pop()
 
     def push_again(self) -> None:
-        """Push the borders again, after a new step of Blender's history has cut them off.
-
-        While an operator runs they are forgotten: it would not bear undo, and cuts them off itself.
+        """Push the borders again, after a new step of Blender's history has cut them off. While an
+        operator runs they are forgotten instead: undo must not be called then, and the operator's
+        own step would cut them off.
         """
         windows = bpy.context.window_manager.windows
         if any(len(window.modal_operators) for window in windows):

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""News of the worker: whether a message can be heard now, and what it does to the job it is about.
+"""Messages of the worker: whether one can be taken now, and what it does to its job.
 
-A result waits while a brush is down, in modes whose undo steps would not hold it, after undo while
-something can be redone that it would cut off, and until what it will need is prepared, some
-milliseconds in each poll. It is dropped when a brush was used since the job began: the job is done
-again after the brush's stroke.
+A result waits while a brush is down, in modes whose undo steps would not hold it, after undo as
+long as it would cut off what can be redone, and until its attributes and previews are prepared,
+some milliseconds in each poll. It is dropped if a brush was used since the job began: the job is
+done again after the brush's stroke.
 """
 
 import logging
@@ -13,11 +13,12 @@ from functools import partial
 from typing import Any
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ...worker import answers
 from ...worker.client import JobKind, Message, MessageKind
 from ...worker.protocol import ProtocolError
 from ..scene import sculpt_steps
-from ..scene.objects import find
+from ..scene.properties import find
 from ..scene.results import foresee
 from .job import Job, JobStatus
 from .job_queue import JobQueue
@@ -36,9 +37,9 @@ class WorkerNews(JobQueue):
         self._checked: Message | None = None  # the last one that was found to be sound
 
     def _must_wait(self, message: Message) -> bool:
-        """Whether a result cannot be shown yet: it is to be prepared, or the strokes that come
-        after it, or the artist has to leave a mode."""
-        if self.waits or not self.jobs or message.job != self.jobs[0].number:
+        """Whether a message cannot be taken yet: its result, or the preview on it, is still to be
+        prepared, or the artist has to leave a mode."""
+        if not self.caller.acts or not self.jobs or message.job != self.jobs[0].number:
             return False
         job = self.jobs[0]
         try:
@@ -62,12 +63,13 @@ class WorkerNews(JobQueue):
             self._checked = message
 
     def _foresee(self, job: Job, message: Message) -> bool:
-        """Whether there still is to be found what the next proxy takes over from that of now. Of
-        what a brush did the proxy is another one when that reaches the scene."""
+        """Work at the attributes that the result's proxy takes over from the present one; whether
+        there is more to do. For a brush's stroke that would be in vain: the proxy is another one
+        when it reaches the scene."""
         if job.foresee is not None:
             return job.foresee(message)
         ob = None if job.target is None else find(job.target)
-        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.BRUSHED:
+        if ob is None or "vertices" not in message.arrays or job.kind is JobKind.ABSORB_STROKE:
             return False
         return foresee(ob, message)
 
@@ -79,7 +81,8 @@ class WorkerNews(JobQueue):
         return self.watcher.prepare(job.target, message, waiting)
 
     def hear(self, message: Message) -> None:
-        """Something of the first job; of others there is only what was sent before they ended."""
+        """Take a message, of the first job or the one behind all. Messages of jobs that have ended
+        are ignored."""
         if self.behind is not None and message.job == self.behind.number:
             self._hear_behind(self.behind, message)
         if not self.jobs or message.job != self.jobs[0].number:
@@ -88,7 +91,7 @@ class WorkerNews(JobQueue):
         try:
             self._check(job, message)
         except ProtocolError as error:
-            self._lose(job, f"The worker answered nonsense: {error}")
+            self._lose(job, Text("The worker answered nonsense: {}", error))
             return
         finally:
             self._checked = None
@@ -168,7 +171,7 @@ class WorkerNews(JobQueue):
             return
         self.queue_again(job)
         log.warning("%s is sent again: %s", job.label, why)
-        self.watcher.warned(f"{job.title} is sent to a new worker. {why}")
+        self.watcher.warned(Text("{} is sent to a new worker. {}", job.title, why))
 
     def _silence(self, job: Job) -> None:
         """Let the worker stop a job; what it still sends of it is ignored."""

@@ -16,22 +16,20 @@ from functools import partial
 
 from bpy.app.translations import pgettext_n as n_
 
-from ...common.errors import SculptError
+from ...common.text import Text
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
-from ...worker.install import environment
-from .. import preferences
 from ..scene import sculpt_steps
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
+from . import worker_choice
 from .job import Job, JobStatus
 from .worker_news import WorkerNews
 
 log = logging.getLogger(__name__)
 
 LONG = 0.003
-"""Seconds of reading after which the window is drawn before what was read is shown. To read a mesh
-of 100,000 triangles takes 2 ms, to show it 8."""
+"""Seconds. When reading took longer, the window is drawn before the message is applied: to read a
+mesh of 100,000 triangles takes 2 ms, to show it 8."""
 
 
 class Session(WorkerNews):
@@ -48,10 +46,9 @@ class Session(WorkerNews):
         return self.worker.client
 
     def run(self, job: Job) -> None:
-        """Queue a job, and where operators wait, wait for its end. SculptError when it fails."""
+        """Queue a job, for whose end a script waits: SculptError then, when it fails."""
         self.submit(job)
-        if self.waits:
-            self.wait(job)
+        self.caller.await_end(job, self.poll_once)
 
     def submit(self, job: Job) -> None:
         """Queue a job. SculptError when there is no worker to run it."""
@@ -76,14 +73,15 @@ class Session(WorkerNews):
         self._queue(job)
 
     def submit_behind(self, job: Job, start: bool = False) -> None:
-        """Have a job done when nothing else waits, instead of the one that was to be.
+        """Have a job done when nothing else waits. It takes the place of the one that has waited
+        for that so far.
 
-        Where operators wait for their jobs it is forgotten, for nobody would hear of it.
+        Where nobody looks it is forgotten, for nobody would hear of it.
 
         start: the worker, too, where there is none: SculptError when it cannot be. Otherwise the
                job is forgotten then
         """
-        if self.waits:
+        if not self.caller.looks:
             return
         if start:
             self.ensure_worker()
@@ -97,14 +95,6 @@ class Session(WorkerNews):
             self._silence(self.behind)
             self.behind = None
             self.watcher.changed()
-
-    def wait(self, job: Job) -> None:
-        """Poll until the job has ended; SculptError when it did not succeed."""
-        while job.pending:
-            self.poll_once()
-            time.sleep(0.005)
-        if job.status is not JobStatus.DONE:
-            raise SculptError(job.message)
 
     def cancel(self, target: int | None = None, why: str = "Cancelled.") -> None:
         """Cancel all jobs, or all on one target; what the worker still sends of them is ignored."""
@@ -121,8 +111,8 @@ class Session(WorkerNews):
             self.watcher.work_came()
 
     def forget_bases(self, target: int, step: Step | None = None) -> None:
-        """The jobs on an object build on another state of it, but those of other strokes that
-        follow.
+        """Let the jobs on an object begin again, for its state is another one now. Only a brush
+        stroke that the worker has already goes on.
 
         step: of a stroke that came into the scene ahead of jobs that were asked for before it
         """
@@ -148,8 +138,8 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """Cancel the jobs whose object or base is gone, after undo and redo. Strokes that are left
-        wait while something can be redone."""
+        """After undo and redo: cancel the jobs whose object or base is gone. The strokes of all
+        others wait while something can be redone."""
         for job in self.jobs:
             job.rests, job.waits = bool(job.strokes), False
         for target, first in self.firsts().items():
@@ -167,7 +157,8 @@ class Session(WorkerNews):
         self.drop_behind()
 
     def poll_once(self) -> bool:
-        """Take what the worker sent: whether there was news; how far a quick job is, is none.
+        """Take what the worker has sent; whether it is worth showing. The progress of a quick job
+        is not.
 
         Never blocks, but for the time that it takes to read a result, or to show it. Raises
         nothing: Blender would drop the timer, and all jobs wait forever.
@@ -184,7 +175,7 @@ class Session(WorkerNews):
         self.watcher.polled()
         begun = time.perf_counter()
         fresh = self.worker.poll()
-        if self.waits and self.hangs:
+        if self.hangs and not self.caller.acts:
             self.worker.give_up()
         self._news.extend(fresh)
         read = any(message.arrays for message in fresh)
@@ -203,14 +194,14 @@ class Session(WorkerNews):
         return heard
 
     def _recover(self) -> None:
-        """End the job in which a defect was met, and the worker that may be at fault."""
+        """After a defect: end the first job, and the worker, either of which may be its cause."""
         self.worker.stop()
         self._news.clear()
         self.behind = None
         if self.jobs:
             job = self.jobs[0]
             try:
-                self.fail(job, f"{job.title} failed; the system console says why.")
+                self.fail(job, Text("{} failed; the system console says why.", job.title))
             except Exception:
                 log.exception("%s cannot be ended", job.label)
                 job.status = JobStatus.FAILED
@@ -238,7 +229,7 @@ class Session(WorkerNews):
         self.watcher.stopped()
 
     def ensure_worker(self) -> None:
-        command = environment.worker_command(preferences.worker_python(), preferences.device())
+        command = worker_choice.command()
         if self.client is not None:
             busy = any(job.status is not JobStatus.QUEUED for job in self.jobs)
             if self.client.alive and (busy or self.client.command == tuple(command)):
@@ -268,8 +259,8 @@ class Session(WorkerNews):
                 self.behind = None
 
     def _let_by(self) -> bool:
-        """A brush stroke goes ahead of a job that waits for it; whether there is one."""
-        stroke = next((job for job in self.jobs if job.kind is JobKind.BRUSHED), None)
+        """Move a brush stroke ahead of the job that waits for it; whether there is one."""
+        stroke = next((job for job in self.jobs if job.kind is JobKind.ABSORB_STROKE), None)
         if stroke is not None:
             self.jobs.remove(stroke)
             self.jobs.appendleft(stroke)
@@ -281,13 +272,13 @@ class Session(WorkerNews):
         try:
             self._begin(job)
         except WorkerGoneError as error:  # just now
-            self._lose(job, str(error))
+            self._lose(job, error.text)
 
     def _begin(self, job: Job) -> None:
         """Make the job's request and let the worker have it; previews only where they are seen."""
         request = job.request()
         if job.preview is not None:
-            request.fields["preview"] = not self.waits
+            request.fields["preview"] = self.caller.looks
         job.kind = request.kind or job.kind
         job.number = self.worker.send(job.kind, request)
         job.status, job.begun, job.waits = JobStatus.RUNNING, time.monotonic(), False

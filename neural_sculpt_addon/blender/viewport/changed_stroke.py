@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A stroke of the history with the settings that a dialog has now, drawn over the surface.
 
-Nothing of it is in the scene, so neither undo nor files know of it. It is drawn for as long as the
-field and the mode are those for which it was made, whatever becomes of the dialog.
+Nothing of it is in the scene, in undo steps or in files. It is drawn as long as field and mode are
+those for which it was made, even if the dialog is closed without our being told.
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,18 @@ from ...interaction.changed_ribbon import changed_ribbons
 from ...interaction.ribbon import Ribbon
 from ...stroke.stroke import Stroke
 from .. import redraw
-from ..scene.objects import find
-from ..scene.properties import field_of
+from ..scene.properties import field_of, find
 from ..scene.stroke_list import Entry
 from .draw_handler import DrawHandler
 from .gpu_drawing import draw_ribbons, over_surface
 from .view import lay
 
 BELOW = 0.6
-"""How opaque a ribbon is where the surface hides it, by its own."""
+"""Opacity of a ribbon where the surface hides it, as a share of its opacity elsewhere."""
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownChange:
     """A stroke of the history as a dialog changes it."""
 
     target: int  # session_uid of the object
@@ -37,18 +36,18 @@ class Shown:
 
 
 class _State:
-    shown: Shown | None = None
+    shown: ShownChange | None = None
 
 
 def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
-    """Show the stroke in the place of the one that the entry of the history is."""
+    """Show this stroke in place of the one of an entry of the history."""
     target, field, before = ob.session_uid, _field(ob), _State.shown
     now = target, field, stroke
     if before is not None and (before.target, before.field, before.stroke) == now:
         return
     share = 0.0 if entry.muted else entry.strength
     made = changed_ribbons(entry.stroke, stroke, partial(lay, ob), share, entry.strength)
-    _State.shown = Shown(*now, made)
+    _State.shown = ShownChange(*now, made)
     redraw.tag_views()
 
 
@@ -59,7 +58,7 @@ def hide() -> None:
         redraw.tag_views()
 
 
-def shown() -> Shown | None:
+def shown() -> ShownChange | None:
     """The stroke that is shown, None when none is."""
     if (now := _State.shown) is None:
         return None

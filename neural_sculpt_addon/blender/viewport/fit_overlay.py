@@ -23,7 +23,8 @@ LIGHT = np.array([0.3, -0.5, 0.81])
 """Where the light comes from, in the world; a unit vector."""
 DARKEST = 0.25
 LIFT = 0.004
-"""Model units by which the field is drawn outside of itself, so that the mesh does not hide it."""
+"""Model units by which the field is drawn outside of its surface, so that the mesh does not hide
+it."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def show(preview: Message, matrix: Matrix, holds: Callable[[], bool], on_top: bo
 
 
 def keep(holds: Callable[[], bool]) -> None:
-    """Show what is shown for as long as something else is so."""
+    """Show what is shown as long as another condition holds."""
     if _State.shown is not None:
         _State.shown = replace(_State.shown, holds=holds)
 
@@ -88,7 +89,7 @@ def _draw() -> None:
 
 
 def _depth(points: NDArray[np.float32]) -> NDArray[np.float64]:
-    """How far points (V, 3) of the world are from who looks at the viewport that is drawn, (V,)."""
+    """Depths (V,) of points (V, 3) of the world, as seen in the viewport that is drawn."""
     matrix = np.array(bpy.context.region_data.view_matrix)
     return -(points @ matrix[2, :3])
 

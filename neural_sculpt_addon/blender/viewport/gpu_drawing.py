@@ -17,12 +17,12 @@ from .. import preferences
 POINTS = "POINT_UNIFORM_COLOR" if bpy.app.version >= (4, 5, 0) else "UNIFORM_COLOR"
 KNOT = 9.0  # pixels
 WEAKEST = 0.45
-"""How bright the strongest part of a ribbon is, the weakest being 1."""
+"""Brightness of the strongest part of a ribbon; that of the weakest is 1."""
 FAINTEST = 0.3
-"""How opaque a ribbon is where it moves nothing, the highest part being 1."""
+"""Opacity of a ribbon where it moves nothing; that of its highest part is 1."""
 
 EDGE = 0.5
-"""How opaque the edges of a line are, by its own."""
+"""Opacity of the edges of a line, as a share of its own."""
 
 Color = tuple[float, float, float, float]
 

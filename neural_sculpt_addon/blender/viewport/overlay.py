@@ -27,17 +27,16 @@ from ...stroke.symmetry import images
 from .. import preferences
 from ..scene import chosen, stroke_list
 from ..scene.brush.current_brush import current_brush, current_kind, mirror_of, radial_of, seen
+from ..scene.chosen import holds_tool
 from ..scene.mesh.seen_surface import grid_of
-from ..scene.objects import find
-from ..scene.properties import field_of, is_field
-from ..scene.tool import holds_tool
+from ..scene.properties import field_of, find, is_field
 from .draw_handler import DrawHandler
 from .gpu_drawing import FAINTEST, draw_knots, draw_lines, draw_ribbons, draw_strip, over_surface
 from .view import View, lay, view_under
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownStroke:
     """A stroke that is being drawn, in model space."""
 
     source: tuple[Any, ...]  # what ribbons and line were made of
@@ -59,7 +58,7 @@ class Anchor:
 
 
 class _State:
-    stroke: Shown | None = None
+    stroke: ShownStroke | None = None
     anchor: Anchor | None = None
     chosen: tuple[tuple[Any, ...], tuple[NDArray[np.float64], ...]] = (), ()
     """What the lines of the chosen stroke were made of, and these lines."""
@@ -87,10 +86,10 @@ def show_stroke(
         line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0]
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
     brush = seen(stroke.brush, stroke.kind)
-    _State.stroke = Shown(source, ob.session_uid, brush, shown, line, knots, chosen)
+    _State.stroke = ShownStroke(source, ob.session_uid, brush, shown, line, knots, chosen)
 
 
-def shown_stroke() -> Shown | None:
+def shown_stroke() -> ShownStroke | None:
     """The stroke as it is shown; None when none is."""
     return _State.stroke
 
@@ -106,7 +105,7 @@ def hold_brush(anchor: Anchor | None) -> None:
 
 
 def _draw_chosen() -> None:
-    """Draw where the stroke runs that the artist pointed at, in world space."""
+    """Draw the path of the stroke that the artist has chosen, in world space."""
     ob = bpy.context.active_object
     if _State.stroke is not None or ob is None or not is_field(ob) or not ob.visible_get():
         return
@@ -211,7 +210,8 @@ def unregister() -> None:
 
 @persistent
 def _add_cursor(*_: object) -> None:
-    """Again after each load of a file, which takes the window manager's cursors with it."""
+    """Add the cursor; again after each load of a file, which removes the window manager's
+    cursors."""
     if _cursors:
         WindowManager.draw_cursor_remove(_cursors.pop())
     _cursors.append(WindowManager.draw_cursor_add(draw_brush, (), "VIEW_3D", "WINDOW"))

@@ -25,7 +25,8 @@ class View:
     camera: RegionView3D
 
     def hit(self, mouse: Mouse) -> tuple[Point, Point] | None:
-        """Point and normal of the proxy under the mouse; None from within the proxy, too."""
+        """Point and normal of the proxy under the mouse. None when there is none, or when the view
+        is inside of the proxy."""
         if (grid := grid_of(self.ob)) is None:
             return None
         at = mouse[0] - self.region.x, mouse[1] - self.region.y
@@ -50,7 +51,7 @@ class View:
         return None if place is None else (place.x + self.region.x, place.y + self.region.y)
 
     def pixels(self, point: Point, length: float) -> float:
-        """How many pixels a length of model space measures at a point."""
+        """Pixels that a length of model space measures at a point."""
         ahead = Vector(point) + length * Vector(self.axes()[0])
         here, there = self.project(point), self.project(as_point(ahead))
         return 0.0 if here is None or there is None else float(np.hypot(*np.subtract(here, there)))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places where a stroke turned the untouched surface most, or a fit is farthest off: rings on them.
+"""Rings around the places where a stroke has turned the untouched surface most, or where a fit is
+farthest off.
 
-They are shown from when the artist asks for them until the field changes. Model space.
+They are shown after the artist has asked for them, until the field changes. Model space.
 """
 
 from collections.abc import Sequence
@@ -21,7 +22,8 @@ from .draw_handler import DrawHandler
 
 RING_RADIUS = 18.0  # pixels
 SEEN_NEAR = 0.01
-"""How near to the place the surface is that is seen there, model space."""
+"""Distance, model space, between the place and the surface that is seen there, up to which the
+place is visible."""
 
 
 class _State:
@@ -45,7 +47,7 @@ def is_shown(ob: Object) -> bool:
 
 
 def face(ob: Object, place: Point, camera: RegionView3D) -> None:
-    """Turn the view to the place when the surface hides it or it looks away."""
+    """Turn the view to the place if the surface hides it, or if it faces away from the view."""
     at = Vector(place)
     found, _, normal, _ = ob.closest_point_on_mesh(at)
     to_model = ob.matrix_world.inverted_safe()

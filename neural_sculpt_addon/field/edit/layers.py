@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
+from ...common.text import Text
 from ...stroke.stroke import Stroke
 from ..field import Field
 from ..layer_bytes import layer_from_bytes, layer_to_bytes
@@ -181,13 +182,17 @@ def naming(stroke: Stroke, number: int) -> Iterator[None]:
         yield
     except SculptError as error:
         name = stroke.name or f"Stroke {number + 1}"
-        raise SculptError(f"{name:.100}: {error} Nothing was changed.") from error
+        raise SculptError("{}: {} Nothing was changed.", name[:100], error) from error
 
 
 def numbered(progress: Progress, number: int, count: int) -> Progress:
     """Progress of one of the strokes of a replay."""
     share = sub_progress(progress, number / count, (number + 1) / count)
-    return lambda fraction, message: share(fraction, f"Stroke {number + 1} of {count}: {message}")
+
+    def report(fraction: float, message: str) -> None:
+        share(fraction, Text("Stroke {} of {}: {}", number + 1, count, Text(message)))
+
+    return report
 
 
 def context(base: str, beneath: Iterable[Term], layer: Layer) -> str:

@@ -45,7 +45,7 @@ NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in t
 RANDOM = Schedule(3000, 512, 150_000, 1.2e-3, omega=48.0)  # 5000 steps: a tenth less is lost
 CONTINUED = replace(RANDOM, rate=4e-4)  # of the field's own network
 CELLS = 128  # per axis of the meshes that are compared
-MEASURED = 20_000  # samples
+MEASURE_SAMPLES = 20_000  # samples
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def consolidate(
         follow(learner, schedule, sub_progress(progress, 0.1, 0.9))
     plain = Field(learner.network)
     after = extract(plain, CELLS, sub_progress(progress, 0.9, 1.0))
-    surface = sample_surface(field, proxy, MEASURED, seed + 1)
+    surface = sample_surface(field, proxy, MEASURE_SAMPLES, seed + 1)
     found = find_surface(plain, surface.points)
     report = {
         "distance_mean": float(found.distance.mean()),

@@ -27,7 +27,7 @@ from ..field import Field
 from ..network import Siren
 from ..threads import one_thread
 from . import fit_distance, fit_paper
-from .fit_detail import Tolerance, refine
+from .fit_detail import FitTolerance, refine
 from .fit_repair import Repaired, repaired
 from .fit_report import Presets, report
 from .mesh_cleanup import clean
@@ -47,7 +47,7 @@ class Method(StrEnum):
     PAPER = "paper"
 
 
-class Preset(StrEnum):
+class Quality(StrEnum):
     """How long it learns, and how close the detail comes."""
 
     DRAFT = "draft"
@@ -56,12 +56,12 @@ class Preset(StrEnum):
 
 
 SCHEDULES = {
-    (Method.DISTANCE, Preset.DRAFT): Schedule(400, 384, 30_000, 1.5e-3),
-    (Method.DISTANCE, Preset.NORMAL): Schedule(1200, 384, 50_000, 1.2e-3, omega=48.0),
-    (Method.DISTANCE, Preset.FINE): Schedule(5000, 512, 150_000, 1e-3, omega=48.0),
-    (Method.PAPER, Preset.DRAFT): Schedule(300, 512, 100_000, 1e-3),
-    (Method.PAPER, Preset.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
-    (Method.PAPER, Preset.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
+    (Method.DISTANCE, Quality.DRAFT): Schedule(400, 384, 30_000, 1.5e-3),
+    (Method.DISTANCE, Quality.NORMAL): Schedule(1200, 384, 50_000, 1.2e-3, omega=48.0),
+    (Method.DISTANCE, Quality.FINE): Schedule(5000, 512, 150_000, 1e-3, omega=48.0),
+    (Method.PAPER, Quality.DRAFT): Schedule(300, 512, 100_000, 1e-3),
+    (Method.PAPER, Quality.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
+    (Method.PAPER, Quality.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
 }
 """Without detail."""
 
@@ -71,10 +71,10 @@ networks, from WIDE_LAYER units on, are rough by then, finer than detail can put
 the draft's."""
 WIDE_LAYER = 256
 
-TOLERANCES: dict[str, Tolerance] = {
-    Preset.DRAFT: Tolerance(1e-3, 6.0, finest=5),
-    Preset.NORMAL: Tolerance(2e-4, 3.0, finest=6),
-    Preset.FINE: Tolerance(1.5e-4, 3.0, finest=7),
+TOLERANCES: dict[str, FitTolerance] = {
+    Quality.DRAFT: FitTolerance(1e-3, 6.0, finest=5),
+    Quality.NORMAL: FitTolerance(2e-4, 3.0, finest=6),
+    Quality.FINE: FitTolerance(1.5e-4, 3.0, finest=7),
 }
 
 WIDTHS = (64, 128, 256)  # units of each of the two hidden layers
@@ -100,7 +100,7 @@ def fit_mesh(
     triangles: ArrayLike,
     *,
     method: str = Method.DISTANCE,
-    preset: str = Preset.NORMAL,
+    preset: str = Quality.NORMAL,
     detail: bool = True,
     width: int = 128,
     open_parts: str | None = None,
@@ -123,20 +123,22 @@ def fit_mesh(
     The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
     """
     start = time.monotonic()
-    if preset not in list(Preset):
-        raise SculptError(f"There is no quality {preset!r:.60}; choose one of {', '.join(Preset)}.")
+    if preset not in list(Quality):
+        raise SculptError(
+            f"There is no quality {preset!r:.60}; choose one of {', '.join(Quality)}."
+        )
     if not 0 <= seed < 2**63:
         raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
     if open_parts not in (None, *Open):
         raise SculptError(
-            f"Open parts cannot be {open_parts!r:.60}; choose one of {', '.join(Open)}."
+            "Open parts cannot be {}; choose one of {}.", f"{open_parts!r:.60}", ", ".join(Open)
         )
-    method, preset = Method(method), Preset(preset)
+    method, preset = Method(method), Quality(preset)
     kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
     if width not in WIDTHS:
         raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
     detail = detail and method is Method.DISTANCE
-    schedule = SCHEDULES[method, Preset.DRAFT if detail else preset]
+    schedule = SCHEDULES[method, Quality.DRAFT if detail else preset]
     if detail and width < WIDE_LAYER:
         schedule = BENEATH_DETAIL
     rng = np.random.default_rng(seed)

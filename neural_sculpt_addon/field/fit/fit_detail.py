@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check, Progress, silent
+from ...common.text import Text
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..levels import Level, cells_of, centres, dilated, distinct, linear, places, spacing
@@ -78,7 +79,7 @@ LEFT_OUT = 0.05
 """Of the mean diagonal: 0 takes half as many coefficients more for a twentieth less of error."""
 
 
-class Tolerance(NamedTuple):
+class FitTolerance(NamedTuple):
     """What is close enough, and the finest level that may be used for it."""
 
     distance: float  # model units
@@ -101,7 +102,7 @@ class _Samples(NamedTuple):
 def refine(
     field: Field,
     distance: MeshDistance,
-    tolerance: Tolerance,
+    tolerance: FitTolerance,
     rng: np.random.Generator,
     progress: Progress = silent,
     preview: Callable[[Field], None] = lambda _: None,
@@ -117,12 +118,12 @@ def refine(
     levels = range(FIT_COARSEST, tolerance.finest + 2)
     for done, level in enumerate(levels):
         if level > tolerance.finest:
-            tolerance = Tolerance(GROSS * tolerance.distance, GROSS * tolerance.degrees, level)
+            tolerance = FitTolerance(GROSS * tolerance.distance, GROSS * tolerance.degrees, level)
         if enough():
             break
         if done:
             preview(field)
-        check = partial(progress, done / len(levels), f"Fitting detail, level {level}")
+        check = partial(progress, done / len(levels), Text("Fitting detail, level {}", level))
         check()
         candidates = None
         if done:
@@ -212,7 +213,7 @@ def _cosine(samples: _Samples) -> Array:
     return (samples.gradient * samples.normals).sum(axis=1) / np.maximum(slope, 1e-9)
 
 
-def _missed(samples: _Samples, level: int, tolerance: Tolerance) -> Cells:
+def _missed(samples: _Samples, level: int, tolerance: FitTolerance) -> Cells:
     """The cells of a level in which too many of the samples miss the tolerance, rising."""
     missed = np.abs(samples.value) > tolerance.distance
     missed |= _cosine(samples) < np.cos(np.radians(tolerance.degrees))

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress, silent
+from ...common.text import Text
 from ..evaluate import values
 from ..field import Field
 from ..geometry import angles, search_tree
@@ -34,7 +35,7 @@ from ..levels import spacing
 from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
-from .fit_detail import Tolerance
+from .fit_detail import FitTolerance
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
@@ -55,16 +56,16 @@ MUCH = 0.25  # and that may be off by more than the tolerance
 class Presets(NamedTuple):
     """The tolerances of all presets, the coarsest first, and the one that was fitted with."""
 
-    tolerances: Mapping[str, Tolerance]
+    tolerances: Mapping[str, FitTolerance]
     used: str
 
     @property
-    def tolerance(self) -> Tolerance:
+    def tolerance(self) -> FitTolerance:
         """The tolerance that counts."""
         return self.tolerances[self.used]
 
     @property
-    def finer(self) -> dict[str, Tolerance]:
+    def finer(self) -> dict[str, FitTolerance]:
         """The finer tolerances by their presets, the coarsest first."""
         names = list(self.tolerances)
         return {name: self.tolerances[name] for name in names[names.index(self.used) + 1 :]}
@@ -200,7 +201,7 @@ def _of_pieces(mesh: CleanMesh, pieces: Pieces, distance: MeshDistance) -> MeshS
 
 
 def _lost(
-    mesh: CleanMesh, pieces: Pieces, samples: _Samples, tolerance: Tolerance
+    mesh: CleanMesh, pieces: Pieces, samples: _Samples, tolerance: FitTolerance
 ) -> NDArray[np.floating]:
     """The sizes (L,) of the pieces of the mesh that the field has no surface for."""
     owner = pieces.of_faces[samples.surface.faces]
@@ -220,7 +221,7 @@ def _field_pieces(proxy: Proxy) -> tuple[int, int]:
     return int((volumes > 0).sum()), int((volumes <= 0).sum())
 
 
-def _thin(distance: MeshDistance, samples: _Samples, tolerance: Tolerance) -> NDArray[np.bool_]:
+def _thin(distance: MeshDistance, samples: _Samples, tolerance: FitTolerance) -> NDArray[np.bool_]:
     """Which samples (N,) have the other side, or another part, within a cell."""
     points, normals = samples.surface.points, samples.surface.normals
     turned = np.sum(samples.found.normals * normals, axis=1) < 0  # the mesh's face is flipped
@@ -261,28 +262,44 @@ def _notes(
     solid, mesh_solid = measures["components"] - inner, measures["mesh_components"] - mesh_inner
     notes = []
     if solid > mesh_solid or (solid < mesh_solid and known.pieces):
-        notes.append(f"The mesh has {mesh_solid} pieces, the field {solid}. {_advice(would())}")
+        notes.append(
+            Text("The mesh has {} pieces, the field {}. {}", mesh_solid, solid, _advice(would()))
+        )
     if inner != mesh_inner and known.cavities:
-        notes.append(f"The mesh has {mesh_inner} cavities, the field {inner}. {_advice(would())}")
+        notes.append(
+            Text("The mesh has {} cavities, the field {}. {}", mesh_inner, inner, _advice(would()))
+        )
     if measures["lost"]:
         notes.append(
-            f"Pieces of the mesh that the field lacks: {measures['lost']}. {_advice(would())}"
+            Text(
+                "Pieces of the mesh that the field lacks: {}. {}",
+                measures["lost"],
+                _advice(would()),
+            )
         )
     if measures["thin_off"] > SOME:
         notes.append(
-            f"Parts or gaps thinner than {spacing(presets.tolerance.finest) * unit:.2g} are off:"
-            f" {measures['thin_off']:.1%} of the surface. {_advice(would())}"
+            Text(
+                "Parts or gaps thinner than {} are off: {} of the surface. {}",
+                f"{spacing(presets.tolerance.finest) * unit:.2g}",
+                f"{measures['thin_off']:.1%}",
+                _advice(would()),
+            )
         )
     elif measures["beyond"] > MUCH:
         notes.append(
-            f"Off by more than {measures['allowed'] * unit:.2g}: {measures['beyond']:.0%} of the"
-            f" surface. {_advice(list(presets.finer)[:1])}"
+            Text(
+                "Off by more than {}: {} of the surface. {}",
+                f"{measures['allowed'] * unit:.2g}",
+                f"{measures['beyond']:.0%}",
+                _advice(list(presets.finer)[:1]),
+            )
         )
     return notes
 
 
-def _advice(would: list[str]) -> str:
+def _advice(would: list[str]) -> Text:
     """The coarsest preset that would do."""
     if not would:
-        return "No quality holds that; make such parts larger, or a field of their own."
-    return WOULD_DO[would[0]]
+        return Text("No quality holds that; make such parts larger, or a field of their own.")
+    return Text(WOULD_DO[would[0]])

@@ -143,7 +143,8 @@ def _normalised(
         raise SculptError("The mesh has no extent: all its vertices lie in one place.")
     if not 1e-30 < longest < 1e30:
         raise SculptError(
-            f"The mesh is {longest:.0e} units large. Give it a sensible size and apply the scale."
+            "The mesh is {} units large. Give it a sensible size and apply the scale.",
+            f"{longest:.0e}",
         )
     if longest < PRECISION * resolution * farthest:
         raise SculptError(

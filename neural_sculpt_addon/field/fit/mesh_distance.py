@@ -32,6 +32,7 @@ BATCH = 1 << 14
 all cores from 10,000 on."""
 PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
+ALL_SHEETS = 0.99  # share of the surface from which on all of it is said to be sheets
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
 FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
 NEAR_FILM = 0.6  # half width of what is near a film, as that
@@ -166,10 +167,15 @@ def _refuse_sheets(sides: Array, pieces: NDArray[np.int64]) -> None:
     probes, in_doubt = np.bincount(pieces), np.bincount(pieces, doubtful(sides))
     share = float((in_doubt > SHEET * probes)[pieces].mean())
     if share > SCRAP:
-        part = "The mesh" if share > 0.99 else f"A part of the mesh ({share:.0%} of its area)"
+        if share > ALL_SHEETS:
+            raise SculptError(
+                "The mesh is an open sheet, so it has no inside to sculpt. Give it a thickness"
+                " (Open Parts, or --open thickness), or close or delete it."
+            )
         raise SculptError(
-            f"{part} is an open sheet, so it has no inside to sculpt. Give it a thickness"
-            " (Open Parts, or --open thickness), or close or delete it."
+            "A part of the mesh ({} of its area) is an open sheet, so it has no inside to sculpt."
+            " Give it a thickness (Open Parts, or --open thickness), or close or delete it.",
+            f"{share:.0%}",
         )
 
 

@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ..geometry import unit
 from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals
 from .mesh_thicken import open_faces, thicken
@@ -67,7 +68,11 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
     notes = []
     if gone := mesh.repairs.get("decimated"):
         notes.append(
-            f"Faces that no field can hold were merged: {gone} fewer, {len(mesh.triangles)} left."
+            Text(
+                "Faces that no field can hold were merged: {} fewer, {} left.",
+                gone,
+                len(mesh.triangles),
+            )
         )
     opened = open_faces(mesh)  # (F,)
     if not opened.any():
@@ -76,21 +81,33 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
         thick = thicken(mesh, proposed if thickness is None else thickness / mesh.scale)
         return Prepared(
             thick,
-            notes if thickness else [*notes, f"Open parts got a thickness of {in_units:.2g}."],
+            notes
+            if thickness
+            else [*notes, Text("Open parts got a thickness of {}.", f"{in_units:.2g}")],
         )
     hole = openings(mesh)
     sheets = _sheets(mesh, opened)
     area = areas(mesh.corners)
     part = float(area[sheets].sum() / area.sum())
     if 0 < part <= FEW_SHEETS:
-        notes.append(f"Open sheets ({part:.1%} of the area) got a thickness of {in_units:.2g}.")
+        notes.append(
+            Text(
+                "Open sheets ({} of the area) got a thickness of {}.",
+                f"{part:.1%}",
+                f"{in_units:.2g}",
+            )
+        )
         mesh = thicken(mesh, proposed, sheets)
         hole = openings(mesh)
     mesh.repairs["openings"] = hole.number
     if hole.share > WORTH:
         notes.append(
-            f"Openings closed by a film: {hole.number} ({hole.share:.0%} of the area)."
-            " Choose Thickness for open parts to have a shell instead."
+            Text(
+                "Openings closed by a film: {} ({} of the area). Choose Thickness for open"
+                " parts to have a shell instead.",
+                hole.number,
+                f"{hole.share:.0%}",
+            )
         )
     return Prepared(mesh, notes)
 

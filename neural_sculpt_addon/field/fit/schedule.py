@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ...common.progress import Progress
+from ...common.text import Text
 from ..network import Siren
 
 SETTLING = 120  # steps after an early end
@@ -69,7 +70,7 @@ def follow(
             return
         latest = learner.step(rate)
         error = latest if step == 0 else SMOOTHING * error + (1 - SMOOTHING) * latest
-        progress((step + 1) / schedule.steps, f"Fitting, error {error:.4f}")
+        progress((step + 1) / schedule.steps, Text("Fitting, error {}", f"{error:.4f}"))
         if time.monotonic() - shown > PREVIEW_SECONDS:
             tensors = [tensor.clone() for tensor in learner.network.parameters]
             preview(learner.network.with_parameters(tensors), error)

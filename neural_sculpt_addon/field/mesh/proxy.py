@@ -41,9 +41,9 @@ from .extraction.specks import find_specks, small_pieces
 from .extraction.untangle import untangle
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
-REACH = 0.5  # longest Newton step, in cells
-SETTLED = 0.05  # a vertex that moved less, in cells, needs no further step
-STEPS = 3
+LONGEST_STEP = 0.5  # longest Newton step, in cells
+LEAST_STEP = 0.05  # a vertex that moved less, in cells, needs no further step
+NEWTON_STEPS = 3
 FLAT = 1e-6  # a gradient below this has no direction
 ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
 NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
@@ -238,7 +238,7 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
     move = RELAXATION / 2 * (total.take(moving, axis=0) / degree - 3 * start)
     normals = mesh.normals.take(moving, axis=0)
     move -= np.einsum("ma,ma->m", move, normals)[:, None] * normals
-    move *= np.minimum(1, REACH * spacing / np.maximum(lengths(move), 1e-12))
+    move *= np.minimum(1, LONGEST_STEP * spacing / np.maximum(lengths(move), 1e-12))
     move *= ~mesh.held.take(moving, axis=0)
     mesh.vertices[moving] = np.clip(start + move, -1, 1)
 
@@ -248,10 +248,10 @@ def _snap(
 ) -> None:
     """Newton steps of the `fresh` vertices until they are settled, and their normals."""
     moving = np.flatnonzero(fresh & ~mesh.cap)
-    for number in range(STEPS):
-        share = sub_progress(progress, number / STEPS, (number + 1) / STEPS)
+    for number in range(NEWTON_STEPS):
+        share = sub_progress(progress, number / NEWTON_STEPS, (number + 1) / NEWTON_STEPS)
         distance = _step(field, mesh, moving, spacing, share)
-        moving = moving[distance > SETTLED * spacing]
+        moving = moving[distance > LEAST_STEP * spacing]
 
 
 def _step(
@@ -272,7 +272,9 @@ def _step(
         mesh.normals[part] = np.where(slope > FLAT, gradient / np.maximum(slope, FLAT), known)
         gradient *= ~mesh.held.take(part, axis=0)
         slope = np.maximum(lengths(gradient), FLAT)
-        distance = np.clip(value[:, None] / slope, -REACH * spacing, REACH * spacing)  # (B, 1)
+        distance = np.clip(
+            value[:, None] / slope, -LONGEST_STEP * spacing, LONGEST_STEP * spacing
+        )  # (B, 1)
         mesh.vertices[part] = points - distance / slope * gradient
         moved[start : start + BATCH] = np.abs(distance[:, 0])
     return moved

@@ -72,7 +72,7 @@ def _check_on_surface(nearest: Nearest, stroke: Stroke) -> None:
     away = float(np.linalg.norm(surface.points - stroke.points, axis=1).max())
     if away > max(MOST_OFF, stroke.brush.radius) or surface.distance.max() > OFF_SURFACE:
         raise SculptError(
-            f"The stroke lies {away:.2f} off the surface. Draw it on the proxy of this field."
+            "The stroke lies {} off the surface. Draw it on the proxy of this field.", f"{away:.2f}"
         )
 
 

@@ -41,8 +41,9 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
     if (radius := stroke.brush.radius * stroke.largest_factor) < LEAST_RADIUS:
         raise SculptError(
-            f"With its pressure the stroke has a radius of {radius:.2g}; the least is 0.001. Use a"
-            " larger radius, or press harder."
+            "With its pressure the stroke has a radius of {}; the least is 0.001. Use a"
+            " larger radius, or press harder.",
+            f"{radius:.2g}",
         )
     laid = []
     for copy in stroke.copies():

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent
+from ...common.text import Text
 from .interpreter import OLDEST, Environment, candidate_pythons, check_python, identify, lack
 from .pip import UnsuitableError, run
 
@@ -28,9 +29,10 @@ LAUNCH = Path(__file__).parents[1] / "launch.py"
 SPACE = 3_000_000_000
 """Bytes an installation needs while it runs; about half of them stay."""
 
-NO_PYTHON = (
-    f"There is no Python {'.'.join(map(str, OLDEST))} or newer here for the worker; install one"
-    " from python.org and try again."
+NO_PYTHON = Text(
+    "There is no Python {} or newer here for the worker; install one from"
+    " python.org and try again.",
+    ".".join(map(str, OLDEST)),
 )
 
 _MARKER = "neural_sculpt_environment.txt"
@@ -68,7 +70,7 @@ def configured_python(preference: str | Path | None, folder: Path | str) -> Path
         if named:
             python = Path(named).expanduser()
             if not python.is_file():
-                raise SculptError(f"There is no Python at {python}; correct the path.")
+                raise SculptError("There is no Python at {}; correct the path.", python)
             return python
     if not installed(folder):
         raise SculptError("The worker is not installed; install it in the add-on's preferences.")
@@ -139,13 +141,16 @@ def _claim(folder: Path) -> None:
     marker = folder / _MARKER
     if not marker.is_file() and any(folder.iterdir()):
         raise SculptError(
-            f"{folder} already holds other files; choose an empty folder for the worker."
+            "{} already holds other files; choose an empty folder for the worker.", folder
         )
     free = shutil.disk_usage(folder).free
     if free < SPACE:
         raise SculptError(
-            f"The disk of {folder} has {free / 1e9:.1f} GB left, the worker needs"
-            f" {SPACE / 1e9:.0f} GB while it is installed. Free some, or choose another folder."
+            "The disk of {} has {} GB left, the worker needs {} GB while it is installed."
+            " Free some, or choose another folder.",
+            folder,
+            f"{free / 1e9:.1f}",
+            f"{SPACE / 1e9:.0f}",
         )
     marker.write_bytes(_INCOMPLETE)
     (folder / _LOG).unlink(missing_ok=True)
@@ -154,13 +159,14 @@ def _claim(folder: Path) -> None:
 def _first_resolved(
     folder: Path, candidates: Iterable[Environment], progress: Progress
 ) -> list[str]:
-    """Leave in `folder` an empty environment that can hold the worker; the packages it will get."""
+    """Make in `folder` an empty environment of the first Python that can hold the worker; the
+    packages that it will get."""
     reasons: dict[str, str] = {}
     for candidate in candidates:
         version = ".".join(map(str, candidate.version[:2]))
         if version in reasons:  # builds differ from one minor version to the next, not within one
             continue
-        progress(0.0, f"Trying Python {version} ({candidate.python})")
+        progress(0.0, Text("Trying Python {} ({})", version, candidate.python))
         try:
             return _resolve(folder, candidate.python, progress)
         except UnsuitableError as reason:
@@ -169,14 +175,16 @@ def _first_resolved(
         raise SculptError(NO_PYTHON)
     told = "; ".join(f"Python {version} {reason}" for version, reason in reasons.items())
     raise SculptError(
-        f"No Python here can hold the worker: {told}. Name a Python that has PyTorch (in the"
-        f" preferences or as {ENVIRONMENT_VARIABLE}), or set PIP_EXTRA_INDEX_URL to an index with"
-        " CPU builds of PyTorch and try again."
+        "No Python here can hold the worker: {}. Name a Python that has PyTorch (in the"
+        " preferences or as {}), or set PIP_EXTRA_INDEX_URL to an index with CPU builds"
+        " of PyTorch and try again.",
+        told,
+        ENVIRONMENT_VARIABLE,
     )
 
 
 def _resolve(folder: Path, python: Path, progress: Progress) -> list[str]:
-    """A fresh environment of `python`, and the exact packages that pip would put into it."""
+    """Make a fresh environment of `python`; the exact packages that pip would install into it."""
     for entry in folder.iterdir():
         if entry.name not in (_MARKER, _LOG):
             shutil.rmtree(entry) if entry.is_dir() and not entry.is_symlink() else entry.unlink()
@@ -211,8 +219,9 @@ def _install(folder: Path, packages: list[str], progress: Progress) -> Environme
     environment = check_python(environment_python(folder))
     if not environment.ready:
         raise SculptError(
-            f"The worker was installed but {lack(environment)}; see {folder / _LOG}, or choose"
-            " another Python."
+            "The worker was installed but {}; see {}, or choose another Python.",
+            lack(environment),
+            folder / _LOG,
         )
     return environment
 
@@ -222,7 +231,8 @@ def _launch(python: Path | str, module: str, argument: str) -> list[str]:
 
 
 def _pip(folder: Path) -> list[str]:
-    """pip of the environment in `folder`, up to the word install: ready-made builds only."""
+    """The command of pip in the environment of `folder`, up to the word install; it takes
+    ready-made builds only."""
     python = str(environment_python(folder))
     options = ["--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
     return [python, "-I", "-m", "pip", "install", *options, "--only-binary", ":all:"]

@@ -16,6 +16,7 @@ import threading
 from pathlib import Path
 
 from ...common.errors import SculptError
+from ...common.text import to_json
 from ..child import no_window
 from . import environment
 
@@ -29,14 +30,14 @@ def main(folder: str) -> None:
     try:
         environment.create(folder, progress=_progress)
     except SculptError as error:
-        _say(error=str(error))
+        _say(error=to_json(error.text))
 
 
 def _progress(fraction: float, message: str) -> None:
-    _say(fraction=fraction, message=message)
+    _say(fraction=fraction, message=to_json(message))
 
 
-def _say(**news: float | str) -> None:
+def _say(**news: object) -> None:
     sys.stdout.write(json.dumps(news) + "\n")
 
 

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ...common.text import Text, from_json
 from ..child import exit_in_words, start_logged
 from . import environment, interpreter
 
@@ -47,7 +48,7 @@ class Installer:
         self._try_next_python()
 
     def stop(self) -> None:
-        """End the installation; what is unfinished is never taken for an environment."""
+        """End the installation. An unfinished environment is never taken for a whole one."""
         self._cancelled = True
         if self._process is not None and self._process.stdin is not None:
             self._process.stdin.close()
@@ -60,7 +61,7 @@ class Installer:
         said = self._log.read_bytes()
         news = _latest(said)
         self.fraction = news.get("fraction", self.fraction)
-        self.message = news.get("message", self.message)
+        self.message = from_json(news.get("message", self.message))
         if code is None:
             return True
         self._process = None
@@ -71,10 +72,14 @@ class Installer:
         elif code:
             ending = exit_in_words(code, said.decode(errors="replace").strip())
             self._fail(
-                f"The installation stopped unexpectedly ({ending}). Try again, or see {self._log}."
+                Text(
+                    "The installation stopped unexpectedly ({}). Try again, or see {}.",
+                    ending,
+                    self._log,
+                )
             )
         elif "error" in news:
-            self._fail(news["error"])
+            self._fail(from_json(news["error"]))
         return self._process is not None
 
     def _try_next_python(self) -> None:
@@ -83,7 +88,7 @@ class Installer:
             try:
                 log = self._log.open("wb")
             except OSError as error:
-                self._fail(str(environment.cannot_install(self._folder, error)))
+                self._fail(environment.cannot_install(self._folder, error).text)
                 return
             with log, contextlib.suppress(OSError):  # it cannot be run
                 self._process = start_logged(command, log)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Running venv and pip: their output as progress and log, their failures as sentences.
+"""venv and pip, run as commands: their output is progress and log, their failures become sentences.
 
 Standard library only. pip has no interface but its command line and speaks to programmers; the
 table below holds the failures that artists meet and what helps against each.

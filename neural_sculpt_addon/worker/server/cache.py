@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A cache of bounded size in bytes: what was not asked for longest goes first."""
+"""A cache of bounded size in bytes. What has not been asked for longest is forgotten first."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, MutableMapping
@@ -10,7 +10,8 @@ V = TypeVar("V")
 
 
 class Cache(MutableMapping[K, V]):
-    """Cache that forgets what was not asked for longest; what was put last is always there."""
+    """A cache of bounded size: forgets what has not been asked for longest, but never what was put
+    last."""
 
     def __init__(self, most: int, size: Callable[[V], int]) -> None:
         """Hold at most so many bytes; a value takes `size`(value) of them."""

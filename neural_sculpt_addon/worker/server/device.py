@@ -34,8 +34,8 @@ def choose(wanted: Device) -> "torch.device":
         logger.exception("CUDA cannot be used")
         if wanted is Device.CUDA:
             raise SculptError(
-                f"The graphics card cannot be used ({error}). Choose another device in the"
-                " preferences."
+                "The graphics card cannot be used ({}). Choose another device in the preferences.",
+                error,
             ) from error
         return torch.device("cpu")
     return torch.device("cuda")

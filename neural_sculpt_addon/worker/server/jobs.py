@@ -13,13 +13,14 @@ import numpy as np
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, sub_progress
+from ...common.text import to_json
 from ...stroke.stroke import Stroke
 from ..answers import SNAPPED
 from ..protocol import JobKind
 from .cache import Cache
 from .payload import Handler, Payload, Task, as_array, proxy_arrays, read, read_array, read_numbers
 from .replay import replay, result_key
-from .shown import Shown, refined
+from .shown import ProxyMaker, refined
 from .store import Store, preparation_bytes
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Jobs:
         """Nothing is known yet; `device` is what strokes are sculpted on."""
         self._store = Store(device)
         self._edits: Cache[str, Edit] = Cache(EDITS, _edit_bytes)  # by the revision they made
-        self._shown = Shown()
+        self._shown = ProxyMaker()
 
     def handlers(self) -> dict[JobKind, Handler]:
         """The handler of each kind of job."""
@@ -64,8 +65,8 @@ class Jobs:
             JobKind.MEASURE: self.measure,
             JobKind.MESH: self.mesh,
             JobKind.FIT: self.fit,
-            JobKind.ABSORB: self.absorb,
-            JobKind.BRUSHED: self.brushed,
+            JobKind.ABSORB_PROXY: self.absorb_proxy,
+            JobKind.ABSORB_STROKE: self.absorb_stroke,
             JobKind.BOOLEAN: self.boolean,
             JobKind.BOOLEAN_MESH: self.boolean_mesh,
             JobKind.LOAD: self.load,
@@ -157,7 +158,7 @@ class Jobs:
             )
         return self._found(result.field, _place(result), job, sub_progress(progress, 0.9, 1.0))
 
-    def absorb(self, job: Payload, progress: Progress) -> Payload:
+    def absorb_proxy(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, result_revision <vertices, triangles of the proxy as sculpted> ->
         revision, layer, context, report <layer, proxy>.
         """
@@ -172,7 +173,7 @@ class Jobs:
         )
         return self._one_more(before, result, job, progress)
 
-    def brushed(self, job: Payload, progress: Progress) -> Payload:
+    def absorb_stroke(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, remesh, keep, result_revision <before, after, triangles: of the proxy,
         what a brush moved and two rings around it> -> revision, layer, context, report, stretched
         <layer> and <snapped, snapped_normals>: the vertices on the new field. The proxy is
@@ -201,7 +202,7 @@ class Jobs:
 
     def boolean(self, job: Task, progress: Progress) -> Payload:
         """state, operation, blend, resolution, result_revision and matrix (16 numbers, by rows),
-        other: {state, revision}, or <vertices, triangles of a mesh> -> as absorb.
+        other: {state, revision}, or <vertices, triangles of a mesh> -> as absorb_proxy.
 
         The matrix maps the other field's model space to this one's; the mesh is in this one's. With
         `preview`, <proxy> comes first.
@@ -356,7 +357,10 @@ def _layer(solved: "Solved") -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _place(fit: "Fit") -> dict[str, Any]:
     """Where a fitted field belongs, and how good it is."""
-    return {"scale": fit.scale, "center": list(fit.center), "report": fit.report}
+    report = dict(fit.report)
+    if "notes" in report:
+        report["notes"] = [to_json(note) for note in report["notes"]]
+    return {"scale": fit.scale, "center": list(fit.center), "report": report}
 
 
 def _edit_bytes(edit: "Edit") -> int:

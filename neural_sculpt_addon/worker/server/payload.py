@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What goes into a job and what comes out of it: fields and arrays.
+"""Payload: the fields and arrays that a job is given, and those of its result.
 
 A base travels as the bytes of `field.checkpoint.to_bytes`, a layer as those of `layer_to_bytes`,
 both in uint8 arrays; a proxy as `vertices`, `normals` (V, 3) float32, `triangles` (F, 3), `edges`

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Replays: the visible lines of a history applied to its base, as far as they are not known.
+"""Replays: the visible lines of a history applied to its base. What is remembered of them is not
+computed again.
 
     entries: [{"stroke": object | null, "layer": ID | null, "context": str | null, "strength": s}]
 
-The local solver gives each line a layer (see field.layers). Strokes that change the network have
-none: they are applied one after another, and what each made of which field is remembered.
+The local solver gives each line a layer (see field.edit.layers). Strokes that change the network
+have no layers: they are applied one after another, and the result of each is remembered by the
+field that it was applied to.
 """
 
 from collections.abc import Sequence

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""torch's side of the worker: take jobs, run them one by one, answer.
+"""The worker's process: takes jobs, runs them one by one and answers.
 
 The main thread runs the jobs in the order of their arrival. A second thread listens at stdin, whose
 first line names the folder of requests and answers (see mailbox) and which then has a byte for each
@@ -30,6 +30,7 @@ from typing import Any
 
 from ...common.errors import Cancelled, SculptError
 from ...common.progress import Progress, interruptible
+from ...common.text import to_json
 from .. import pulse
 from ..install.environment import Device
 from ..mailbox import Inbox, Outbox
@@ -40,7 +41,8 @@ from .jobs import Jobs, warm_up
 from .payload import Handler, MissingError, Payload, Task
 
 PROGRESS_SECONDS = 0.05
-"""Between two progress messages of a job; what is reported in between only hears of a cancel."""
+"""Seconds between two progress messages of a job. A report in between is not sent, but hears of a
+cancel."""
 
 RETRY = 0.01
 """Seconds until a request is looked for again that something else, a virus scanner, looks at."""
@@ -65,7 +67,7 @@ def main(device_name: str) -> None:
     try:
         device = choose(Device(device_name))
     except SculptError as error:
-        server.serve(refusing(str(error)), {**hello, "device": ""})
+        server.serve(refusing(error.text), {**hello, "device": ""})
     else:
         server.serve(Jobs(device).handlers(), {**hello, "device": device.type})
 
@@ -140,9 +142,9 @@ class Server:
         except Cancelled:
             return Message(MessageKind.CANCELLED, job.job)
         except MissingError as error:
-            return _error(job.job, str(error), missing=error.ids)
+            return _error(job.job, error.text, missing=error.ids)
         except SculptError as error:
-            return _error(job.job, str(error))
+            return _error(job.job, error.text)
         except MemoryError:
             return _error(
                 job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError"
@@ -168,7 +170,10 @@ class Server:
             now = self._reported
             if now - last >= PROGRESS_SECONDS:
                 last = now
-                fields = {"fraction": min(max(float(fraction), 0.0), 1.0), "message": message}
+                fields = {
+                    "fraction": min(max(float(fraction), 0.0), 1.0),
+                    "message": to_json(message),
+                }
                 self._send(Message(MessageKind.PROGRESS, job, fields))
 
         return report
@@ -190,7 +195,7 @@ class Server:
             self._send(answer)
         except ProtocolError as error:  # a result that cannot be sent: NaN in a report, too large
             logger.exception("the result of job %d cannot be sent", answer.job)
-            self._send(_error(answer.job, str(error)))
+            self._send(_error(answer.job, error.text))
 
     def _send(self, message: Message) -> None:
         try:
@@ -219,7 +224,7 @@ class Server:
             os._exit(1)
 
     def _leave(self) -> None:
-        """End the process with its folder, when nobody takes any more what it has to say."""
+        """End the process and remove its folder, when nobody reads its answers any more."""
         with self._writing:  # to the end: nothing is put into a folder that is gone
             for name in (REQUESTS, ANSWERS):
                 shutil.rmtree(self._folder / name, ignore_errors=True)
@@ -265,4 +270,5 @@ class Server:
 
 
 def _error(job: int, message: str, detail: str = "", **fields: Any) -> Message:
-    return Message(MessageKind.ERROR, job, {"message": message, "detail": detail, **fields})
+    told = {"message": to_json(message), "detail": detail}
+    return Message(MessageKind.ERROR, job, {**told, **fields})

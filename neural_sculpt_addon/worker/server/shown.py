@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mesh of a state of a field: its proxy at the resolution that a job asks for, maybe refined.
+"""The proxy of a state of a field, at the resolution that a job asks for, refined or not.
 
     resolution: cells per axis;  triangles: refined to so many at most, 0 or none where not refined
 
@@ -30,7 +30,7 @@ class _Last(NamedTuple):
     most: int
 
 
-class Shown:
+class ProxyMaker:
     """Makes the meshes of states, and keeps the last one."""
 
     def __init__(self) -> None:

@@ -30,7 +30,7 @@ SOLUTION_BYTES, RESULT_BYTES = 128 << 20, 128 << 20
 """Bytes of each kind; a state with 100 strokes takes some 50 MB, one without detail 10."""
 
 SAMPLE_BYTES = 4 << 20
-"""Bytes of the samples that are drawn of a state when they are needed."""
+"""Bytes of the samples of a state, which are drawn when they are first needed."""
 
 
 class Store:
@@ -179,7 +179,8 @@ def _is_pair(value: Any) -> bool:
 
 
 def _find(job: Payload, name: object, known: Cache[str, V], make: Callable[[bytes], V]) -> V | None:
-    """What has that id, if the worker or the job has it."""
+    """The value with this id, remembered or made of bytes that the job has brought; None without
+    either."""
     from ...field.edit.layers import digest
 
     if not isinstance(name, str):

@@ -50,14 +50,14 @@ class Attack:
 
         disk.clear(self.folder)
         self.session.cancel()
-        self.session.waits = True
+        self.harness.call_as("Script")
         operators: Any = bpy.ops
         operators.wm.read_homefile(use_empty=True, use_factory_startup=True)
         addon: Any = bpy.context.preferences.addons[self.harness.EXTENSION]
         addon.preferences.resolution = RESOLUTION
         self.harness.add("SPHERE")
         operators.mesh.primitive_ico_sphere_add(subdivisions=1)
-        self.session.waits = False
+        self.harness.call_as("Artist")
 
     def places(self) -> Iterator[tuple[str, Target, bool]]:
         """Each target, first with a disk that is nearly full from the start, and then with one that

@@ -24,7 +24,7 @@ def main(given: list[str]) -> None:
     if "end" in given:
         session.stop()
         return
-    session.waits = False
+    harness.call_as("Artist")
     while True:
         arc = harness.arc(harness.field("Sphere"))
         harness.stroke(arc, intensity=INTENSITY)

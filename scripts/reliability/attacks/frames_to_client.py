@@ -17,7 +17,7 @@ from ..mutations import mutated_frame
 
 COUNT = 100_000
 ROLE = "worker"
-KINDS = "edit", "edit", "replay", "brushed", "boolean", "consolidate", "measure"
+KINDS = "edit", "edit", "replay", "absorb_stroke", "boolean", "consolidate", "measure"
 PATIENCE = 60.0  # seconds, after which a client hangs
 
 
@@ -121,7 +121,7 @@ def _frame(asked: str, job: int, random: Random) -> bytes:
     fields, arrays = {
         "edit": ({**layer, "seconds": 1.0}, {"layer": some, **mesh}),
         "replay": ({"revision": "new", "layers": layers}, {"layer.1": some, **mesh}),
-        "brushed": ({**layer, "report": report, "stretched": False}, snapped),
+        "absorb_stroke": ({**layer, "report": report, "stretched": False}, snapped),
         "boolean": ({**layer, "report": report}, {"layer": some, **mesh}),
         "consolidate": (
             {"revision": "new", "id": "id", "report": report},

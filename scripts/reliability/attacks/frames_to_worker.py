@@ -31,7 +31,7 @@ PATIENCE = 120.0  # seconds, after which a worker hangs
 MOST_MEMORY = 8 << 30  # bytes of addresses that a worker may have
 SENT = 10  # of so many frames that the protocol refuses one is sent
 WEIGHTS = {
-    **{"measure": 1, "edit": 5, "smooth": 2, "brushed": 5, "replay": 20},
+    **{"measure": 1, "edit": 5, "smooth": 2, "absorb_stroke": 5, "replay": 20},
     **{"boolean": 0.2, "boolean mesh": 0.2},
 }
 """How often what takes seconds or a part of one is asked for; what takes milliseconds: 100."""
@@ -134,6 +134,7 @@ def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
 
     A sound request follows the mutated one, which a worker that goes on must answer.
     """
+    from neural_sculpt_addon.common.text import from_json
     from neural_sculpt_addon.worker.protocol import MessageKind
 
     probe = 10**9 + number
@@ -150,7 +151,8 @@ def _outcome(worker: Any, frame: bytes, number: int) -> tuple[str, str]:
     final = finals[0]
     if final.kind is not MessageKind.ERROR:
         return "results", ""
-    return "defects" if final.fields["detail"] else "errors", final.fields["message"]
+    said = from_json(final.fields["message"])
+    return "defects" if final.fields["detail"] else "errors", said
 
 
 def _finals(worker: Any, probe: int) -> list[Any] | None:
@@ -231,9 +233,9 @@ def _requests(folder: Path) -> Callable[[int, Random], bytes]:
         "measure": ({"revision": "s", "result_revision": "s"}, {}),
         "mesh": (of, held),
         "fit": ({"resolution": 16, **fit}, box),
-        "absorb": (made, {**held, **box}),
+        "absorb_proxy": (made, {**held, **box}),
         "smooth": ({"stroke": smooth, "solver": "local", **made}, held),
-        "brushed": ({**made, "remesh": False, "keep": False}, {**held, **brushed}),
+        "absorb_stroke": ({**made, "remesh": False, "keep": False}, {**held, **brushed}),
         "boolean": ({**unite, **other}, held),
         "boolean mesh": (unite, {**held, **tetrahedron}),
         "load": ({"path": "in.safetensors", "resolution": 16}, {}),

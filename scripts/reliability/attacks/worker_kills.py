@@ -79,13 +79,13 @@ def _new_field(harness: Any, session: Any) -> None:
     """A sphere in an empty scene; from then on operators return at once, as in a window."""
     import bpy
 
-    session.waits = True
+    harness.call_as("Script")
     operators: Any = bpy.ops
     operators.wm.read_homefile(use_empty=True, use_factory_startup=True)
     addon: Any = bpy.context.preferences.addons[harness.EXTENSION]
     addon.preferences.resolution = harness.RESOLUTION
     harness.add("SPHERE")
-    session.waits = False
+    harness.call_as("Artist")
 
 
 def _field(harness: Any) -> Any:

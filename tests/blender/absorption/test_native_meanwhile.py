@@ -11,7 +11,7 @@ import numpy as np
 from harness import field, module, push_undo, redo, state, stroke, undo, vertices
 from test_preview import SquareCase
 
-preview = module("blender.scene.mesh.preview")
+preview = module("blender.scene.mesh.preview").preview
 
 
 class Meanwhile(SquareCase):

@@ -116,7 +116,7 @@ class Export(SculptCase):
 
     def test_every_format_has_a_suffix_of_its_own(self) -> None:
         properties = bpy.ops.neural_sculpt.export.get_rna_type().properties
-        kinds = module("blender.operators.fields.export").KINDS
+        kinds = module("blender.operators.fields.export").JOB_KINDS
         names = {f".{item.identifier.lower()}" for item in properties["format"].enum_items}
         self.assertEqual(names, set(kinds))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import bpy
 import numpy as np
-from harness import SteeredCase, add, field, long, push_undo, redo, state, stroke, undo
+from harness import SteeredCase, add, call_as, field, long, push_undo, redo, state, stroke, undo
 from undo_orders import Order, Steps
 from undo_sequences import Hands, Sequence
 
@@ -101,9 +101,9 @@ class Orders(SteeredCase):
             with self.subTest(seed=seed):
                 bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
                 push_undo("Start")
-                self.session.waits = True
+                call_as("Script")
                 add("SPHERE")
-                self.session.waits = False
+                call_as("Artist")
                 for seconds in Order(f"test {seed}", self).play():
                     time.sleep(seconds)
 

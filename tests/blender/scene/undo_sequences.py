@@ -34,7 +34,7 @@ preview_attributes = harness.module("blender.scene.mesh.preview_attributes")
 native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
 undo_step = harness.module("blender.scene.undo_step")
-objects = harness.module("blender.scene.objects")
+properties = harness.module("blender.scene.properties")
 ops = bpy.ops.neural_sculpt
 
 OPERATIONS = 20
@@ -53,7 +53,7 @@ WEIGHTS = {
 }
 FIRST = "draw", "draw", "draw", "deliver"
 """What each sequence begins with, so that there is a history."""
-TAKE_IN = ("mesh", "absorb", "brushed")
+TAKE_IN = ("mesh", "absorb_proxy", "absorb_stroke")
 """Jobs that may take away what Blender's own tools made."""
 BY_THEMSELVES = ("mesh", "apply_to_base", "consolidate")
 """Jobs whose results no sequence keeps back."""
@@ -142,11 +142,11 @@ class Sequence:
         bpy.context.preferences.edit.undo_steps = 256
         yield 0.0
         harness.push_undo("Start")
-        self.session.waits = True
+        harness.call_as("Script")
         for kind in ("SPHERE", "TORUS"):
             with self.hands.context():
                 ops.add(kind=kind)
-        self.session.waits = False
+        harness.call_as("Artist")
         harness.push_undo("Fields")
         self.first = steps()[0]
         self.last, self.steps = (scene(), self.first), sculpt_steps.steps()[0]
@@ -572,7 +572,7 @@ def check_native(before: Scene, names: list[str]) -> None:
 def check_strokes(ended: list) -> None:
     """Strokes whose jobs have ended are listed, but those that became part of a base."""
     for job in ended:
-        ob = objects.find(job.target)
+        ob = properties.find(job.target)
         if job.strokes and job.status != "cancelled" and ob is not None:
             listed = [item.name for item in ob.neural_sculpt.strokes]
             flattened = any(other.kind == "apply_to_base" for other in ended)

@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, long, module, state, stroke
+from harness import SteeredCase, call_as, field, long, module, state, stroke
 
 SILENT = 3.0
 
@@ -71,14 +71,14 @@ class HangingWorker(SteeredCase):
         self.assertEqual(self.listed(), [("Two", False)])
 
     def test_in_the_background_it_is_replaced_once(self) -> None:
-        self.session.waits = True
+        call_as("Script")
         self.say("go")
         self.spoil.write_text("hang once")
         stroke(np.eye(3), name="One")
         self.assertEqual(self.listed(), [("One", False)])
 
     def test_in_the_background_the_second_time_is_an_error_and_the_stroke_is_kept(self) -> None:
-        self.session.waits = True
+        call_as("Script")
         self.say("go")
         self.spoil.write_text("hang")
         with self.assertRaisesRegex(RuntimeError, "gave no sign of life.* is in the history"):

@@ -189,7 +189,7 @@ def replay(job, progress):
     return spoiled(Payload(fields, {**arrays, **proxy(field, job.fields["resolution"])}))
 
 
-def absorb(job, progress):
+def absorb_proxy(job, progress):
     """A layer that leads to the vertices."""
     field = summed(job)
     wait("go", progress)
@@ -200,7 +200,7 @@ def absorb(job, progress):
     return Payload(fields, {"layer": data, **proxy(field + layer, job.fields["resolution"])})
 
 
-def brushed(job, progress):
+def absorb_stroke(job, progress):
     """The same of a brush, which was told all vertices of this mesh."""
     field = summed(job)
     wait("go", progress)
@@ -265,9 +265,10 @@ def prepare(job, progress):
 
 if __name__ == "__main__":
     handlers = {
-        **{JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.REPLAY: replay, JobKind.ABSORB: absorb},
+        **{JobKind.FIT: fit, JobKind.EDIT: edit, JobKind.REPLAY: replay},
+        **{JobKind.ABSORB_PROXY: absorb_proxy, JobKind.ABSORB_STROKE: absorb_stroke},
         **{JobKind.MEASURE: measure, JobKind.MESH: mesh, JobKind.APPLY_TO_BASE: apply_to_base},
-        **{JobKind.SAVE: save, JobKind.PREPARE: prepare, JobKind.BRUSHED: brushed},
+        **{JobKind.SAVE: save, JobKind.PREPARE: prepare},
         **{JobKind.BOOLEAN: boolean, JobKind.CONSOLIDATE: consolidate},
     }
     take_over().serve(handlers, {"torch": None, "device": "cpu", "python": sys.version})

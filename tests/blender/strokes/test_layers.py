@@ -9,11 +9,24 @@ import json
 import os
 import random
 from pathlib import Path
+from unittest.mock import patch
 
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SteeredCase, add, collection, field, push_undo, redo, state, undo, vertices
+from harness import (
+    SteeredCase,
+    add,
+    call_as,
+    collection,
+    field,
+    module,
+    push_undo,
+    redo,
+    state,
+    undo,
+    vertices,
+)
 
 SEQUENCES = int(os.environ.get("NEURAL_SCULPT_SEQUENCES", "4"))
 STEPS = 25
@@ -37,7 +50,7 @@ class Layers(SteeredCase):
     def setUp(self) -> None:
         super().setUp()
         self.say("go")
-        self.session.waits = True
+        call_as("Script")
 
     def finish(self) -> None:
         """Edits end by themselves."""
@@ -95,15 +108,14 @@ class Layers(SteeredCase):
 
     def test_the_slider_acts_when_it_rests(self) -> None:
         uid = self.stroke()
-        self.session.waits = False
         before = state(self.ob)
-        for strength in (0.8, 0.6, 0.5):
-            bpy.context.window_manager.neural_sculpt_strength = strength
-            self.assertEqual(state(self.ob), before)
-            shown = bpy.context.window_manager.neural_sculpt_strength
-            self.assertAlmostEqual(shown, strength, places=6)
+        with patch.object(module("blender.panels.strength"), "timers_run", lambda: True):
+            for strength in (0.8, 0.6, 0.5):
+                bpy.context.window_manager.neural_sculpt_strength = strength
+                self.assertEqual(state(self.ob), before)
+                shown = bpy.context.window_manager.neural_sculpt_strength
+                self.assertAlmostEqual(shown, strength, places=6)
         self.assertFalse(self.session.jobs)
-        self.session.waits = True
         bpy.context.window_manager.neural_sculpt_strength = 0.5
         self.assertEqual(self.ob.neural_sculpt.strokes[0].strength, 0.5)
         self.assertEqual(self.ob.neural_sculpt.strokes[0].uid, uid)

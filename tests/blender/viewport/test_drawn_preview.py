@@ -10,7 +10,7 @@ from geometry import to_path
 from harness import field, module, push_undo, state, undo, vertices
 from test_preview import LINE, SquareCase
 
-preview = module("blender.scene.mesh.preview")
+preview = module("blender.scene.mesh.preview").preview
 preview_attributes = module("blender.scene.mesh.preview_attributes")
 seen_surface = module("blender.scene.mesh.seen_surface")
 Brush = module("stroke.brush").Brush

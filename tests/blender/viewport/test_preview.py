@@ -83,7 +83,7 @@ class Preview(SquareCase):
         """It is displaced on the first one's result before that is shown, in a poll of its own."""
         self.draw()
         self.draw("Two")
-        preview, heard = module("blender.scene.mesh.preview"), []
+        preview, heard = module("blender.scene.mesh.preview").preview, []
 
         def foresee(*given) -> bool:
             heard.append(original(*given))

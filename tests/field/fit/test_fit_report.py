@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from neural_sculpt_addon.field.evaluate import values
-from neural_sculpt_addon.field.fit.fit import TOLERANCES, Preset, fit_mesh
+from neural_sculpt_addon.field.fit.fit import TOLERANCES, Quality, fit_mesh
 from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
@@ -33,7 +33,7 @@ def three():
     return fit_mesh(*merged(BALL, *PILLS), preset="draft")
 
 
-def judged(field, vertices, faces, preset=Preset.DRAFT):
+def judged(field, vertices, faces, preset=Quality.DRAFT):
     mesh = clean(vertices, faces)
     distance = MeshDistance(mesh, np.random.default_rng(0))
     presets = Presets(TOLERANCES, preset)

@@ -149,7 +149,7 @@ class LiveSurface(WindowCase):
         yield from self.pen_down(path)
         hand.release(hand.to_window(path)[-1])
         yield 3 * hand.DRAWN
-        yield from hand.until(preview.catch_up, SECONDS, "the surface")
+        yield from hand.until(preview.preview.catch_up, SECONDS, "the surface")
         self.assertTrue(self.session.jobs)
         self.assertGreater(len(budgets), 8)
         most_looked_at = preview.MOST_LOOKED_AT

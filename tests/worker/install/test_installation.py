@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from neural_sculpt_addon.common.text import from_json
 from neural_sculpt_addon.worker.install.environment import (
     REQUIREMENTS,
     environment_python,
@@ -72,7 +73,9 @@ def test_a_whole_environment_is_kept(folder):
 def test_a_python_without_packages_can_run_it_and_says_what_failed(folder, tmp_path):
     venv.create(tmp_path / "bare", with_pip=False, symlinks=os.name != "nt")
     *before, last = install(folder, environment_python(tmp_path / "bare"))
-    assert [news["message"].split()[0] for news in before] == ["Starting", "Trying", "Looking"]
+    told = [from_json(news["message"]) for news in before]
+    assert [text.split()[0] for text in told] == ["Starting", "Trying", "Looking"]
+    assert told[1].template == "Trying Python {} ({})"
     assert last == {
         "error": "The package index could not be reached. Check the network and the proxy, and try"
         " again."

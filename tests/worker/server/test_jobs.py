@@ -170,7 +170,7 @@ def test_absorbed_sculpting_is_one_more_layer():
     way = np.linalg.norm(vertices - [0, 0, -0.6], axis=1)
     vertices *= 1 + 0.1 * np.clip(1 - (way / 0.2)[:, None] ** 2, 0, None) ** 2
     sculpted = {"vertices": vertices, "triangles": shown["triangles"]}
-    result = run(jobs, JobKind.ABSORB, ob.fields(result_revision="2"), ob.bytes | sculpted)
+    result = run(jobs, JobKind.ABSORB_PROXY, ob.fields(result_revision="2"), ob.bytes | sculpted)
     ob.add(None, result)
     assert result.fields["report"]
     value, gradient = values_and_gradients(field_of(ob), vertices)
@@ -193,13 +193,15 @@ def test_a_brush_stroke_is_one_more_layer_and_moves_the_vertices_it_names():
         "triangles": corners.reshape(-1, 3).astype(np.int32),
     }
     asked = ob.fields(result_revision="2", remesh=False, keep=False)
-    result = run(jobs, JobKind.BRUSHED, asked, ob.bytes | part)
+    result = run(jobs, JobKind.ABSORB_STROKE, asked, ob.bytes | part)
     assert "vertices" not in result.arrays and not result.fields["stretched"]
-    answers.check(JobKind.BRUSHED, Message(MessageKind.RESULT, 1, result.fields, result.arrays))
+    answers.check(
+        JobKind.ABSORB_STROKE, Message(MessageKind.RESULT, 1, result.fields, result.arrays)
+    )
     assert np.linalg.norm(result.arrays["snapped"] - part["after"], axis=1).mean() < 1e-4
     stretched = asked | {"result_revision": "3", "remesh": True}
-    again = run(jobs, JobKind.BRUSHED, stretched, ob.bytes | part)
-    kept = run(jobs, JobKind.BRUSHED, stretched | {"keep": True}, ob.bytes | part)
+    again = run(jobs, JobKind.ABSORB_STROKE, stretched, ob.bytes | part)
+    kept = run(jobs, JobKind.ABSORB_STROKE, stretched | {"keep": True}, ob.bytes | part)
     assert again.fields["stretched"] and kept.fields["stretched"] and "vertices" not in kept.arrays
     assert again.fields["layer"] == result.fields["layer"]
     ob.add(None, result)
@@ -208,7 +210,7 @@ def test_a_brush_stroke_is_one_more_layer_and_moves_the_vertices_it_names():
         assert distance_from(field_of(ob), each.arrays["snapped"]) < 1e-4
     broken = part | {"triangles": part["triangles"] + len(used)}
     with pytest.raises(SculptError, match="does not have"):
-        run(jobs, JobKind.BRUSHED, asked, ob.bytes | broken)
+        run(jobs, JobKind.ABSORB_STROKE, asked, ob.bytes | broken)
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import NETWORK, field_of
 from ...session import states
 from ...session.absorption import live
-from ...session.absorption.absorb_job import LABEL, absorb_job
+from ...session.absorption.whole_proxy import LABEL, absorb_job
 from ..job_operator import (
     FINISHED,
     REGISTER,
@@ -67,7 +67,7 @@ class NEURAL_SCULPT_OT_absorb(Operator):
         )
 
     def execute(self, context: Context) -> Outcome:
-        """Fit in the worker, unless the strokes of brushes are on their way by themselves."""
+        """Have the worker absorb the proxy, unless live absorption is about to do so."""
         ob = active_field(context)
         if live.let_come(ob):
             return FINISHED

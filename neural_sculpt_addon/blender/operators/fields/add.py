@@ -8,6 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event, Operator
 from mathutils import Matrix
 
+from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ... import preferences
 from ...locale.translations import OURS
@@ -60,7 +61,9 @@ class NEURAL_SCULPT_OT_add(Operator):
         if self.kind == FILE:
             path = Path(bpy.path.abspath(self.filepath))
             if not path.is_file():
-                return fail(self, f"There is no file {path}. Choose a .safetensors or .pth file.")
+                return fail(
+                    self, Text("There is no file {}. Choose a .safetensors or .pth file.", path)
+                )
             new = NewField(path.stem, path.name, matrix, shown)
             fields = {"path": str(path), **shown.asked()}
             kind = JobKind.LOAD
@@ -72,5 +75,5 @@ class NEURAL_SCULPT_OT_add(Operator):
         def add(result: Message) -> None:
             create_field(new, result, result.fields.get("report", {}))
 
-        job = Job(kind, f"Add {new.name}", lambda: Request(fields), add)
+        job = Job(kind, Text("Add {}", new.name), lambda: Request(fields), add)
         return launch_when_installed(self, context, job)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the field as it is the one that later replays start from.
+"""Make the field as it is its own base, from which later replays start.
 
-That cannot be done in parts: the strokes are no entries any more. So the artist is asked first, and
-a script is not.
+The strokes then are no entries of the history any more, so the artist is asked first; a script is
+not.
 """
 
 from bpy.app.translations import pgettext_iface as iface_
@@ -11,8 +11,7 @@ from bpy.types import Context, Event, Operator
 
 from ....worker.client import JobKind, Message
 from ...scene.commit import set_base
-from ...scene.objects import found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, found
 from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session

@@ -20,8 +20,7 @@ from ....worker.client import JobKind, Message
 from ...locale.translations import OURS
 from ...scene.commit import add_entry, new_revision
 from ...scene.mesh import native_edits
-from ...scene.objects import find, found
-from ...scene.properties import NETWORK, field_of, is_field, shown_as, world_scale
+from ...scene.properties import NETWORK, field_of, find, found, is_field, shown_as, world_scale
 from ...scene.stroke_list import Entry
 from ...session import states
 from ...session.job import Job, Request
@@ -80,7 +79,8 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def check(self, context: Context) -> bool:
-        """Show what the settings of the dialog come to; whether it is to be drawn again."""
+        """Preview the Boolean with the settings of the dialog; whether the dialog is to be drawn
+        again."""
         if self.poll(context):
             ob, other = active_field(context), _other(context)
             assert other is not None

@@ -3,9 +3,9 @@
 
     other settings -> a job behind all others -> a coarse mesh -> over the scene
 
-When settings change in quick succession, only the last ones are computed. Until they are, the mesh
-of the settings before stays in sight. A mesh goes when the field is no longer the one that it was
-made for, whatever becomes of the dialog. The status bar says why settings come to nothing.
+When settings change in quick succession, only the last ones are computed; until then the mesh of
+the previous settings stays in sight. A mesh is removed when the field has changed since it was
+made, whatever becomes of the dialog. If a Boolean is impossible, the status bar says why.
 """
 
 from collections.abc import Callable
@@ -18,8 +18,7 @@ from ....worker.client import JobKind, Message
 from ... import redraw
 from ...locale.translations import translated
 from ...panels import status_bar
-from ...scene.objects import find, found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, find, found
 from ...session import reports
 from ...session.job import Job, Request
 from ...session.worker_session import session
@@ -40,14 +39,15 @@ class _State:
 
 
 def show(ob: Object, asked: Asked, request: Callable[[], Request]) -> None:
-    """Show what `request` comes to, unless it is what was asked for last."""
+    """Preview the Boolean of `request`, unless it equals the last one that was asked for."""
     target, revision = ob.session_uid, field_of(ob).revision
     asked = (*asked, target, revision)
     if _State.now is not None and _State.now.asked == asked:
         return
 
     def holds() -> bool:
-        """Whether this mesh is still the one to show: no other has come, or is to come."""
+        """Whether this mesh is still the one to show: no other one has been computed or asked
+        for."""
         ob, now = find(target), _State.now
         if ob is None or now is None or (field_of(ob).revision, ob.mode) != (revision, "OBJECT"):
             return False
@@ -62,7 +62,7 @@ def show(ob: Object, asked: Asked, request: Callable[[], Request]) -> None:
     try:
         session.submit_behind(job, start=True)
     except SculptError as error:
-        _tell(str(error))
+        _tell(error.text)
 
 
 def _tell(why: str) -> None:

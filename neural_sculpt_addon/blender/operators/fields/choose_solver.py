@@ -20,7 +20,7 @@ class NEURAL_SCULPT_OT_choose_solver(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A field without a history, which the other solver would have made otherwise."""
+        """A field without strokes: with them, the other solver would give another field."""
         if not field_poll(cls, context):
             return False
         if len(field_of(active_field(context)).strokes):

@@ -7,8 +7,7 @@ from bpy.types import Context, Event, Operator
 from ....worker.client import JobKind, Message
 from ...scene.commit import new_revision, set_base
 from ...scene.mesh import native_edits
-from ...scene.objects import found
-from ...scene.properties import field_of, shown_as
+from ...scene.properties import field_of, found, shown_as
 from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session

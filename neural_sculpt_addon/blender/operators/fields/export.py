@@ -13,11 +13,11 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.mesh import proxy_mesh
-from ...scene.objects import find
-from ...scene.properties import field_of, world_scale
+from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
 from ...scene.results import PROXY
 from ...scene.undo_step import in_window
@@ -36,8 +36,8 @@ FORMATS = (
     ("GLTF", "glTF Separate (.gltf)", "A mesh with materials in several files"),
     ("VDB", "OpenVDB Level Set (.vdb)", "Signed distances on a grid"),
 )
-KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
-KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
+JOB_KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
+JOB_KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
 """What the worker makes for a file of each suffix."""
 WITH_TEXT = {".ply", ".stl"}  # whose default is binary
 DEFAULT_RESOLUTION = 256
@@ -75,7 +75,7 @@ class NEURAL_SCULPT_OT_export(Operator):
     )
     text: BoolProperty(name="ASCII", description="Write text, which is larger and slower")
     filter_glob: StringProperty(
-        default=";".join(f"*{suffix}" for suffix in KINDS), options={"HIDDEN"}
+        default=";".join(f"*{suffix}" for suffix in JOB_KINDS), options={"HIDDEN"}
     )
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
@@ -95,11 +95,11 @@ class NEURAL_SCULPT_OT_export(Operator):
         return {"RUNNING_MODAL"}
 
     def check(self, context: Context) -> bool:
-        """Give the file the suffix of the format; whether it had another one."""
+        """Give the file name the suffix of the format; whether that changed it."""
         path, suffix = Path(self.filepath), f".{self.format.lower()}"
         if path.suffix.lower() == suffix:
             return False
-        stem = path.stem if path.suffix.lower() in KINDS else path.name
+        stem = path.stem if path.suffix.lower() in JOB_KINDS else path.name
         self.filepath = str(path.with_name(stem + suffix))
         return True
 
@@ -108,10 +108,10 @@ class NEURAL_SCULPT_OT_export(Operator):
         layout = self.layout
         layout.prop(self, "format", text="")
         suffix = f".{self.format.lower()}"
-        if KINDS[suffix] is JobKind.SAVE:
+        if JOB_KINDS[suffix] is JobKind.SAVE:
             return
         layout.prop(self, "resolution")
-        if KINDS[suffix] is JobKind.MESH:
+        if JOB_KINDS[suffix] is JobKind.MESH:
             estimate.draw_refinement(layout, self)  # pyright: ignore[reportArgumentType]
             most = self.most_triangles if self.refine else 0
             estimate.draw(layout, active_field(context), self.resolution, most)  # pyright: ignore[reportArgumentType]
@@ -123,12 +123,12 @@ class NEURAL_SCULPT_OT_export(Operator):
     def execute(self, context: Context) -> Outcome:
         """Have the worker make what the suffix says, and write it."""
         path = Path(bpy.path.abspath(self.filepath))
-        kind = KINDS.get(path.suffix.lower())
+        kind = JOB_KINDS.get(path.suffix.lower())
         if kind is None:
-            known = ", ".join(KINDS)
-            raise SculptError(f"A field cannot be exported as {path.name}. Use one of {known}.")
+            known = ", ".join(JOB_KINDS)
+            raise SculptError("A field cannot be exported as {}. Use one of {}.", path.name, known)
         if not path.parent.is_dir():
-            raise SculptError(f"There is no folder {path.parent}. Choose another place.")
+            raise SculptError("There is no folder {}. Choose another place.", path.parent)
         if kind is JobKind.SAMPLE:
             level_set.check()
         target = active_field(context).session_uid
@@ -138,7 +138,7 @@ class NEURAL_SCULPT_OT_export(Operator):
 
         def exported() -> Object:
             if (ob := find(target)) is None:
-                raise SculptError(f"{path.name} was not written: the object is gone.")
+                raise SculptError("{} was not written: the object is gone.", path.name)
             return ob
 
         def request() -> Request:  # when the strokes drawn so far are done
@@ -153,7 +153,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             else:
                 _write_mesh(path, ob, result, modifiers, text)
 
-        return launch(self, Job(kind, f"Export {path.name}", request, write))
+        return launch(self, Job(kind, Text("Export {}", path.name), request, write))
 
 
 def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:
@@ -179,13 +179,14 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
         except RuntimeError as error:  # an operator's error report
             cause = str(error).strip().removeprefix("Error: ")
             raise SculptError(
-                f"{path.name} was not written ({cause}). Choose another folder or file name."
+                "{} was not written ({}). Choose another folder or file name.", path.name, cause
             ) from error
 
 
 @contextmanager
 def _stand_in(ob: Object, result: Message) -> Iterator[None]:
-    """A copy of the object with another mesh, alone selected: exporters take what is selected."""
+    """A copy of the object with another mesh. It alone is selected, for exporters take what is
+    selected."""
     selected = [*(bpy.context.selected_objects or ())]
     for other in selected:
         other.select_set(False)

@@ -13,15 +13,16 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ... import notice, preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
 from ...scene.mesh.dress import Dress
-from ...scene.objects import find
-from ...scene.properties import LOCAL, solver_property
+from ...scene.properties import LOCAL, find, solver_property
 from ...scene.succession import has_maps, left_behind
+from ...session import reports
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
@@ -32,7 +33,7 @@ PROPOSED = 0.02
 """Thickness of open parts, as a share of the longest side."""
 
 EVEN = 1e-4
-"""By how much the scale along one axis may be larger than along another, and is the same."""
+"""Relative difference of the scales along two axes up to which they count as equal."""
 
 
 class NEURAL_SCULPT_OT_from_mesh(Operator):
@@ -93,7 +94,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for quality, size and open parts, with a thickness that would do."""
+        """Ask for quality, size and what open parts become, and propose a thickness for these."""
         if not self.properties.is_property_set("thickness") and context.active_object:
             self.thickness = PROPOSED * max(context.active_object.dimensions[:])
         return context.window_manager.invoke_props_dialog(self)
@@ -151,19 +152,26 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             ob = create_field(new, result, report, replaced, dress.worn(result))
             if replaced is not None and replaced.parent is not None and ob.parent is None:
                 notice.tell(
-                    f"The field of {name} has no parent: the uneven scale of"
-                    f" {replaced.parent.name} would distort it."
+                    Text(
+                        "The field of {} has no parent: the uneven scale of {} would distort it.",
+                        name,
+                        replaced.parent.name,
+                    )
                 )
             axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
             if axes:
                 notice.tell(
-                    f"The origin of {name} is far from its middle. Along {', '.join(axes)} the"
-                    " field's own, and with it the plane of symmetry, is the middle."
+                    Text(
+                        "The origin of {} is far from its middle. Along {} the field's own, and"
+                        " with it the plane of symmetry, is the middle.",
+                        name,
+                        ", ".join(axes),
+                    )
                 )
-            for note in report.get("notes", ()):
+            for note in reports.notes_of(report):
                 notice.tell(note)
 
-        job = Job(JobKind.FIT, f"Fit {name}", lambda: Request(fields, arrays), add)
+        job = Job(JobKind.FIT, Text("Fit {}", name), lambda: Request(fields, arrays), add)
         job.foresee = dress.foresee
         job.preview = lambda preview: fit_overlay.show(
             preview, place(preview), lambda: job in session.jobs
@@ -181,8 +189,8 @@ def read_source(
 
 
 def kept_scale(source: Object) -> float:
-    """The scale of an object in the world, where it is the same along all axes and mirrors nothing;
-    another one is applied to the shape, and 1 is left."""
+    """The scale of an object in the world if it is the same along all axes and positive. Any other
+    scale is applied to the shape, and this is 1."""
     scale = np.array(source.matrix_world.to_scale())
     even = scale.min() > 0 and scale.max() < (1 + EVEN) * scale.min()
     return float(scale.mean()) if even else 1.0
@@ -212,7 +220,7 @@ def read_in(
     finally:
         evaluated.to_mesh_clear()
     if not len(triangles):
-        raise SculptError(f"{source.name} has no faces. Choose a mesh with a closed surface.")
+        raise SculptError("{} has no faces. Choose a mesh with a closed surface.", source.name)
     linear, offset = np.array(shape.to_3x3()), np.array(shape.translation)  # (3, 3), (3,)
     if np.linalg.det(linear) < 0:
         triangles = triangles[:, ::-1]

@@ -54,4 +54,4 @@ def write(path: Path, band: NDArray[np.float32], matrix: Matrix, scale: float) -
     try:
         openvdb.write(str(path), grids=[grid])
     except (RuntimeError, OSError) as error:
-        raise SculptError(f"{path.name} was not written: {error}.") from error
+        raise SculptError("{} was not written: {}.", path.name, error) from error

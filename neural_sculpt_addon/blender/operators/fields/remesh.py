@@ -7,8 +7,7 @@ from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.commit import set_proxy
 from ...scene.mesh import native_edits
-from ...scene.objects import found
-from ...scene.properties import field_of
+from ...scene.properties import field_of, found
 from ...scene.proxy_properties import (
     ShownAs,
     most_triangles_property,

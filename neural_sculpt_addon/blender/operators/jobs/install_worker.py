@@ -12,9 +12,10 @@ from bpy.types import Context, Event, Operator
 
 from ....common.errors import SculptError
 from ....worker.install.installer import installer
-from ... import preferences, redraw
+from ... import redraw
 from ...folders import environment_folder, installation_log
 from ...notice import tell
+from ...session import worker_choice
 from ...session.job import Job
 from ...session.worker_session import session
 from ..job_operator import CANCELLED, FINISHED, INTERNAL, Outcome, fail, launch, refuse
@@ -88,8 +89,9 @@ class NEURAL_SCULPT_OT_cancel_installation(Operator):
 
 
 def launch_when_installed(operator: Operator, context: Context, job: Job) -> Outcome:
-    """Start a job that makes a new field. Without a worker ask for its installation first."""
-    if session.waits or not preferences.lacks_worker():
+    """Start a job that makes a new field. Without a worker ask for its installation first, by a
+    dialog: in the background there is none, and the job fails."""
+    if bpy.app.background or not worker_choice.lacks_worker():
         return launch(operator, job)
     if installer.running:
         _wait_with(context, [job])
@@ -129,4 +131,4 @@ def _go_on() -> None:
         try:
             session.run(job)
         except SculptError as error:
-            tell(str(error))
+            tell(error.text)

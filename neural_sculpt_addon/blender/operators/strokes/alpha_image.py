@@ -45,7 +45,7 @@ class NEURAL_SCULPT_OT_alpha_image(Operator):
         """Reduce it to what an alpha holds, and choose that."""
         if self.image:
             if (image := bpy.data.images.get(self.image)) is None:
-                raise SculptError(f"There is no image {self.image:.100}. Choose another one.")
+                raise SculptError("There is no image {}. Choose another one.", f"{self.image:.100}")
             grey = _grey(image)
         else:
             grey = _grey_of_file(bpy.path.abspath(self.filepath))
@@ -56,13 +56,13 @@ class NEURAL_SCULPT_OT_alpha_image(Operator):
 
 
 def _grey_of_file(path: str) -> NDArray[np.float32]:
-    """Grey values (H, W) of an image file, which leaves no data-block behind."""
+    """Grey values (H, W) of an image file. No data-block of it stays in the scene."""
     try:
         image = bpy.data.images.load(path, check_existing=False)
     except RuntimeError as error:
         reason = str(error).removeprefix("Error: ").strip()
         raise SculptError(
-            f"The image cannot be read ({reason:.200}). Choose another one."
+            "The image cannot be read ({}). Choose another one.", f"{reason:.200}"
         ) from error
     try:
         return _grey(image)
@@ -74,11 +74,13 @@ def _grey(image: Image) -> NDArray[np.float32]:
     """Grey values (H, W), the first row on top: luminance, where it is opaque."""
     width, height = image.size  # pyright: ignore[reportGeneralTypeIssues]
     if not width * height * image.channels:
-        raise SculptError(f"{image.name:.100} has no pixels. Choose another image.")
+        raise SculptError("{} has no pixels. Choose another image.", f"{image.name:.100}")
     if width * height > MOST_PIXELS:
         raise SculptError(
-            f"{image.name:.100} has {width} x {height} pixels, more than an alpha can use. Scale it"
-            " down to 4096 x 4096."
+            "{} has {} x {} pixels, more than an alpha can use. Scale it down to 4096 x 4096.",
+            f"{image.name:.100}",
+            width,
+            height,
         )
     flat = np.empty(width * height * image.channels, np.float32)
     image.pixels.foreach_get(flat)  # pyright: ignore[reportAttributeAccessIssue]

@@ -13,6 +13,7 @@ from bpy.props import BoolProperty
 from bpy.types import Context, Event, Object, Operator
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....interaction.drawing import Drawing, Habits, Nowhere, Phase
 from ....interaction.recorder import Mouse
 from ....stroke.stroke import Kind, Stroke
@@ -22,10 +23,10 @@ from ...scene import commit, stroke_list, undo_step
 from ...scene.brush import lengths
 from ...scene.brush.brush_properties import brush_of
 from ...scene.brush.current_brush import drawn_stroke, redrawn_stroke, strengths
-from ...scene.mesh import preview, proxy_mesh
+from ...scene.mesh import proxy_mesh
+from ...scene.mesh.preview import preview
 from ...scene.mesh.protect import protected
-from ...scene.objects import find
-from ...scene.properties import is_field
+from ...scene.properties import find, is_field
 from ...session.absorption import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
@@ -78,14 +79,14 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A field in a 3D viewport. Why it cannot be sculpted now is told at the press, which would
-        otherwise go to Blender's brush."""
+        """A field in a 3D viewport. If it cannot be sculpted now, the press of the mouse tells why:
+        a refusal here would pass that press on to Blender's brush."""
         if context.area is None or context.area.type != "VIEW_3D":
             return refuse(cls, "Strokes are drawn in a 3D viewport")
         return field_poll(cls, context)
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Begin where the tool was pressed; from a button, wait for the press."""
+        """Begin at the press of the mouse; called by a button, wait for that press."""
         self._target = active_field(context).session_uid
         self._turned = False  # to another field than the active one
         self._drawing: Drawing | None = None
@@ -153,7 +154,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return RUNNING
 
     def _begin(self, context: Context, event: Event, ob: Object) -> "Outcome | None":
-        """Start at the point under the mouse; the outcome when there is none, None when there is.
+        """Begin at the point of the surface under the mouse; None when it has begun, else the
+        outcome.
 
         A press beside the surface is left to Blender, but in Sculpt Mode, where its brush would
         take it. SculptError when a stroke would lose what other brushes did to the proxy.
@@ -234,9 +236,11 @@ class NEURAL_SCULPT_OT_draw(Operator):
             preview.settle()
             if stroke.left_out:
                 count = len(stroke.images) + stroke.left_out
-                told = (
-                    f"{stroke.left_out} of {count} copies, turned about an axis, would leave the"
-                    " box [-1, 1]^3 of the field and were left out."
+                told = Text(
+                    "{} of {} copies, turned about an axis, would leave the box [-1, 1]^3 of the"
+                    " field and were left out.",
+                    stroke.left_out,
+                    count,
                 )
                 self.report({"WARNING"}, translated(told))
             return outcome
@@ -247,7 +251,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
         return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _only_selects(self, drawing: Drawing) -> bool:
-        """Whether it is a click on another field so far, which selects that one."""
+        """Whether the mouse was only clicked, on another field, so far: a click selects that
+        field."""
         return self._turned and not drawing.habits.clicks and len(drawing.so_far.points) == 1
 
     def _stroke(self, drawing: Drawing, context: Context, ob: Object) -> Stroke:
@@ -286,7 +291,7 @@ def _turn_to(context: Context, mouse: Mouse, ob: Object) -> Object:
 
 
 def _is_press_of_tool(context: Context, event: Event) -> bool:
-    """Whether it all began in the view; otherwise a button or the search did."""
+    """Whether the operator was called by a press in the view, and not by a button or the search."""
     in_view = context.region is not None and context.region.type == "WINDOW"
     of_tool = event.type.endswith("MOUSE") or event.type == POINTS_KEY
     return in_view and event.value == "PRESS" and of_tool

@@ -180,7 +180,7 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
-        """Replay the strokes with what was given; the rest of the stroke stays as it is."""
+        """Replay the strokes with the given settings; all else of the stroke stays as it is."""
         changed_stroke.hide()
         uid = chosen_uid(self, context)
         stroke = self._changed(self._stroke(context), context)
@@ -224,7 +224,8 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         self.alpha_spacing = NATURAL_SPACING if alpha is None else alpha.spacing
 
     def _changed_alpha(self, alpha: Alpha | None, context: Context) -> Alpha | None:
-        """The alpha with the given settings; one that was chosen anew lies as the old one did."""
+        """The alpha with the given settings. An alpha that was chosen anew takes angle and spacing
+        of the old one."""
         given = self.properties.is_property_set
         if self.alpha != KEEP and (alpha is None or self.alpha != alpha.name.upper()):
             old = alpha

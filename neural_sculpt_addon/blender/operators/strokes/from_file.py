@@ -20,7 +20,7 @@ from ..job_operator import (
 )
 
 MOST_BYTES = 64 * 2**20
-"""Of a stroke file that is read: a thousand strokes with all the points that one can have."""
+"""Bytes of a stroke file at most: a thousand strokes with as many points as one can have."""
 
 
 class NEURAL_SCULPT_OT_strokes_from_file(Operator):
@@ -66,7 +66,9 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
-            raise SculptError(f"{path.name} is larger than any stroke file. Choose another one.")
+            raise SculptError("{} is larger than any stroke file. Choose another one.", path.name)
         return content.decode("utf-8")
     except (OSError, ValueError) as error:
-        raise SculptError(f"{path.name} cannot be read ({error}). Choose another file.") from error
+        raise SculptError(
+            "{} cannot be read ({}). Choose another file.", path.name, error
+        ) from error

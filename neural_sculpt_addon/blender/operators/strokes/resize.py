@@ -116,7 +116,7 @@ class NEURAL_SCULPT_OT_resize(Operator):
 
 
 def _nearest(view: View, mouse: Mouse) -> tuple[Point, Point]:
-    """Point and normal of the surface nearest to a mouse beside it."""
+    """Point and normal of the surface where it is nearest to the mouse, which is beside it."""
     matrix = view.ob.matrix_world
     at = mouse[0] - view.region.x, mouse[1] - view.region.y
     depth = matrix.translation

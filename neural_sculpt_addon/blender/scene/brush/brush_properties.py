@@ -123,7 +123,8 @@ def kind_property() -> Any:
 
 
 def strength_of_kind_property(least: float = 0.0) -> Any:
-    """The share of its way that a stroke goes that smooths, flattens or pinches."""
+    """Strength of a stroke that smooths, flattens or pinches: the share of the way to its goal that
+    each vertex is moved."""
     return FloatProperty(
         name="Strength",
         description="How far smoothing, flattening and pinching go",
@@ -255,5 +256,6 @@ class NEURAL_SCULPT_PG_point(PropertyGroup):
 
 
 def brush_of(context: Context) -> NEURAL_SCULPT_PG_brush:
-    """The brush of the next stroke; until `kept_brush` has made it, what is in the scene."""
+    """The brush of the next stroke: that of its data-block, or of the scene until `kept_brush` has
+    made the data-block."""
     return getattr(curve_store.data_block(BRUSH) or context.scene, GROUP)

@@ -24,7 +24,7 @@ from ...presets.shape_choices import CURVE
 from .brush_properties import brush_of
 
 NARROWEST_FACTOR = 0.05
-"""The least radius factor, for a tube needs some width."""
+"""The least radius factor: a tube of no width has no surface."""
 
 
 def current_kind(context: Context) -> Kind:
@@ -84,15 +84,16 @@ def pressure_factors(context: Context, length: str, pressures: Sequence[float]) 
 
 
 def seen(brush: Brush, kind: Kind) -> Brush:
-    """The brush as it is drawn over the surface: what is no displacement is flat."""
+    """The brush as it is drawn over the surface. Kinds other than Draw have no displacement, so
+    their profile is flat."""
     return brush if kind is Kind.DRAW else replace(brush, intensity=0.0)
 
 
 def brush_stroke(
     context: Context, ob: Object, points: ArrayLike, kind: Kind | None = None
 ) -> Stroke:
-    """A stroke through points (K, 3) in model space, as the panel says, or of another kind;
-    SculptError when none."""
+    """A stroke through points (K, 3) in model space, with the settings of the panel, or of another
+    kind. SculptError when there can be none."""
     settings, kind = brush_of(context), kind or current_kind(context)
     alpha = current_alpha(context) if kind is Kind.DRAW else None
     return Stroke(
@@ -122,7 +123,8 @@ def drawn_stroke(
 
 
 def strengths(stroke: Stroke) -> list[float]:
-    """The products (K,) of both factors at the control points of a stroke, as pressures."""
+    """The pen's pressures (K,) at the control points of a stroke, estimated by the product of its
+    two factors."""
     factors = (f for f in (stroke.radius_factors, stroke.intensity_factors) if f is not None)
     return np.prod([np.ones(len(stroke.points)), *factors], axis=0).tolist()
 

@@ -2,9 +2,9 @@
 """What an artist puts on a mesh beside its shape: attributes, UV maps, colors, the material of each
 face, vertex groups. A proxy is made anew after each stroke, and its mesh loses all of that.
 
-Left out is what belongs to the shape or its shading, and what hangs on edges, for a new proxy has
-other ones. So is what Blender keeps for itself under names that begin with a dot;
-`brush_attributes` has some of these.
+Left out are attributes of the shape and its shading, those of edges, for a new proxy has other
+edges, and those that Blender keeps for itself under names that begin with a dot; `brush_attributes`
+has some of these.
 """
 
 from collections.abc import Callable, Generator
@@ -23,9 +23,9 @@ Values = NDArray[np.generic]
 POINT, FACE, CORNER = "POINT", "FACE", "CORNER"
 
 
-class Kind(NamedTuple):
+class AttributeType(NamedTuple):
     """A type of attribute: the member that holds a value, how many numbers that has, their type,
-    and whether there is something between two values."""
+    and whether values can be interpolated."""
 
     member: str
     width: int
@@ -33,25 +33,25 @@ class Kind(NamedTuple):
     blends: bool = False
 
 
-KINDS = {
-    "FLOAT": Kind("value", 1, np.float32, True),
-    "FLOAT2": Kind("vector", 2, np.float32, True),
-    "FLOAT_VECTOR": Kind("vector", 3, np.float32, True),
-    "FLOAT_COLOR": Kind("color", 4, np.float32, True),
-    "BYTE_COLOR": Kind("color", 4, np.float32, True),  # linear, as those of floats
-    "QUATERNION": Kind("value", 4, np.float32),
-    "FLOAT4X4": Kind("value", 16, np.float32),
-    "INT": Kind("value", 1, np.int32),
-    "INT8": Kind("value", 1, np.int32),
-    "INT32_2D": Kind("value", 2, np.int32),
-    "BOOLEAN": Kind("value", 1, np.bool_),
+TYPES = {
+    "FLOAT": AttributeType("value", 1, np.float32, True),
+    "FLOAT2": AttributeType("vector", 2, np.float32, True),
+    "FLOAT_VECTOR": AttributeType("vector", 3, np.float32, True),
+    "FLOAT_COLOR": AttributeType("color", 4, np.float32, True),
+    "BYTE_COLOR": AttributeType("color", 4, np.float32, True),  # linear, as those of floats
+    "QUATERNION": AttributeType("value", 4, np.float32),
+    "FLOAT4X4": AttributeType("value", 16, np.float32),
+    "INT": AttributeType("value", 1, np.int32),
+    "INT8": AttributeType("value", 1, np.int32),
+    "INT32_2D": AttributeType("value", 2, np.int32),
+    "BOOLEAN": AttributeType("value", 1, np.bool_),
 }
 MATERIAL = "material_index"
 OF_SHAPE = {"position", "custom_normal", "sharp_face", "crease_vert", "bevel_weight_vert"}
 
 
 @dataclass(eq=False)
-class Layer:
+class AttributeLayer:
     """An attribute with its values (N, W), one row for each vertex, face or corner."""
 
     kind: str
@@ -60,8 +60,8 @@ class Layer:
 
     @property
     def blends(self) -> bool:
-        """Whether there is something between two values."""
-        return KINDS[self.kind].blends
+        """Whether values can be interpolated."""
+        return TYPES[self.kind].blends
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Attributes:
     groups:  vertex groups, whose weights (V, G) are -1 where a vertex is in none
     """
 
-    layers: dict[str, Layer] = field(default_factory=dict)
+    layers: dict[str, AttributeLayer] = field(default_factory=dict)
     groups: list[Group] = field(default_factory=list)
     weights: NDArray[np.float32] | None = None
     active_group: int = 0
@@ -95,7 +95,8 @@ def domains(ob: Object, mesh: Mesh) -> set[str]:
 
 
 def read(ob: Callable[[], Object], mesh: Callable[[], Mesh]) -> Generator[None, None, Attributes]:
-    """All that is there, in steps of some milliseconds: colors of bytes at 600,000 corners take 16.
+    """All attributes of a mesh, read in steps of some milliseconds: byte colors at 600,000 corners
+    take 16.
 
     ob, mesh: tell the object and its mesh anew in each step
     """
@@ -106,12 +107,12 @@ def read(ob: Callable[[], Object], mesh: Callable[[], Mesh]) -> Generator[None, 
         roles=_roles(mesh()),
     )
     for name, kind, domain in _listed(mesh()):
-        member, width, dtype, _ = KINDS[kind]
+        member, width, dtype, _ = TYPES[kind]
         attribute = mesh().attributes.get(name)
         if attribute is not None and (attribute.data_type, attribute.domain) == (kind, domain):
             flat = np.empty(len(attribute.data) * width, dtype)
             attribute.data.foreach_get(member, flat)
-            found.layers[name] = Layer(kind, domain, flat.reshape(-1, width))
+            found.layers[name] = AttributeLayer(kind, domain, flat.reshape(-1, width))
         yield
     if found.groups:
         found.weights = yield from vertex_groups.weights(mesh, len(found.groups))
@@ -130,7 +131,7 @@ def write(ob: Object, new: Attributes) -> None:
         kind = "FLOAT_COLOR" if layer.kind == "BYTE_COLOR" else layer.kind  # set as one block
         mesh.attributes.new(name, kind, layer.domain)  # pyright: ignore[reportArgumentType]
         data = mesh.attributes[name].data  # pyright: ignore[reportAttributeAccessIssue]
-        data.foreach_set(KINDS[kind].member, np.ascontiguousarray(layer.values).ravel())
+        data.foreach_set(TYPES[kind].member, np.ascontiguousarray(layer.values).ravel())
         if kind != layer.kind:
             convert(ob, name, domain=layer.domain, data_type=layer.kind)
     _give_roles(mesh, new.roles)
@@ -140,12 +141,12 @@ def write(ob: Object, new: Attributes) -> None:
 
 
 def _listed(mesh: Mesh) -> list[tuple[str, str, str]]:
-    """Names, types and domains. That all faces have the first material is what a mesh without the
-    attribute says."""
+    """Names, types and domains. The material of the faces is left out where all have the first one:
+    a mesh without that attribute says the same."""
     found = [
         (each.name, each.data_type, each.domain)
         for each in mesh.attributes
-        if each.data_type in KINDS
+        if each.data_type in TYPES
         and each.domain in (POINT, FACE, CORNER)
         and not each.name.startswith(".")
         and each.name not in OF_SHAPE

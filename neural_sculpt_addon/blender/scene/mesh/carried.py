@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What hangs on a proxy beside its shape, carried to the one that takes its place.
+"""Attributes of a proxy, carried to the proxy that takes its place.
 
-Each vertex gets the mask of the nearest one before, each face the face set of the nearest face, and
-is hidden as that was; colors, UV maps, materials and vertex groups come from the closest point
-(`sources`). What a stroke has left alone is the same in both, and keeps its values exactly, however
-often it happens. Where there is nothing of that it costs nothing. Model space.
+Each vertex gets the mask of the nearest vertex before, each face the face set of the nearest face,
+and is hidden if that was; colors, UV maps, materials and vertex groups come from the closest point
+(`sources`). Where a stroke has left the proxy alone both meshes are the same, and values stay
+exact, however many strokes follow. A proxy without attributes costs nothing. Model space.
 """
 
 import time
@@ -17,7 +17,7 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from .. import sculpt_steps
-from ..objects import found
+from ..properties import found
 from ..sculpt_steps import Step
 from . import attributes, brush_attributes
 from .attributes import FACE, Attributes
@@ -33,7 +33,7 @@ FORESEE_SECONDS = 0.005  # seconds that `foresee` works in
 
 @dataclass(eq=False)
 class _Foreseen:
-    """Attributes that are found ahead of time, for a mesh that will come.
+    """Attributes of a mesh that will come, found ahead of time.
 
     key:    the vertices of that mesh, the array itself and not one that is equal
     step:   the step of Blender's history at which the mesh of now was read; None where nothing
@@ -58,7 +58,7 @@ class _Foreseen:
             self.is_whole = next(self._steps, True) is True
 
     def stop(self) -> None:
-        """Nothing more is asked: unfinished work would stay until garbage is collected."""
+        """End unfinished work, which would stay in memory until garbage is collected."""
         if self._steps is not None:
             self._steps.close()
 

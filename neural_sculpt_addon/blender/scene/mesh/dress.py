@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What hangs on a mesh, kept until the field that is fitted to the mesh has a proxy to wear it."""
+"""Attributes of a mesh, kept while a field is fitted to it and then given to the proxy of that
+field."""
 
 import time
 from collections.abc import Generator

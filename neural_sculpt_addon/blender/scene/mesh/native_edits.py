@@ -13,7 +13,7 @@ from . import preview_attributes, proxy_mesh
 
 
 def edited(ob: Object) -> bool:
-    """Whether the proxy of a field differs from what the field gave; some 1 ms."""
+    """Whether the proxy of a field differs from the mesh that the field has given; some 1 ms."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     filled = mesh.get(proxy_mesh.FILLED)

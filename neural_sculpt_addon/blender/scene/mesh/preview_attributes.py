@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Attributes of a mesh that shows a preview: what its vertices and normals truly are, and what the
-preview made of them.
+"""Attributes of a mesh that shows a preview: its true vertices and normals, and those of the
+preview.
 
-So whatever Blender does meanwhile, an undo step or a copy of the mesh can be brought back to what
-the field is. What the artist moved meanwhile stays moved: it is no longer where the preview put it.
+With these, an undo step or a copy of the mesh can always be brought back to what the field is,
+whatever Blender did meanwhile. A vertex that the artist moved meanwhile stays there: it is no
+longer where the preview has put it.
 """
 
 from collections.abc import Mapping
@@ -14,7 +15,7 @@ from bpy.types import Mesh
 from numpy.typing import NDArray
 
 TRUE = {"position": ".neural_sculpt_position", "custom_normal": ".neural_sculpt_normal"}
-"""Attributes that a preview changes, and those that keep what they were."""
+"""Attributes that a preview changes, and the names under which their true values are kept."""
 SHOWN = ".neural_sculpt_shown"
 """The attribute that keeps where the preview put the vertices."""
 

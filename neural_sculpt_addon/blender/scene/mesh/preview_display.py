@@ -14,7 +14,7 @@ from . import preview_attributes, proxy_mesh
 
 
 @dataclass
-class Display:
+class PreviewDisplay:
     """Strokes that one mesh shows, or will soon.
 
     true:    the mesh's own values, by the attributes that a preview changes
@@ -31,11 +31,11 @@ class Display:
     seen: tuple[Stroke, ...] = ()
 
     @staticmethod
-    def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "Display":
+    def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "PreviewDisplay":
         """A display on the object's mesh as it is now, which `shape` was made of."""
         mesh = proxy_mesh.mesh_of(ob)
         true = preview_attributes.keep(mesh)
-        return Display(mesh.session_uid, shape, true, true["position"], todo)
+        return PreviewDisplay(mesh.session_uid, shape, true, true["position"], todo)
 
     @property
     def strokes(self) -> tuple[Stroke, ...]:

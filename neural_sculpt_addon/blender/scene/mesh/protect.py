@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Protection by masks and hidden faces, frozen with a stroke.
+"""Protection of a stroke: its own copy of the masks and hidden faces that are there when it is
+drawn.
 
-So the history comes to the same field whatever is masked later.
+With it, the history gives the same field whatever is masked later.
 
 The mask is that of the proxy under the stroke and its mirror images, on the side of thin parts that
 they displace. Where a copy of the stroke comes near to what is masked it takes some 15 ms, on
@@ -21,7 +22,8 @@ from ....interaction.growth import Growth, reach_of
 from ....stroke.curve import fit_curve
 from ....stroke.mask import Mask
 from ....stroke.stroke import Stroke
-from . import brush_attributes, preview, proxy_mesh
+from . import brush_attributes, proxy_mesh
+from .preview import preview
 
 MASK_SPACING = 1 / 8
 """Radii: spacing of a mask; where the proxy is coarser, the length of its edges."""
@@ -30,9 +32,8 @@ SEEN = 64  # points of a stroke, of which its box is found
 
 
 def protected(ob: Object, stroke: Stroke) -> Stroke:
-    """The stroke with a mask of what is masked and hidden on the object's proxy now.
-
-    A stroke that has a mask keeps it. SculptError when it would change nothing.
+    """The stroke with a mask, made of what is masked and hidden on the object's proxy now. A stroke
+    that has a mask already keeps it. SculptError when all that the stroke would change is masked.
     """
     (found,) = protected_each(ob, (stroke,))
     if found is None:
@@ -44,7 +45,8 @@ def protected(ob: Object, stroke: Stroke) -> Stroke:
 
 
 def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | None, ...]:
-    """The strokes, each as of `protected`; None for one that would change nothing."""
+    """The strokes, each as `protected` makes it; None in the place of one that would change
+    nothing."""
     mesh = proxy_mesh.mesh_of(ob)
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return strokes
@@ -77,8 +79,8 @@ def _is_near(stroke: Stroke, positions: NDArray[np.float32]) -> bool:
 
 
 def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32]) -> Stroke | None:
-    """The stroke with the mask under its copies; as it is when nothing that they reach has one, and
-    None when all that they would change is masked.
+    """The stroke with the mask under its copies: the stroke itself when nothing within their reach
+    is masked, None when all of it is.
 
     protection: (V,) of the vertices of the surface
     """

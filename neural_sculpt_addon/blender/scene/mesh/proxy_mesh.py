@@ -12,11 +12,13 @@ from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from . import brush_attributes
 from .attributes import Attributes
 
 CUSTOM_NORMALS = bpy.app.version >= (4, 5, 0)
-"""Earlier Blenders ignore the attribute; their own smooth normals serve."""
+"""Whether Blender shows normals that are kept as an attribute. Earlier versions ignore it and show
+smooth normals of their own."""
 
 FILLED = "neural_sculpt_filled"
 """Custom property of a proxy's mesh: the fingerprint of the vertices that it was filled with."""
@@ -26,18 +28,21 @@ STRETCHED = "neural_sculpt_stretched"
 
 
 def why_locked(ob: Object) -> str:
-    """Why the object's mesh cannot be replaced now, as a sentence; empty when it can."""
+    """The reason why the object's mesh cannot be replaced now, as a sentence; empty when it can
+    be."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
     if ob.library or mesh.library or ob.override_library:
-        return f"{ob.name} is linked from another file. Make it local to sculpt it."
+        return Text("{} is linked from another file. Make it local to sculpt it.", ob.name)
     if mesh.is_editmode:
-        return f"{ob.name} is in Edit Mode. Leave Edit Mode to sculpt the field."
+        return Text("{} is in Edit Mode. Leave Edit Mode to sculpt the field.", ob.name)
     if mesh.shape_keys:
-        return f"{ob.name} has shape keys, which a new proxy would break. Remove them to sculpt."
+        return Text(
+            "{} has shape keys, which a new proxy would break. Remove them to sculpt.", ob.name
+        )
     if in_dyntopo(ob):
-        return (
-            f"Dyntopo owns the mesh of {ob.name} while it is on. Turn it off to sculpt the field."
+        return Text(
+            "Dyntopo owns the mesh of {} while it is on. Turn it off to sculpt the field.", ob.name
         )
     return ""
 
@@ -55,7 +60,7 @@ def in_dyntopo(ob: Object) -> bool:
 
 @dataclass(frozen=True)
 class Geometry:
-    """All that a mesh is filled with, flat and in the types that Blender copies as blocks.
+    """Arrays to fill a mesh with, flat and of the types that Blender copies as blocks.
 
     normals:    None where the mesh is shaded flat
     flat:       None where it is shaded smooth
@@ -83,7 +88,7 @@ def geometry(
     corner_edges: NDArray[np.int32],
     smooth: bool = True,
 ) -> Geometry:
-    """What a mesh will be filled with: all that may fail for want of memory, ahead of a change.
+    """Arrays to fill a mesh with. Made ahead of a change, for this is what can run out of memory.
 
     vertices, normals: (V, 3); normals are unit and point outward
     triangles:         (F, 3), counter-clockwise seen from outside

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The surface of an object as the viewports show it, with its modifiers, to be hit and lain on.
+"""The surface of an object as the viewports show it, with its modifiers: what the mouse hits and
+strokes are drawn on.
 
-It is sorted into a grid when it is first asked for, and again when Blender has evaluated another
-shape. While a stroke is drawn the surface is held as it was: the pen does not climb on what its own
-stroke has raised. Local space of the object, which is model space for a field.
+Its triangles are sorted into a grid when they are first asked for, and again after Blender has
+evaluated another shape. While a stroke is drawn, the surface is held as it was when the stroke
+began, so the pen does not climb on what its own stroke has raised. Local space of the object, which
+is model space for a field.
 """
 
 import bpy

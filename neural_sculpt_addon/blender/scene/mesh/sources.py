@@ -2,9 +2,9 @@
 """Where on one mesh the vertices, faces and corners of another take their values from.
 
 Vertices and corners take them from the closest point of the surface, each face from the face that
-its middle is nearest to. All corners of a face stay on that one's side of seams, at which what is
-taken jumps, so no face spans one. What is the same in both meshes keeps its values bit for bit.
-Model space.
+is nearest to its middle. All corners of a face take theirs from the same side of a seam, where
+values jump, as that nearest face, so no face spans a seam. What is the same in both meshes keeps
+its values bit for bit. Model space.
 """
 
 from collections.abc import Generator, Mapping
@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from ....interaction.nearest_points import PART, Indices, search
 from ....interaction.surface_walk import Seams, beside_seams, dense_samples, twins, walk
-from .attributes import CORNER, FACE, POINT, Attributes, Layer
+from .attributes import CORNER, FACE, POINT, AttributeLayer, Attributes
 from .proxy_mesh import corners_of
 
 Vectors = NDArray[np.float32]
 Values = NDArray[Any]
 
 VERTEX = "VERTEX"
-"""The nearest vertex, of which a vertex takes what must not blur."""
+"""Domain of values that must not be interpolated: a vertex takes those of the nearest vertex."""
 
 
 @dataclass(eq=False)
@@ -78,7 +78,8 @@ class Places:
     def between(
         cls, index: Indices, rows: Indices, among: Indices, weights: Vectors
     ) -> Generator[None, None, "Places"]:
-        """Places of which `rows` (M,) are means of the three rows `among` (M, 3); in steps.
+        """Places of which those at `rows` (M,) are means of the three rows `among` (M, 3); made in
+        steps.
 
         index: (N,) the row of each other place
 
@@ -128,7 +129,7 @@ class Sources:
     places: dict[str, Places] = field(default_factory=dict)
     corners: dict[str, Places] = field(default_factory=dict)
 
-    def steps(self, layers: Mapping[str, Layer]) -> Generator[None, None, None]:
+    def steps(self, layers: Mapping[str, AttributeLayer]) -> Generator[None, None, None]:
         """Find the sources of attributes of the mesh before, in steps of some milliseconds."""
         old, wanted = self.before, self.wanted
         if wanted & {VERTEX, POINT}:
@@ -157,7 +158,7 @@ class Sources:
             own = self.before.own(layer.values, layer.domain)
             places = self.corners[name] if layer.domain == CORNER else self.places[layer.domain]
             values = yield from places.take(own, layer.blends)
-            found.layers[name] = Layer(layer.kind, layer.domain, values)
+            found.layers[name] = AttributeLayer(layer.kind, layer.domain, values)
             yield
         if given.weights is not None:  # -1 where a vertex is in no group
             inside = (given.weights >= 0).astype(np.float32)
@@ -184,8 +185,8 @@ class Sources:
         return float(np.median(np.linalg.norm(some[:, 0] - some[:, 1], axis=1)))
 
     def _closest(self, faces: Indices, edges: Indices) -> Generator[None, None, "_Closest"]:
-        """The closest points to all vertices of faces that have changed: that are not the same as
-        the face of the mesh before whose number `faces` (F,) gives."""
+        """The closest points to the vertices of all faces that have changed: each differs from the
+        face of the mesh before that `faces` (F,) names for it."""
         old, same = self.before, np.empty(len(faces), bool)
         for start in range(0, len(faces), PART // 2):
             part = slice(start, start + PART // 2)
@@ -256,7 +257,8 @@ def _corners_of(triangles: Indices) -> Indices:
 
 
 def _blended(weights: Vectors, three: Vectors) -> Vectors:
-    """Means (M, W) of (M, 3, W) with weights (M, 3); what all three have stays as it is."""
+    """Means (M, W) of three values (M, 3, W) with weights (M, 3). Three equal values stay exactly
+    as they are."""
     first = three[:, 0]
     _, second, third = weights.T[:, :, None]
     return first + second * (three[:, 1] - first) + third * (three[:, 2] - first)

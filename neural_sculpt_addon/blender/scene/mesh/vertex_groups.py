@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vertex groups as arrays, and conversion between attributes, by which Blender makes them.
+"""Vertex groups as arrays (V, G), and the conversion of attributes by which Blender makes such
+groups.
 
 Blender keeps their weights vertex by vertex, without attributes.
 """
@@ -16,7 +17,8 @@ Weights = NDArray[np.float32]
 
 PIECE = 2048  # vertices that are read in a step, some 3 ms
 ATTRIBUTE = ".neural_sculpt_weight"
-"""The attribute that Blender makes a vertex group of, 25 times as fast as vertex by vertex."""
+"""Name of the attribute that Blender converts to a vertex group, 25 times as fast as weights set
+vertex by vertex."""
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The way of absorbed brush strokes into the scene: one piece of work at a time, so that Blender
-answers meanwhile, however many there are.
+"""Absorbed brush strokes on their way into the scene: one piece of work at a time, so that Blender
+answers meanwhile, however many strokes there are.
 
 A stroke keeps the undo step of its brush where it can (see `kept_steps`), and comes in between two
 strokes as soon as it has a result. Otherwise steps of ours take the place of the brushes':
 
     a brush's undo step is taken back; ...; the first stroke becomes an undo step of ours; ...
 
-A stroke alone then comes in one piece: to draw the window between its two would take longer than
-both. It begins when all strokes have their results and the artist's hand rests. Between two pieces
-the proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Ahead of undo
-and redo the rest comes in at once (`finish`), and jobs on the object wait. What is brushed
+A single stroke does both in one piece, for to draw the window in between would take longer than
+both. This begins when all strokes have their results and the artist's hand rests. Between two
+pieces the proxy is *half-way*: its mesh shows all strokes, and Blender's history has fewer. Undo
+and redo let the rest come in first (`finish`), and jobs on the object wait for it. What is brushed
 meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
-What undo takes from the mesh stays here as long as redo can bring it back, and no step of ours is
-made before the next stroke or change, since it would cut off what can be redone.
+A stroke that undo takes from the mesh is remembered here as long as redo can bring it back. Until
+the next stroke or change no step of ours is made, since it would cut off what can be redone.
 """
 
 import logging
@@ -25,20 +25,21 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
+from ....common.text import Text
 from ....worker.answers import SNAPPED, is_remade
 from ....worker.client import JobKind, Message
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import add_brushed, add_entry, add_kept
-from ...scene.mesh import preview, preview_attributes, proxy_mesh
-from ...scene.objects import find, found
-from ...scene.properties import field_of
+from ...scene.mesh import preview_attributes, proxy_mesh
+from ...scene.mesh.preview import preview
+from ...scene.properties import field_of, find, found
 from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
 from ..job import Job
 from ..session_hooks import Arrivals
 from ..worker_session import session
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, proxies
+from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, proxies
 
 log = logging.getLogger(__name__)
 
@@ -52,18 +53,20 @@ SEEN_OFF = 5e-4
 quarter of a pixel where the field's box is 1000 wide."""
 
 ROUNDING = 1e-7
-"""What vertices may be off, model units, where Blender up to 4.5 takes back its brushes."""
+"""Error of vertices, model units, after Blender up to 4.5 has taken back a stroke of its
+brushes."""
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:
-    """Whether vertices (V, 3) are those that they were, but for ROUNDING."""
+    """Whether vertices (V, 3) are where they were, up to ROUNDING."""
     return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
 
 
-def find_place(ob: Object, proxy: BrushedProxy) -> None:
-    """After undo and redo: how many of the strokes the mesh has now.
+def find_place(ob: Object, proxy: TrackedProxy) -> None:
+    """After undo and redo: find out how many of the strokes the mesh has now.
 
-    What is half-way it keeps: of that, Blender's history may have brought back what it has itself.
+    Strokes that are half-way stay on the mesh, even if Blender has brought back a state of its
+    history that lacks them.
     """
     mesh = proxy_mesh.mesh_of(ob)
     if mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
@@ -83,11 +86,12 @@ def find_place(ob: Object, proxy: BrushedProxy) -> None:
 
 
 def finish(unless_undone: bool = False) -> None:
-    """Let what is half-way, and what needs no step of ours, come into the scene at once.
+    """Bring strokes into the scene at once: those that are half-way, and those that need no step of
+    ours.
 
-    unless_undone: the former not where something can be redone
+    unless_undone: leave those that are half-way where something can be redone
     """
-    for target, proxy in [*proxies.items()]:
+    for target, proxy in proxies.each():
         while can_keep(target, proxy):
             take(target, proxy)
         if proxy.half_way and not (unless_undone and proxy.rests):
@@ -97,21 +101,21 @@ def finish(unless_undone: bool = False) -> None:
     session.tell_bases()
 
 
-def is_ready(target: int, proxy: BrushedProxy) -> bool:
+def is_ready(target: int, proxy: TrackedProxy) -> bool:
     """Whether a piece of work can be done."""
     return can_keep(target, proxy) or can_enter(target, proxy)
 
 
-def can_enter(target: int, proxy: BrushedProxy) -> bool:
+def can_enter(target: int, proxy: TrackedProxy) -> bool:
     """Whether a step of ours can be made. What was brushed since must be known first."""
     if any(stroke.result is None for stroke in proxy.strokes):
         return False
     return (not proxy.rests or _change_comes(target, proxy)) and _is_free(target, proxy)
 
 
-def can_keep(target: int, proxy: BrushedProxy) -> bool:
-    """Whether the first stroke's own step can stay in Blender's history: it is there alone for the
-    stroke, and only other brushes came after it."""
+def can_keep(target: int, proxy: TrackedProxy) -> bool:
+    """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
+    the only step of that stroke, and all steps after it are brushes' as well."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
@@ -125,27 +129,27 @@ def can_keep(target: int, proxy: BrushedProxy) -> bool:
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
-    """Whether it is seen that vertices are not on the field as they were brushed, which another
-    proxy is to mend."""
+    """Whether brushed vertices lie so far off the field that it is seen, so that another proxy is
+    to come."""
     off = np.abs(result.arrays[SNAPPED[0]] - stroke.after[stroke.part.vertices])
     return float(off.max(initial=0)) > SEEN_OFF
 
 
-def _is_free(target: int, proxy: BrushedProxy) -> bool:
+def _is_free(target: int, proxy: TrackedProxy) -> bool:
     ob = find(target)
     if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
         return False
     return shows(ob, proxy)
 
 
-def _change_comes(target: int, proxy: BrushedProxy) -> bool:
-    """Whether a job is about to make a step anyway, on what the strokes lead to. What can be redone
-    half-way are their own steps."""
-    changes = (job for job in session.pending(target) if job.kind is not JobKind.BRUSHED)
+def _change_comes(target: int, proxy: TrackedProxy) -> bool:
+    """Whether a job waits whose step, made on the result of these strokes, cuts off what can be
+    redone anyway. While the proxy is half-way, only the strokes' own steps can be redone."""
+    changes = (job for job in session.pending(target) if job.kind is not JobKind.ABSORB_STROKE)
     return any(proxy.half_way or not session.keeps_redo(job) for job in changes)
 
 
-def shows(ob: Object, proxy: BrushedProxy) -> bool:
+def shows(ob: Object, proxy: TrackedProxy) -> bool:
     """Whether the mesh of an object has the strokes, and nothing else was done to it."""
     mesh = proxy_mesh.mesh_of(ob)
     if not proxy.count or mesh.is_editmode or mesh.get(proxy_mesh.FILLED, "") != proxy.filled:
@@ -164,15 +168,15 @@ class BrushResults(Arrivals):
 
     def wait(self) -> bool:
         """Whether there is a piece that `take` would bring into the scene now."""
-        return any(is_ready(*each) for each in proxies.items())
+        return any(is_ready(*each) for each in proxies.each())
 
     def take(self) -> bool:
-        """Bring a piece of the first proxy that has one into the scene, and small ones together;
-        whether there was one."""
+        """Do a piece of work for the first proxy that has one, and more while TAKE_SECONDS are not
+        over; whether there was one."""
         begun = time.perf_counter()
         taken = False
         while not taken or time.perf_counter() - begun < TAKE_SECONDS:
-            ready = next((each for each in [*proxies.items()] if is_ready(*each)), None)
+            ready = next((each for each in proxies.each() if is_ready(*each)), None)
             if ready is None:
                 break
             take(*ready)
@@ -180,16 +184,17 @@ class BrushResults(Arrivals):
         return taken
 
     def hold(self, job: Job) -> bool:
-        """Whether a job must wait, for it is to know of strokes that are on their way."""
-        ob, proxy = find(job.target or 0), proxies.get(job.target or 0)
-        if ob is None or proxy is None or job.kind is JobKind.BRUSHED:
+        """Whether a job must wait for strokes that are on their way, for it is to be done on their
+        result."""
+        ob, proxy = find(job.target or 0), proxies.get(job.target)
+        if ob is None or proxy is None or job.kind is JobKind.ABSORB_STROKE:
             return False
         if not proxy.count or any(stroke.has_failed for stroke in proxy.strokes):
             return False
         return is_at_work() or shows(ob, proxy)
 
 
-def take(target: int, proxy: BrushedProxy) -> None:
+def take(target: int, proxy: TrackedProxy) -> None:
     """One piece of work."""
     seen = proxy.strokes[-1].seen
     try:
@@ -204,15 +209,15 @@ def take(target: int, proxy: BrushedProxy) -> None:
         if ob is not None and proxy_mesh.positions(ob).shape == seen.shape:
             proxy_mesh.put(proxy_mesh.mesh_of(ob), seen)  # as sculpted by other brushes
         proxy.keep(0)
-        why = str(error) if isinstance(error, SculptError) else "The system console says why."
+        why = error.text if isinstance(error, SculptError) else Text("The system console says why.")
         session.watcher.warned(
-            f"Brush strokes stay on the mesh, and the field has not got them. {why}"
+            Text("Brush strokes stay on the mesh, and the field has not got them. {}", why)
         )
 
 
-def make_step(target: int, proxy: BrushedProxy) -> None:
-    """A brush's step is taken back, or else the first stroke becomes a step of ours; for a stroke
-    alone both."""
+def make_step(target: int, proxy: TrackedProxy) -> None:
+    """Take back a brush's step or, when all are, make a step of ours of the first stroke. For a
+    single stroke do both."""
     proxy.keep(proxy.count)
     proxy.half_way, seen = proxy.count, proxy.strokes[-1].seen
     with preview.hidden(), session.history_grows():
@@ -223,8 +228,9 @@ def make_step(target: int, proxy: BrushedProxy) -> None:
             proxy_mesh.put(proxy_mesh.mesh_of(found(target)), seen)
 
 
-def keep_next(target: int, proxy: BrushedProxy) -> None:
-    """The first stroke becomes an entry whose undo step is the one that Blender's brush made."""
+def keep_next(target: int, proxy: TrackedProxy) -> None:
+    """Make an entry of the first stroke whose undo step is the one that Blender's brush has
+    made."""
     ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step)
@@ -244,21 +250,22 @@ def keep_next(target: int, proxy: BrushedProxy) -> None:
 
 
 def _rebase(target: int, step: Step) -> None:
-    """The jobs on an object build on another state of it; what the worker has of a brush stroke's
-    knew that."""
+    """Let the jobs on an object begin again from its new state. Brush strokes that the worker has
+    already were asked for on that state, and go on."""
     session.forget_bases(target, step)
     for job in session.pending(target):
-        if job.kind is JobKind.BRUSHED and job.base:
+        if job.kind is JobKind.ABSORB_STROKE and job.base:
             job.base = field_of(found(target)).revision
 
 
-def enter_next(target: int, proxy: BrushedProxy) -> None:
-    """The first stroke becomes an undo step. Only the last one may bring another proxy."""
+def enter_next(target: int, proxy: TrackedProxy) -> None:
+    """Make an undo step of ours of the first stroke. Only the last stroke may bring another
+    proxy."""
     stroke, result = proxy.strokes[0], proxy.strokes[0].result
     assert result is not None
     entry, now = Entry("", stroke.name), proxy.positions.copy()
     now[stroke.part.vertices] = result.arrays[SNAPPED[0]]
-    if sculpt_steps.active() == proxy.step:  # of which a border may be made
+    if sculpt_steps.active() == proxy.step:  # a border may be made, which holds the scene as it is
         proxy_mesh.put(proxy_mesh.mesh_of(found(target)), proxy.positions)
     if proxy.count == 1 and is_remade(result.arrays):
         add_entry(found(target), entry, result, stroke.name)
@@ -269,7 +276,8 @@ def enter_next(target: int, proxy: BrushedProxy) -> None:
     if proxy.count == 1:
         proxy.keep(0)
         proxy_mesh.mesh_of(found(target)).update()
-        follow(found(target), proxy_mesh.positions(found(target)))  # the next may come at once
+        # at once, for the next stroke may come before anything is looked at again
+        proxies.track(found(target), proxy_mesh.positions(found(target)))
         return
     proxy.positions = proxy.told = now
     proxy.step = sculpt_steps.active()
@@ -288,6 +296,9 @@ def _tell_lost(name: str, result: Message) -> None:
     """Tell the artist when the field has not got all of a stroke."""
     if _is_lost(result):
         session.watcher.warned(
-            f"The field cannot hold all of {name}: details finer than its finest level were left"
-            " out. The proxy shows what it holds when you rest."
+            Text(
+                "The field cannot hold all of {}: details finer than its finest level were left"
+                " out. The proxy shows what it holds when you rest.",
+                name,
+            )
         )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Live absorption: what a brush of Sculpt Mode did to a proxy goes into its field by itself.
+"""Live absorption: each stroke of a brush of Sculpt Mode on a proxy goes into the field by itself.
 
     a stroke ends -> what it moved is cut out -> one job -> a layer, an entry and one undo step
 
@@ -17,7 +17,6 @@ from dataclasses import replace
 import bpy
 import numpy as np
 from bpy.app.handlers import persistent
-from bpy.app.translations import pgettext_n as n_
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
@@ -27,28 +26,28 @@ from ....worker.client import JobKind, Message
 from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
-from ...scene.mesh.brushed import cut
-from ...scene.objects import find, found
-from ...scene.properties import LOCAL, field_of, is_field, shown_as
+from ...scene.mesh.moved_part import cut
+from ...scene.properties import LOCAL, field_of, find, found, is_field, shown_as
 from ...scene.stroke_list import SCULPTED
 from .. import states
 from ..job import Job, Request
 from ..session_hooks import Arrivals
 from ..worker_session import session
 from . import brush_results, settling
-from .absorb_job import absorb_job
 from .brush_results import BrushResults
-from .brushed_proxy import BrushedProxy, BrushStroke, follow, is_at_work, is_brushing, proxies
+from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, is_brushing, proxies
+from .whole_proxy import absorb_job
 
 log = logging.getLogger(__name__)
 
 AGAIN = 0.01
-"""Seconds between two looks while a brush is at work, some 0.01 ms each: its end is noticed no
-later."""
-_SUFFIX = " Brush"
+"""Seconds between two looks while a brush is at work, of some 0.01 ms each: the stroke's end is
+noticed within this time."""
+_BRUSH_SUFFIX = " Brush"
 
 _left: dict[int, int] = {}
-"""Marks of proxies that undo or redo has brought, and which stay as they are."""
+"""Marks (see `native_edits`) of proxies that are left as they are, by session_uid of the object:
+undo or redo has brought them, or they could not be absorbed."""
 
 
 class _State:
@@ -66,16 +65,17 @@ class LiveResults(BrushResults):
         return taken
 
     def may_come(self, job: Job) -> bool:
-        """While a brush is at work on the object of the job, and until that was looked at."""
+        """Whether a brush is at work on the object of the job, or what it did was not looked at
+        yet."""
         ob = None if job.target is None else find(job.target)
-        if ob is None or job.kind is JobKind.BRUSHED or not _can_absorb(ob):
+        if ob is None or job.kind is JobKind.ABSORB_STROKE or not _can_absorb(ob):
             return False
         return is_brushing() or (_will_look() and not is_at_work())
 
     def follow(self, job: Job) -> None:
-        """Know the proxy at once, for the next look comes after a brush that begins before it."""
+        """Track the proxy at once: a brush may begin before the next look."""
         ob = None if job.target is None else find(job.target)
-        if ob is not None and job.kind is not JobKind.BRUSHED and _can_absorb(ob):
+        if ob is not None and job.kind is not JobKind.ABSORB_STROKE and _can_absorb(ob):
             _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
 
@@ -88,17 +88,18 @@ def is_on_its_way(ob: Object) -> bool:
 
 
 def refuse_edits(ob: Object) -> None:
-    """SculptError when brushes did what the field does not know of, nor soon will."""
+    """SculptError when brushes have changed the proxy and that is not being absorbed."""
     if not is_on_its_way(ob):
         native_edits.refuse(ob)
 
 
 def let_come(ob: Object) -> bool:
-    """Let what brushes did come into the field though something may be redone that this cuts off;
-    whether all of it was on its way."""
-    if not is_on_its_way(ob):
+    """Let the strokes of brushes come into the field, even if that cuts off what can be redone;
+    whether all of them were on their way."""
+    proxy = proxies.get(ob.session_uid)
+    if proxy is None or not is_on_its_way(ob):
         return False
-    proxies[ob.session_uid].rests = False
+    proxy.rests = False
     session.watcher.work_came()
     return True
 
@@ -112,7 +113,7 @@ def look() -> None:
     assert isinstance(mesh, Mesh)
     step = sculpt_steps.active()
     kept_steps.look(step)
-    if not _can_absorb(ob):  # but undo may have to put back what it rounds
+    if not _can_absorb(ob):  # undo may have to put back vertices that it rounds
         _known(ob, preview_attributes.true_positions(mesh))
         return
     if target in _left and _left.pop(target) == (mark := native_edits.mark(ob)):
@@ -122,12 +123,12 @@ def look() -> None:
     proxy = _known(ob, now)
     if proxy is None:
         if native_edits.edited(ob) and not session.pending(target):
-            _left[target] = native_edits.mark(ob)  # if it cannot be, once is enough
+            _left[target] = native_edits.mark(ob)  # if absorbing fails, it is not tried again
             _submit(absorb_job(ob, follows=True))
         return
     strokes = proxy.strokes
     failed = next((i for i, stroke in enumerate(strokes) if stroke.has_failed), None)
-    if failed is not None:  # what is there is absorbed with the next stroke, or by Absorb
+    if failed is not None:  # what it did is absorbed with the next stroke, or by Absorb
         proxy.keep(failed)
         if np.array_equal(now, strokes[-1].seen):
             _left[target] = native_edits.mark(ob)
@@ -150,14 +151,14 @@ def look() -> None:
 
 
 def leave() -> None:
-    """After undo and redo: let the proxies be as they are now."""
+    """After undo and redo: track the proxies as they are now."""
     kept_steps.follow()
     settling.wait_for_rest()
-    for target in [*proxies]:
+    for target, proxy in proxies.each():
         if (ob := find(target)) is None:
-            _drop(target)
+            proxies.drop(target)
         else:
-            brush_results.find_place(ob, proxies[target])
+            brush_results.find_place(ob, proxy)
     _left.clear()
     ob = bpy.context.active_object
     if ob is None or not _is_sculpted(ob):
@@ -171,7 +172,7 @@ def leave() -> None:
 def forget() -> None:
     """Before another file is loaded."""
     _State.brushes = False
-    proxies.clear()
+    proxies.forget()
     kept_steps.forget()
     _left.clear()
 
@@ -187,23 +188,19 @@ def _can_absorb(ob: Object) -> bool:
     return group.live and group.solver == LOCAL and not states.is_whole(group)
 
 
-def _known(ob: Object, now: NDArray[np.float32]) -> BrushedProxy | None:
-    """The proxy as the field made it; None when that cannot be told, for it was changed."""
+def _known(ob: Object, now: NDArray[np.float32]) -> TrackedProxy | None:
+    """The tracked proxy of an object, tracked from now on if it was not. None when it was changed
+    already, so that nobody knows how the field had made it."""
     mesh, target = ob.data, ob.session_uid
     assert isinstance(mesh, Mesh)
     filled = mesh.get(proxy_mesh.FILLED, "")
     proxy = proxies.get(target)
     if proxy is not None and (proxy.filled, proxy.positions.shape) == (filled, now.shape):
         return proxy
-    _drop(target)
+    proxies.drop(target)
     if native_edits.edited(ob) or len(mesh.loops) != 3 * len(mesh.polygons):
         return None
-    return follow(ob, now)
-
-
-def _drop(target: int) -> None:
-    if (proxy := proxies.pop(target, None)) is not None:
-        proxy.keep(0, n_("Absorbing was cancelled: the proxy is another one."))
+    return proxies.track(ob, now)
 
 
 def _submit(job: Job) -> bool:
@@ -212,17 +209,17 @@ def _submit(job: Job) -> bool:
         session.submit(job)
     except SculptError as error:
         log.warning("%s is not absorbed: %s", job.label, error)
-        session.watcher.warned(str(error))
+        session.watcher.warned(error.text)
         return False
     return True
 
 
 def _name() -> str:
     """What the brush of the last stroke is called."""
-    return next((name.removesuffix(_SUFFIX) for name in native_steps.names()), SCULPTED)
+    return next((name.removesuffix(_BRUSH_SUFFIX) for name in native_steps.names()), SCULPTED)
 
 
-def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
+def _job(target: int, proxy: TrackedProxy, stroke: BrushStroke) -> Job:
     def request() -> Request:
         ob = found(target)
         asked = states.request(ob, **shown_as(field_of(ob)), result_revision=new_revision())
@@ -249,18 +246,18 @@ def _job(target: int, proxy: BrushedProxy, stroke: BrushStroke) -> Job:
             raise SculptError("The worker answered with other vertices than it was asked about.")
         stroke.result = result
 
-    return Job(JobKind.BRUSHED, stroke.name, request, apply, target=target, follows=True)
+    return Job(JobKind.ABSORB_STROKE, stroke.name, request, apply, target=target, follows=True)
 
 
 @persistent
 def _note(*_: object) -> None:
     """Something has changed.
 
-    Of a stroke's end Blender tells ahead of drawing the window, and timers run after that. So the
-    worker gets the stroke at once, when nothing else is to be done for it.
+    Blender tells of a stroke's end before it draws the window, and calls timers after that. So
+    where the worker has nothing else to do it gets the stroke here, without waiting for the timer.
     """
     at_work = is_at_work()
-    if (session.jobs or any(proxy.count for proxy in proxies.values())) and not at_work:
+    if (session.jobs or proxies.have_strokes()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":
@@ -277,7 +274,8 @@ def _note(*_: object) -> None:
 
 
 def expect_no_stroke() -> None:
-    """Before undo and redo: what changes is not a brush's doing, though one may just have ended."""
+    """Before undo and redo: the change that follows is not a stroke, even if a brush has just
+    ended."""
     _State.brushes = False
 
 

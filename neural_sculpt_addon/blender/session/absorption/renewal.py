@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renewal: the field's own proxy in place of one that brushes have stretched or folded, or that is
-off the field, for a kept stroke leaves the mesh as it was brushed.
+"""Renewal: the field's own proxy in place of one that brushes have stretched or folded, or that
+lies off the field, because a stroke that kept its step has left the mesh as it was brushed.
 
     the artist rests, or has left Sculpt Mode -> a job behind all others -> one step
 
-Blender takes some 50 ms for another mesh in Sculpt Mode, and 20 for the border ahead of it, so it
-never comes between two strokes in a row; 13 in other modes. Its step changes no field: undo and
-redo pass over it (see `sculpt_steps`). It is not made where it would cut off what can be redone.
+In Sculpt Mode Blender takes some 50 ms for another mesh and 20 for the border ahead of it, so
+renewal never comes between two strokes in a row; in other modes it takes 13. Its step changes no
+field, and undo and redo pass over it (see `sculpt_steps`). It is not made where it would cut off
+what can be redone.
 """
 
 import logging
@@ -19,8 +20,7 @@ from ....worker.client import JobKind, Message
 from ...scene import results, sculpt_steps
 from ...scene.commit import renew_proxy
 from ...scene.mesh import native_edits, proxy_mesh
-from ...scene.objects import found
-from ...scene.properties import field_of, is_field, shown_as
+from ...scene.properties import field_of, found, is_field, shown_as
 from ...scene.undo_step import begin_change, in_edit_mode, in_window
 from .. import states
 from ..job import Job, Request
@@ -60,7 +60,7 @@ def is_due() -> bool:
 
 
 def go_on() -> float | None:
-    """A piece of the work; seconds until the next one is to be done, None when there is none."""
+    """Do a piece of the work; the seconds until the next one, None when there is none."""
     if not is_due() or not session.worker.alive:
         _forget()
         return None
@@ -91,8 +91,8 @@ def _ask(ob: Object) -> None:
 
 
 def _bring(ob: Object, job: Job, result: Message) -> float | None:
-    """Bring the proxy into the scene. A border comes first, and the window is drawn before the rest
-    is done."""
+    """Bring the proxy into the scene. A border, where one is needed, comes first, and the window is
+    drawn before the rest is done."""
     with session.history_grows():
         if ob.mode == "SCULPT" and sculpt_steps.needs_border():
             begin_change()

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The time at which proxies get the normals that are behind (see `kept_steps`), or give way to
-other ones (see `renewal`): Blender evaluates the mesh then, so it is when the artist rests."""
+"""Settling: when proxies get the normals that they lack (see `kept_steps`), or are renewed (see
+`renewal`). Blender evaluates the mesh for either, so both wait until the artist rests."""
 
 import bpy
 
 from ...scene import kept_steps
 from . import renewal
-from .brushed_proxy import is_at_work, proxies
+from .tracked_proxies import is_at_work, proxies
 
 REST = 2.0
 """Seconds since the last stroke, or since undo and redo: a shorter pause is one between strokes."""
@@ -20,7 +20,7 @@ def wait_for_rest() -> None:
 
 
 def leave_sculpt_mode() -> None:
-    """Settle at once, and do the rest soon: it costs little in other modes."""
+    """Write normals at once and renew soon: both cost little outside of Sculpt Mode."""
     kept_steps.settle()
     if not bpy.app.timers.is_registered(_settle) and renewal.is_due():
         bpy.app.timers.register(_settle)
@@ -33,7 +33,7 @@ def stop() -> None:
 
 
 def _settle() -> float | None:
-    if is_at_work() or any(proxy.count for proxy in proxies.values()):
+    if is_at_work() or proxies.have_strokes():
         return REST
     kept_steps.settle()
     return renewal.go_on()

@@ -19,12 +19,12 @@ from ...geometry import lengths
 from ..proxy import BATCH, FLAT
 from ..quality import find_poor
 from .edge_middles import Middles, find_middles
-from .subdivide import Edges, Parts, divided, ends_of, names, open_edges
+from .subdivide import Edges, Subdivision, divided, ends_of, names, open_edges
 
-ROUNDS = 4
+HALVINGS = 4
 """How often an edge is halved at most."""
 
-REACH = 0.5
+LONGEST_WAY = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
 FARTHEST = 0.49
@@ -37,7 +37,7 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-STEPS = 2
+NEWTON_STEPS = 2
 """Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
 step: what is left falls with the square."""
 
@@ -60,7 +60,7 @@ class _New(NamedTuple):
     stray: NDArray[np.float32]
 
 
-class Growth:
+class EdgeGrowth:
     """A mesh while its edges are split.
 
     known: splits of edges on the border of what is split, which are to be as they are; None where
@@ -83,12 +83,14 @@ class Growth:
         """Those of the border, and those that were made."""
         return in_order(*map(np.concatenate, zip(*self.splits, strict=True)))
 
-    def grow(self, parts: Parts, limit: float, most: int, progress: Progress) -> Parts | None:
+    def grow(
+        self, parts: Subdivision, limit: float, most: int, progress: Progress
+    ) -> Subdivision | None:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
         done, count = [], 0
-        for turn in range(ROUNDS):
-            share = sub_progress(progress, turn / ROUNDS, (turn + 1) / ROUNDS)
+        for turn in range(HALVINGS):
+            share = sub_progress(progress, turn / HALVINGS, (turn + 1) / HALVINGS)
             edges = open_edges(parts)
             middles = find_middles(
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
@@ -99,11 +101,11 @@ class Growth:
             count += len(whole.triangles)
             if count + len(parts.triangles) > most and len(parts.triangles):
                 return None
-        return Parts.together([*done, parts])
+        return Subdivision.together([*done, parts])
 
     def _split(
-        self, parts: Parts, edges: Edges, middles: Middles, limit: float, progress: Progress
-    ) -> tuple[Parts, Parts]:
+        self, parts: Subdivision, edges: Edges, middles: Middles, limit: float, progress: Progress
+    ) -> tuple[Subdivision, Subdivision]:
         """Put vertices on the edges of `parts` that are farther off than `limit`; the triangles
         that stay whole, and what the others are divided into.
 
@@ -155,8 +157,8 @@ class Growth:
         return number
 
     def _divided(
-        self, parts: Parts, edges: Edges, number: NDArray[np.int32], first: int, new: _New
-    ) -> tuple[Parts, Parts]:
+        self, parts: Subdivision, edges: Edges, number: NDArray[np.int32], first: int, new: _New
+    ) -> tuple[Subdivision, Subdivision]:
         """Those of `parts` that stay whole, and what the others are divided into.
 
         number: (E,) of the vertex in the middle of each edge, or -1; those below `first` are on the
@@ -164,7 +166,7 @@ class Growth:
                 triangle comes out thin or turned over, its new corner that is farthest from its
                 edge goes; where none of its corners is new, all new ones of the whole triangle
         """
-        made = list[Parts]()
+        made = list[Subdivision]()
         last = np.full(len(parts.triangles), -1)  # turn at which each was divided, -1 if whole
         looked_at = np.arange(len(parts.triangles))
         while len(looked_at) or not made:
@@ -173,7 +175,7 @@ class Growth:
             last[looked_at] = np.where(marked, len(made), -1)
             looked_at, middle = looked_at.compress(marked), middle.compress(marked, axis=0)
             given = parts.triangles.take(looked_at, axis=0), looked_at.astype(np.int32)
-            found = divided(Parts.whole(*given), middle, self.vertices)
+            found = divided(Subdivision.whole(*given), middle, self.vertices)
             poor = found.where(find_poor(self.field, found.triangles, self.vertices, self.normals))
             stays = np.zeros(len(number) + 1, bool)  # the last one is no edge
             row = np.maximum(poor.triangles - first, -1)  # (P, 3), of the new ones, or -1
@@ -186,7 +188,7 @@ class Growth:
             made.append(found)
             looked_at = np.flatnonzero(stays.take(edges.corners).any(axis=1))
         valid = [each.where(last.take(each.parents) == turn) for turn, each in enumerate(made)]
-        fine = Parts.together(valid)
+        fine = Subdivision.together(valid)
         return parts.where(last < 0), fine._replace(parents=parts.parents.take(fine.parents))
 
     def _settled(
@@ -203,12 +205,12 @@ class Growth:
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         along, normals = high - low, np.empty_like(points)
         left = np.arange(len(points))
-        for step in range(STEPS):
+        for step in range(NEWTON_STEPS):
             off = np.empty(len(left), np.float32)
             for begin in range(0, len(left), BATCH):
-                progress((step + begin / len(left)) / STEPS, "Refining the mesh")
+                progress((step + begin / len(left)) / NEWTON_STEPS, "Refining the mesh")
                 part = left[begin : begin + BATCH]
-                reach = REACH * lengths(along[part])
+                reach = LONGEST_WAY * lengths(along[part])
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )

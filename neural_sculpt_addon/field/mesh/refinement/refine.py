@@ -22,10 +22,10 @@ from ...field import Field
 from ...geometry import all_true
 from ...levels import SUPPORT, cells_of, cells_per_axis, dilated, linear
 from ..proxy import Proxy
-from .edge_growth import Growth, Splits, renamed
-from .subdivide import Parts
+from .edge_growth import EdgeGrowth, Splits, renamed
+from .subdivide import Subdivision
 
-TOLERANCE = 1 / 64
+EDGE_TOLERANCE = 1 / 64
 """Cells that the middle of an edge may be off the surface: at 128 cells per axis 2.4e-4."""
 
 
@@ -50,16 +50,16 @@ def refine(
     field: Field,
     coarse: Proxy,
     most: int,
-    tolerance: float = TOLERANCE,
+    tolerance: float = EDGE_TOLERANCE,
     progress: Progress = silent,
 ) -> Refined:
     """The refinement of a field's proxy, of at most so many triangles: where the tolerance, in
     cells, would make more, it is doubled. A proxy that has more stays as it is."""
-    whole = Parts.whole(coarse.triangles, np.arange(len(coarse.triangles), dtype=np.int32))
+    whole = Subdivision.whole(coarse.triangles, np.arange(len(coarse.triangles), dtype=np.int32))
     if len(whole.triangles) >= most:
         tolerance = np.inf
     while True:
-        growth = Growth(field, coarse.vertices, coarse.normals)
+        growth = EdgeGrowth(field, coarse.vertices, coarse.normals)
         parts = growth.grow(whole, tolerance * coarse.active.spacing, most, progress)
         if parts is not None:
             return _result(growth, parts, coarse, tolerance)
@@ -94,7 +94,7 @@ def again(
     number = np.append(number, np.full(len(before.vertices) - old, -1, np.int32))
     number[used] = count + np.arange(len(used), dtype=np.int32)
 
-    growth = Growth(
+    growth = EdgeGrowth(
         field,
         np.concatenate([coarse.vertices, before.vertices.take(used, axis=0)]),
         np.concatenate([coarse.normals, before.normals.take(used, axis=0)]),
@@ -103,19 +103,19 @@ def again(
     is_fresh = np.ones(len(coarse.triangles), bool)
     is_fresh[parents[parents >= 0]] = False
     fresh = np.flatnonzero(is_fresh).astype(np.int32)
-    parts = Parts.whole(coarse.triangles.take(fresh, axis=0), fresh)
+    parts = Subdivision.whole(coarse.triangles.take(fresh, axis=0), fresh)
     limit = before.tolerance * coarse.active.spacing
     parts = growth.grow(parts, limit, most - len(triangles), progress)
     if parts is None:
         return refine(field, coarse, most, 2 * before.tolerance, progress)
-    if before.tolerance > TOLERANCE and len(before.triangles) < most / 3:
+    if before.tolerance > EDGE_TOLERANCE and len(before.triangles) < most / 3:
         return refine(field, coarse, most, progress=progress)
     triangles = number.take(triangles)
-    kept_parts = Parts(triangles, of_all.take(kept), np.ones(triangles.shape, bool))
-    return _result(growth, Parts.together([kept_parts, parts]), coarse, before.tolerance)
+    kept_parts = Subdivision(triangles, of_all.take(kept), np.ones(triangles.shape, bool))
+    return _result(growth, Subdivision.together([kept_parts, parts]), coarse, before.tolerance)
 
 
-def _result(growth: Growth, parts: Parts, coarse: Proxy, tolerance: float) -> Refined:
+def _result(growth: EdgeGrowth, parts: Subdivision, coarse: Proxy, tolerance: float) -> Refined:
     """The mesh of `parts`, which are all that there are."""
     order = np.argsort(parts.parents, kind="stable")
     return Refined(

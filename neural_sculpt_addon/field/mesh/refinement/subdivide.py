@@ -21,7 +21,7 @@ LOW = np.int64(2**32 - 1)
 DIVISIONS = 8  # of an edge at most
 
 
-class Parts(NamedTuple):
+class Subdivision(NamedTuple):
     """Triangles, each a part of a coarser one.
 
     triangles: (F, 3)
@@ -34,18 +34,18 @@ class Parts(NamedTuple):
     settled: NDArray[np.bool_]
 
     @staticmethod
-    def whole(triangles: NDArray[np.int32], parents: NDArray[np.int32]) -> "Parts":
+    def whole(triangles: NDArray[np.int32], parents: NDArray[np.int32]) -> "Subdivision":
         """Coarse triangles (F, 3) by their numbers (F,), with everything open."""
-        return Parts(triangles, parents, np.zeros(triangles.shape, bool))
+        return Subdivision(triangles, parents, np.zeros(triangles.shape, bool))
 
     @staticmethod
-    def together(some: list["Parts"]) -> "Parts":
+    def together(some: list["Subdivision"]) -> "Subdivision":
         """All of some."""
-        return Parts(*map(np.concatenate, zip(*some, strict=True)))
+        return Subdivision(*map(np.concatenate, zip(*some, strict=True)))
 
-    def where(self, chosen: NDArray[np.bool_]) -> "Parts":
+    def where(self, chosen: NDArray[np.bool_]) -> "Subdivision":
         """The chosen (F,) ones."""
-        return Parts(*(array.compress(chosen, axis=0) for array in self))
+        return Subdivision(*(array.compress(chosen, axis=0) for array in self))
 
 
 class Edges(NamedTuple):
@@ -67,7 +67,7 @@ class Edges(NamedTuple):
         return np.append(number, np.int32(-1)).take(self.corners[triangles])
 
 
-def open_edges(parts: Parts) -> Edges:
+def open_edges(parts: Subdivision) -> Edges:
     """The open edges of `parts`, each once."""
     ends, corners = find_edges(parts.triangles)
     is_open = np.ones(len(ends), bool)
@@ -88,7 +88,9 @@ def ends_of(name: NDArray[np.int64]) -> NDArray[np.int32]:
     return np.stack([name >> 32, name & LOW], axis=1).astype(np.int32)
 
 
-def divided(parts: Parts, middles: NDArray[np.int32], vertices: NDArray[np.float32]) -> Parts:
+def divided(
+    parts: Subdivision, middles: NDArray[np.int32], vertices: NDArray[np.float32]
+) -> Subdivision:
     """What becomes of triangles that have a marked edge each.
 
     middles:  (F, 3), the vertex in the middle of the edge from each corner to the next, or -1
@@ -115,7 +117,7 @@ def divided(parts: Parts, middles: NDArray[np.int32], vertices: NDArray[np.float
         else:
             parents = parts.parents[some]
         found.append(_patterned(six, parents, pattern))
-    return Parts.together(found)
+    return Subdivision.together(found)
 
 
 def halved(
@@ -134,7 +136,7 @@ def halved(
     number = np.where(chosen, len(vertices) - 1 + np.cumsum(chosen), -1).astype(np.int32)
     number = number[of_corners]  # (T, 3)
     marked = (number >= 0).any(axis=1)
-    parts = Parts.whole(triangles[marked], np.flatnonzero(marked).astype(np.int32))
+    parts = Subdivision.whole(triangles[marked], np.flatnonzero(marked).astype(np.int32))
     parts = divided(parts, number[marked], np.concatenate([vertices, middles]))
     return np.concatenate([triangles[~marked], parts.triangles])
 
@@ -184,12 +186,14 @@ _TWO_OTHERWISE: _Pattern = (((3, 1, 4), (3, 4, 2), (0, 3, 2)), ((2, 2),))
 _THREE: _Pattern = (((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)), ())
 
 
-def _patterned(six: NDArray[np.int32], parents: NDArray[np.int32], pattern: _Pattern) -> Parts:
+def _patterned(
+    six: NDArray[np.int32], parents: NDArray[np.int32], pattern: _Pattern
+) -> Subdivision:
     corners, settled = pattern
     flags = np.zeros((len(corners), 3), bool)
     for triangle, edge in settled:
         flags[triangle, edge] = True
-    return Parts(
+    return Subdivision(
         six.take(corners, axis=1).reshape(-1, 3),
         np.repeat(parents, len(corners)),
         np.tile(flags, (len(six), 1)),

@@ -23,7 +23,7 @@ from neural_sculpt_addon.field.levels import (
     support,
 )
 from neural_sculpt_addon.field.mesh.proxy import extract, update
-from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
+from neural_sculpt_addon.field.mesh.refinement.refine import EDGE_TOLERANCE, again, refine
 from tests.field.analytic import ball, ellipsoid, plane
 
 MANY = 10**7
@@ -69,7 +69,7 @@ def test_edges_of_a_refined_ellipsoid_are_as_near_to_it_as_was_asked():
         return np.abs(value) / np.linalg.norm(2 * points / axes**2, axis=1)
 
     mesh = mesh_of(refined)
-    limit = TOLERANCE * coarse.active.spacing
+    limit = EDGE_TOLERANCE * coarse.active.spacing
     assert off(refined.vertices).max() < 0.05 * limit
     middles = mesh.vertices[mesh.edges_unique].mean(axis=1)
     assert off(middles).max() < 1.05 * limit
@@ -102,7 +102,7 @@ def test_a_bump_narrower_than_a_cell_is_shown_and_nothing_else_is_split():
         square = igl.point_mesh_squared_distance(true, mesh.vertices.astype(float), triangles)[0]
         return np.sqrt(square).max()
 
-    limit = TOLERANCE * coarse.active.spacing
+    limit = EDGE_TOLERANCE * coarse.active.spacing
     assert missed(refined) < 1.5 * limit < missed(coarse)
     split = np.bincount(refined.parents)[: len(coarse.triangles)] > 1
     middles = coarse.vertices[coarse.triangles[split]].mean(axis=1)
@@ -205,11 +205,11 @@ def test_a_budget_is_kept_and_used():
     coarse = extract(field, 64)
     whole = refine(field, coarse, MANY)
     count, least = len(whole.triangles), len(coarse.triangles)
-    assert whole.tolerance == TOLERANCE
+    assert whole.tolerance == EDGE_TOLERANCE
     budget = (count + least) // 2
     tight = refine(field, coarse, budget)
     assert least < len(tight.triangles) <= budget < count
-    assert tight.tolerance > TOLERANCE
+    assert tight.tolerance > EDGE_TOLERANCE
     none = refine(field, coarse, least - 1)
     np.testing.assert_array_equal(none.triangles, coarse.triangles)
     change = bumpy(2, 20)
@@ -218,7 +218,7 @@ def test_a_budget_is_kept_and_used():
     for known in (whole, tight, none):
         assert len(again(after, proxy, known, reached, budget).triangles) <= budget
     more = again(after, proxy, none, reached, MANY)  # the artist allows more
-    assert more.tolerance == TOLERANCE
+    assert more.tolerance == EDGE_TOLERANCE
 
 
 def test_another_resolution_begins_anew():
@@ -265,5 +265,5 @@ def test_creases_of_a_fitted_cube_are_as_sharp_as_its_field():
         return np.sqrt(square).mean(), np.degrees(np.arccos(cosine.clip(-1, 1))).mean()
 
     (off, turned), (before, turned_before) = missed(refined), missed(coarse)
-    assert off < TOLERANCE * coarse.active.spacing / 2 < before / 5
+    assert off < EDGE_TOLERANCE * coarse.active.spacing / 2 < before / 5
     assert turned < turned_before / 2

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.field.mesh.refinement.subdivide import (
-    Parts,
+    Subdivision,
     divide,
     divided,
     ends_of,
@@ -36,7 +36,10 @@ def test_any_marked_edges_leave_a_mesh_closed_and_its_volume_the_same(shape, sha
     mesh, random = MESHES[shape], np.random.default_rng(seed)
     count = len(mesh.faces)
     vertices = mesh.vertices.astype(np.float32)
-    parts, done = Parts.whole(mesh.faces.astype(np.int32), np.arange(count, dtype=np.int32)), []
+    parts, done = (
+        Subdivision.whole(mesh.faces.astype(np.int32), np.arange(count, dtype=np.int32)),
+        [],
+    )
     for _ in range(times):
         edges = open_edges(parts)
         assert not edges.alone.any()
@@ -47,7 +50,7 @@ def test_any_marked_edges_leave_a_mesh_closed_and_its_volume_the_same(shape, sha
         some = (middles >= 0).any(axis=1)
         done.append(parts.where(~some))
         parts = divided(parts.where(some), middles[some], vertices)
-    parts = Parts.together([*done, parts])
+    parts = Subdivision.together([*done, parts])
     found = trimesh.Trimesh(vertices, parts.triangles, process=False)
     assert found.is_watertight and found.is_winding_consistent
     assert found.euler_number == mesh.euler_number
@@ -57,7 +60,7 @@ def test_any_marked_edges_leave_a_mesh_closed_and_its_volume_the_same(shape, sha
 
 
 def test_a_settled_edge_is_not_asked_about_again():
-    parts = Parts.whole(np.array([[0, 1, 2]], np.int32), np.array([7], np.int32))
+    parts = Subdivision.whole(np.array([[0, 1, 2]], np.int32), np.array([7], np.int32))
     edges = open_edges(parts)
     first = {frozenset(pair): k for k, pair in enumerate(edges.ends.tolist())}
     number = np.full(3, -1, np.int32)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Brushed proxies: what brushes of Sculpt Mode did to each proxy since its field was told of it."""
+"""Tracked proxies: what brushes of Sculpt Mode did to each proxy since its field was told of it."""
 
 from dataclasses import dataclass, field
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....worker.client import Message
 from ...scene import sculpt_steps
 from ...scene.mesh import proxy_mesh
-from ...scene.mesh.brushed import Part
+from ...scene.mesh.moved_part import MovedPart
 from ...scene.sculpt_steps import Step
 from ..job import Job, JobStatus
 from ..worker_session import session
@@ -20,8 +20,9 @@ from ..worker_session import session
 Vectors = NDArray[np.float32]
 
 UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
-_BRUSHES = "SCULPT_OT_", "TRANSFORM_OT_"
-_AT_WORK = (*_BRUSHES, "NEURAL_SCULPT_OT_draw")
+REPLACED = n_("Absorbing was cancelled: the proxy is another one.")
+_BRUSH_OPERATORS = "SCULPT_OT_", "TRANSFORM_OT_"
+_AT_WORK = (*_BRUSH_OPERATORS, "NEURAL_SCULPT_OT_draw")
 
 
 @dataclass(eq=False)
@@ -34,7 +35,7 @@ class BrushStroke:
     """
 
     name: str
-    part: Part
+    part: MovedPart
     seen: Vectors
     after: Vectors
     step: Step | None
@@ -49,13 +50,13 @@ class BrushStroke:
 
 
 @dataclass(eq=False)
-class BrushedProxy:
+class TrackedProxy:
     """A proxy as the field made it, and what brushes did since.
 
     filled:    its fingerprint
     positions: (V, 3)
     told:      the same, without what moved too little for the field to be told of it
-    corners:   (3, F), see `brushed.cut`
+    corners:   (3, F), see `moved_part.cut`
     step:      of Blender's history at which it was so
     known:     the strokes, in order, and those that undo took from the mesh
     count:     how many of them the mesh has
@@ -94,18 +95,47 @@ class BrushedProxy:
                 session.cancel_job(stroke.job, why)
 
 
-proxies: dict[int, BrushedProxy] = {}
-"""By session_uid of the object."""
+class TrackedProxies:
+    """The tracked proxies of all fields, by session_uid of the object."""
+
+    def __init__(self) -> None:
+        """None is tracked yet."""
+        self._proxies: dict[int, TrackedProxy] = {}
+
+    def get(self, target: int | None) -> TrackedProxy | None:
+        """The proxy of an object; None where none is tracked."""
+        return None if target is None else self._proxies.get(target)
+
+    def each(self) -> list[tuple[int, TrackedProxy]]:
+        """All that are tracked now, with the session_uids of their objects."""
+        return [*self._proxies.items()]
+
+    def have_strokes(self) -> bool:
+        """Whether strokes of any of them are on their way into the field."""
+        return any(proxy.count for proxy in self._proxies.values())
+
+    def track(self, ob: Object, positions: Vectors) -> TrackedProxy:
+        """From now on track what brushes do to a proxy of triangles, whose vertices are these
+        (V, 3), as the field made them."""
+        mesh = proxy_mesh.mesh_of(ob)
+        corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
+        filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
+        proxy = TrackedProxy(filled, positions, positions, corners, step)
+        self._proxies[ob.session_uid] = proxy
+        return proxy
+
+    def drop(self, target: int) -> None:
+        """Track the proxy of an object no more, for it is another one; its jobs are cancelled."""
+        if (proxy := self._proxies.pop(target, None)) is not None:
+            proxy.keep(0, REPLACED)
+
+    def forget(self) -> None:
+        """Track none, for another file is loaded, with which all jobs end."""
+        self._proxies.clear()
 
 
-def follow(ob: Object, positions: Vectors) -> BrushedProxy:
-    """From now on follow what brushes do to a proxy of triangles, whose vertices are these (V, 3),
-    as the field made them."""
-    mesh = proxy_mesh.mesh_of(ob)
-    corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
-    filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
-    proxies[ob.session_uid] = proxy = BrushedProxy(filled, positions, positions, corners, step)
-    return proxy
+proxies = TrackedProxies()
+"""The only ones."""
 
 
 def is_at_work() -> bool:
@@ -115,7 +145,7 @@ def is_at_work() -> bool:
 
 def is_brushing() -> bool:
     """The same, but for a neural stroke."""
-    return _runs(_BRUSHES)
+    return _runs(_BRUSH_OPERATORS)
 
 
 def _runs(names: tuple[str, ...]) -> bool:

@@ -11,8 +11,7 @@ from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...scene.commit import add_entry, new_revision
 from ...scene.mesh import native_edits, proxy_mesh
-from ...scene.objects import found
-from ...scene.properties import field_of, shown_as
+from ...scene.properties import field_of, found, shown_as
 from ...scene.stroke_list import SCULPTED, Entry
 from .. import states
 from ..job import Job, Request
@@ -43,4 +42,4 @@ def absorb_job(ob: Object, follows: bool = False) -> Job:
         native_edits.refuse_since(ob, absorbed[-1])
         add_entry(ob, Entry("", iface_(SCULPTED)), result, LABEL)
 
-    return Job(JobKind.ABSORB, LABEL, request, apply, target=target, follows=follows)
+    return Job(JobKind.ABSORB_PROXY, LABEL, request, apply, target=target, follows=follows)

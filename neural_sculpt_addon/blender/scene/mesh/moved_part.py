@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 Vectors = NDArray[np.float32]
 
 LEAST_MOVE = 1e-5
-"""What a vertex must have moved, model units: a tenth of what an absorbed one may be off."""
+"""Least distance, model units, by which a vertex counts as moved: a tenth of the error that an
+absorbed one may have."""
 
 
-class Part(NamedTuple):
+class MovedPart(NamedTuple):
     """Some vertices (P,) of a mesh, and the triangles between them."""
 
     vertices: NDArray[np.intp]  # (P,), rising
@@ -25,7 +26,7 @@ class Part(NamedTuple):
     triangles: NDArray[np.int32]  # (T, 3), of the P
 
 
-def cut(before: Vectors, after: Vectors, corners: NDArray[np.int32]) -> Part | None:
+def cut(before: Vectors, after: Vectors, corners: NDArray[np.int32]) -> MovedPart | None:
     """What differs between two states (V, 3) of a mesh; None when nothing does.
 
     corners: (3, F), each row contiguous: the first corners of all triangles, the second, the third
@@ -44,7 +45,7 @@ def cut(before: Vectors, after: Vectors, corners: NDArray[np.int32]) -> Part | N
     number[vertices] = np.arange(len(vertices), dtype=np.int32)
     old = before[vertices]
     new = np.where(changed[vertices, None], after[vertices], old)
-    return Part(vertices, old, new, np.ascontiguousarray(number[chosen].T))
+    return MovedPart(vertices, old, new, np.ascontiguousarray(number[chosen].T))
 
 
 def _touching(vertices: NDArray[np.bool_], corners: NDArray[np.int32]) -> NDArray[np.bool_]:
