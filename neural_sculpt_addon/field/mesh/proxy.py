@@ -276,9 +276,7 @@ def _snap(
         _onto_edges(mesh, moving, active, field)
 
 
-def _onto_edges(
-    mesh: RawMesh, lost: NDArray[np.intp], active: ActiveCells, field: Field
-) -> None:
+def _onto_edges(mesh: RawMesh, lost: NDArray[np.intp], active: ActiveCells, field: Field) -> None:
     """Bring the `lost` vertices (P,) to f = 0 on their edges, at whose ends its signs differ."""
     edges = mesh.edges.take(lost)
     cell = np.searchsorted(active.index, edges // 3)  # that owns the edge, at its lowest corner

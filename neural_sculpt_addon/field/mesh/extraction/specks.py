@@ -53,9 +53,7 @@ def find_specks(
     for piece in np.flatnonzero(small):
         check()
         of_piece = order[starts[piece] : starts[piece + 1]]
-        specks[piece] = _leads_on(
-            field, places[of_piece], float(np.sign(volumes[piece])), spacing
-        )
+        specks[piece] = _leads_on(field, places[of_piece], float(np.sign(volumes[piece])), spacing)
     return specks[labels]
 
 

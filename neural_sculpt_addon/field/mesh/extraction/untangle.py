@@ -27,8 +27,11 @@ MEANS = 2
 """Rounds in which corners are tried on the way to the mean of their neighbours alone: that turns
 half of the triangles back, with a tenth of the places."""
 
-PLACES, NEAREST, FARTHEST = 12, 0.1, 1.5
-"""Of a corner that are tried in a round, at random, and from and to how many cells away."""
+PLACES, MORE = 12, 36
+"""Where a corner is tried in a round, at random, at first and later."""
+
+NEAREST, FARTHEST = 0.1, 1.5
+"""From and to how many cells away."""
 
 CALM = 8
 """Rounds in which a corner only goes where it is better, and makes no triangle thin. Then in every
@@ -92,7 +95,10 @@ def untangle(
         if not moving.any():
             return
         rings, random = _rings(mesh, moving), np.random.default_rng(number)
-        goals = _means(mesh, rings) if number < MEANS else _around(mesh, rings, spacing, random)
+        if number < MEANS:
+            goals = _means(mesh, rings)
+        else:
+            goals = _around(mesh, rings, PLACES if number < CALM else MORE, spacing, random)
         tried = _tried(mesh, rings, goals, field, spacing)
         score, cosines = _scores(mesh, rings, tried, field, POOR if number < CALM else THIN)
         if number >= CALM and number % 2:
@@ -151,12 +157,12 @@ def _means(mesh: RawMesh, rings: _Rings) -> NDArray[np.float32]:
 
 
 def _around(
-    mesh: RawMesh, rings: _Rings, spacing: float, random: np.random.Generator
+    mesh: RawMesh, rings: _Rings, count: int, spacing: float, random: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Goals (PLACES, N, 3) of the vertices of rings, all in the same directions from where each
+    """Goals (count, N, 3) of the vertices of rings, all in the same directions from where each
     is."""
-    way = random.normal(size=(PLACES, 1, 3))
-    away = spacing * np.exp(random.uniform(*np.log([NEAREST, FARTHEST]), (PLACES, 1, 1)))
+    way = random.normal(size=(count, 1, 3))
+    away = spacing * np.exp(random.uniform(np.log(NEAREST), np.log(FARTHEST), (count, 1, 1)))
     way *= away / np.linalg.norm(way, axis=2, keepdims=True)
     return mesh.vertices.take(rings.vertices, axis=0) + way.astype(np.float32)
 
