@@ -123,7 +123,8 @@ def update(
     _relax(mesh, fresh, active.spacing)
     moved = fresh | _within(mesh.vertices, reached)
     _snap(mesh, moved, active, field, sub_progress(progress, 0.7, 0.9))
-    moved[mesh.triangles[_within(mesh.vertices[mesh.triangles].mean(axis=1), reached)]] = True
+    a, b, c = (mesh.vertices.take(corner, axis=0) for corner in mesh.triangles.T)
+    moved[mesh.triangles[_within((a + b + c) / 3, reached)]] = True
     return _untangled(mesh, moved, active, field, sub_progress(progress, 0.9, 1))
 
 
