@@ -42,9 +42,9 @@ REPEATED = 3  # times with other samples
 MODULES = {
     "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
     "solve.local": (
-        *("FEWEST", "MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "HEAVIER", "MISSED", "TILTED"),
-        *("SHARE", "FAMILY", "FINER", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
-        "CERTAIN",
+        *("FEWEST", "MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED", "HEAVIER", "MISSED"),
+        *("TILTED", "SHARE", "FAMILY", "FINER", "COMPANY", "FINER_ITERATIONS", "CLEARING"),
+        *("CLEAR", "CERTAIN"),
     ),
     "solve.edit_rows": (
         *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),

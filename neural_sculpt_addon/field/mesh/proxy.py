@@ -26,24 +26,25 @@ from scipy.sparse import csc_array
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
-from ..evaluate import values_and_gradients
+from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..geometry import lengths
-from ..levels import SUPPORT, centres, places
+from ..levels import SUPPORT, cells_of, cells_per_axis, centres, linear, places
 from ..levels import spacing as level_spacing
 from .components import Components, find_components
 from .extraction.cell_update import update_cells
 from .extraction.cells import find_active
-from .extraction.lattice import ActiveCells, steps
+from .extraction.lattice import ActiveCells, edge_centres, steps
 from .extraction.march import RawMesh, march, weld_caps
 from .extraction.mesh_update import update_mesh
-from .extraction.specks import find_specks, small_pieces
+from .extraction.specks import find_specks
 from .extraction.untangle import untangle
 
 RELAXATION = 0.7  # share of the way to the mean of the neighbours
 LONGEST_STEP = 0.5  # longest Newton step, in cells
-LEAST_STEP = 0.05  # a vertex that moved less, in cells, needs no further step
+LEAST_STEP = 0.02  # a vertex that moved less, in cells, needs no further step
 NEWTON_STEPS = 3
+HALVINGS = 10  # of a lattice edge, for what Newton steps lose
 FLAT = 1e-6  # a gradient below this has no direction
 ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
 NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
@@ -100,7 +101,7 @@ def finish(rough: Rough, field: Field, progress: Progress = silent) -> Proxy:
     progress(0.0, "Meshing")
     fresh = np.ones(len(mesh.vertices), bool)
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.2, 0.8))
+    _snap(mesh, fresh, active, field, sub_progress(progress, 0.2, 0.8))
     return _untangled(mesh, fresh, active, field, sub_progress(progress, 0.8, 1))
 
 
@@ -120,8 +121,11 @@ def update(
     if mesh.cap.any():
         return extract(field, active.cells, sub_progress(progress, 0.6, 1))
     _relax(mesh, fresh, active.spacing)
-    _snap(mesh, fresh, field, active.spacing, sub_progress(progress, 0.7, 0.9))
-    return _untangled(mesh, fresh, active, field, sub_progress(progress, 0.9, 1))
+    moved = fresh | _within(mesh.vertices, reached)
+    _snap(mesh, moved, active, field, sub_progress(progress, 0.7, 0.9))
+    a, b, c = (mesh.vertices.take(corner, axis=0) for corner in mesh.triangles.T)
+    moved[mesh.triangles[_within((a + b + c) / 3, reached)]] = True
+    return _untangled(mesh, moved, active, field, sub_progress(progress, 0.9, 1))
 
 
 def sketch(field: Field, cells: int, progress: Progress = silent) -> Proxy:
@@ -130,7 +134,8 @@ def sketch(field: Field, cells: int, progress: Progress = silent) -> Proxy:
 
     Errors as from `extract`.
     """
-    return _without_specks(_proxy(*find(field, cells, progress)), field, progress)
+    proxy = _proxy(*find(field, cells, progress))
+    return _without(proxy, _find_specks(proxy, field, progress))
 
 
 def update_sketch(
@@ -140,7 +145,8 @@ def update_sketch(
     if not proxy.marched.cap.any():
         rough, _ = _updated(proxy, field, reached, progress)
         if not rough.mesh.cap.any():
-            return _without_specks(_proxy(*rough), field, progress)
+            proxy = _proxy(*rough)
+            return _without(proxy, _find_specks(proxy, field, progress))
     return sketch(field, proxy.active.cells, progress)
 
 
@@ -176,14 +182,11 @@ def _mesh(active: ActiveCells) -> RawMesh:
 def _untangled(
     mesh: RawMesh, fresh: NDArray[np.bool_], active: ActiveCells, field: Field, progress: Progress
 ) -> Proxy:
-    """The proxy whose mesh is ready but for what is turned over about its `fresh` (V,) vertices.
-
-    Small pieces stay: where their vertices are says whether they are specks.
-    """
+    """The proxy whose mesh is ready but for what is turned over about its `fresh` (V,) vertices."""
     proxy = _proxy(mesh, active)  # it has the mesh's own arrays
-    free = fresh & ~small_pieces(proxy.components)[proxy.components.labels]
-    untangle(mesh, free, field, active.spacing, progress)
-    return _without_specks(proxy, field, progress)
+    specks = _find_specks(proxy, field, progress)
+    untangle(mesh, fresh & ~specks, field, active.spacing, progress)
+    return _without(proxy, specks)
 
 
 def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
@@ -192,18 +195,31 @@ def _proxy(mesh: RawMesh, active: ActiveCells) -> Proxy:
     return Proxy(mesh.vertices, mesh.normals, mesh.triangles, mesh.edges, active, mesh)
 
 
-def _without_specks(proxy: Proxy, field: Field, progress: Progress) -> Proxy:
-    vertices, normals, triangles = proxy.vertices, proxy.normals, proxy.triangles
-    left = ~find_specks(
-        *(field, vertices, triangles, proxy.components, proxy.active.spacing),
-        lambda: progress(1, "Meshing"),
+def _find_specks(proxy: Proxy, field: Field, progress: Progress) -> NDArray[np.bool_]:
+    """Which vertices (V,) of a proxy that has its specks belong to these."""
+    return find_specks(
+        *(field, edge_centres(proxy.edges, proxy.active.cells), proxy.triangles),
+        *(proxy.components, proxy.active.spacing, lambda: progress(1, "Meshing")),
     )
-    if left.all():
+
+
+def _without(proxy: Proxy, specks: NDArray[np.bool_]) -> Proxy:
+    """The proxy without the vertices (V,) of its specks."""
+    if not specks.any():
         return proxy
+    vertices, normals, triangles = proxy.vertices, proxy.normals, proxy.triangles
+    left = ~specks
     number = (np.cumsum(left) - 1).astype(np.int32)
     triangles = number[triangles[left[triangles[:, 0]]]]
     edges = proxy.edges[left]
     return Proxy(vertices[left], normals[left], triangles, edges, proxy.active, proxy.marched)
+
+
+def _within(points: NDArray[np.float32], reached: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Which of the points (N, 3) lie in cells `reached` (S,), as of `levels.support`."""
+    inside = np.zeros(cells_per_axis(SUPPORT) ** 3, bool)
+    inside[reached] = True
+    return inside.take(linear(cells_of(points, SUPPORT), SUPPORT))
 
 
 def _lattice_cells(reached: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
@@ -244,14 +260,36 @@ def _relax(mesh: RawMesh, fresh: NDArray[np.bool_], spacing: float) -> None:
 
 
 def _snap(
-    mesh: RawMesh, fresh: NDArray[np.bool_], field: Field, spacing: float, progress: Progress
+    mesh: RawMesh,
+    fresh: NDArray[np.bool_],
+    active: ActiveCells,
+    field: Field,
+    progress: Progress,
 ) -> None:
-    """Newton steps of the `fresh` vertices until they are settled, and their normals."""
+    """Newton steps of the `fresh` vertices until they are settled, and their normals. Those that
+    lose their way go to where their edge of the lattice crosses the surface."""
     moving = np.flatnonzero(fresh & ~mesh.cap)
     for number in range(NEWTON_STEPS):
         share = sub_progress(progress, number / NEWTON_STEPS, (number + 1) / NEWTON_STEPS)
-        distance = _step(field, mesh, moving, spacing, share)
-        moving = moving[distance > LEAST_STEP * spacing]
+        distance = _step(field, mesh, moving, active.spacing, share)
+        moving = moving[distance > LEAST_STEP * active.spacing]
+    if len(moving):
+        _onto_edges(mesh, moving, active, field)
+
+
+def _onto_edges(mesh: RawMesh, lost: NDArray[np.intp], active: ActiveCells, field: Field) -> None:
+    """Bring the `lost` vertices (P,) to f = 0 on their edges, at whose ends its signs differ."""
+    edges = mesh.edges.take(lost)
+    cell = np.searchsorted(active.index, edges // 3)  # that owns the edge, at its lowest corner
+    inside = active.values[0].take(cell)[:, None] < 0  # the lower end
+    along = np.eye(3, dtype=np.float32).take(edges % 3, axis=0)  # (P, 3)
+    points = edge_centres(edges, active.cells)
+    for number in range(2, HALVINGS + 2):
+        same = (values(field, points)[:, None] < 0) == inside
+        points += np.where(same, along, -along) * np.float32(active.spacing / 2**number)
+    _, gradient = values_and_gradients(field, points)
+    mesh.vertices[lost] = points
+    mesh.normals[lost] = gradient / np.maximum(lengths(gradient), FLAT)
 
 
 def _step(

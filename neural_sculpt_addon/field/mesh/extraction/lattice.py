@@ -54,6 +54,14 @@ def places(points: NDArray[np.int32], cells: int) -> NDArray[np.int32]:
     return np.stack([x, column - n * x, points - n * column])
 
 
+def edge_centres(edges: NDArray[np.int64], cells: int) -> NDArray[np.float32]:
+    """Where the centres (V, 3) of edges are, each named 3 * (point at its lower end) + axis."""
+    point, axis = np.divmod(edges, 3)
+    place = places(point.astype(np.int32), cells).T.astype(np.float32)
+    place += np.float32(0.5) * np.eye(3, dtype=np.float32).take(axis, axis=0) - 1
+    return np.clip(place * np.float32(2 / cells) - 1, -1, 1)
+
+
 def codes_of(value: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Which of the 8 corners, on the first axis, are inside, as bits; zero counts as inside."""
     codes = np.zeros(value.shape[1:], np.uint8)

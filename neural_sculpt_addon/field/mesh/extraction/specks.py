@@ -21,34 +21,36 @@ from ..components import Components, signed_volumes
 SMALL_PIECE = 50
 """Vertices: a piece with fewer is some three cells wide, and is looked at."""
 
-SPECK_BORDER, SPECK_SAMPLES = 1.0, 3
+SPECK_BORDER, SPECK_SAMPLES = 0.75, 3
 """Cells around such a piece that are sampled, and samples along the edge of one."""
 
 
 def find_specks(
     field: Field,
-    vertices: NDArray[np.float32],
+    places: NDArray[np.float32],
     triangles: NDArray[np.int32],
     pieces: Components,
     spacing: float,
     check: Callable[[], None],
 ) -> NDArray[np.bool_]:
-    """Which of the `vertices` (V, 3) of the field's mesh belong to specks (V,).
+    """Which vertices of the field's mesh belong to specks (V,).
 
+    places:    (V, 3), the centres of the lattice edges that the vertices come from: they say
+               whether a piece is a speck, however vertices were moved since
     triangles: (F, 3)
     pieces:    of that mesh
     spacing:   edge of a cell of the lattice, in model space
     check:     is called now and then, and may raise
     """
     count, labels = pieces
-    small = small_pieces(pieces)
-    if not small.any():
-        return np.zeros(len(vertices), bool)
-    volumes = signed_volumes(vertices, triangles, labels, count)
+    small = np.bincount(labels, minlength=count) < SMALL_PIECE
+    if small.all() or not small.any():
+        return np.zeros(len(places), bool)
+    volumes = signed_volumes(places, triangles, labels, count)
     chosen = np.flatnonzero(small)
     order = np.argsort(labels, kind="stable")
     starts = np.searchsorted(labels[order], np.arange(count + 1))
-    boxes = [_box(vertices[order[starts[piece] : starts[piece + 1]]], spacing) for piece in chosen]
+    boxes = [_box(places[order[starts[piece] : starts[piece + 1]]], spacing) for piece in chosen]
     check()
     f = values(field, np.concatenate([box.reshape(-1, 3) for box in boxes]))
     ends = np.cumsum([box.size // 3 for box in boxes])[:-1]
@@ -56,19 +58,13 @@ def find_specks(
     for piece, box, inside in zip(chosen, boxes, np.split(f, ends), strict=True):
         check()
         side = float(np.sign(volumes[piece]))
-        middle = vertices[order[starts[piece] : starts[piece + 1]]].mean(axis=0)
+        middle = places[order[starts[piece] : starts[piece + 1]]].mean(axis=0)
         specks[piece] = _leads_on(box, side * inside.reshape(box.shape[:3]) < 0, middle)
     return specks[labels]
 
 
-def small_pieces(pieces: Components) -> NDArray[np.bool_]:
-    """Which pieces (count,) may be specks; none where all are as small."""
-    small = np.bincount(pieces.labels, minlength=pieces.total) < SMALL_PIECE
-    return small & ~small.all()
-
-
 def _box(piece: NDArray[np.float32], spacing: float) -> NDArray[np.float32]:
-    """Points (X, Y, Z, 3) of a lattice in the box around the vertices (P, 3) of a `piece`."""
+    """Points (X, Y, Z, 3) of a lattice in the box around the places (P, 3) of a `piece`."""
     low, high = (
         piece.min(axis=0) - SPECK_BORDER * spacing,
         piece.max(axis=0) + SPECK_BORDER * spacing,

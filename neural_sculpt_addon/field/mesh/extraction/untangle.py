@@ -3,9 +3,9 @@
 
 Where something is thinner than a cell, marching cubes join its sides as the signs of eight corners
 say, and the mesh may fold back over itself. Its topology is not to blame: on the surface there are
-places for the corners of such triangles where none is turned over. Each corner is tried in some
-places between and beyond its neighbours, and goes where the triangles around it are turned over the
-least. Model space. See docs/method.md, section 8.
+places for the corners of such triangles where none is turned over. Each corner is tried in places
+around it, and goes where the triangles around it are turned over the least. Model space. See
+docs/method.md, section 8.
 """
 
 from typing import NamedTuple
@@ -15,25 +15,37 @@ from numpy.typing import NDArray
 
 from ....common.progress import Progress
 from ...field import Field
-from ...geometry import lengths
 from ...projection import ARRIVED, project
-from ..quality import LEANS, POOR, facing, shapes
+from ..quality import POOR, facing, find_doubtful, shapes
 from .march import RawMesh
 
-ROUNDS = 20
-"""How often corners are moved at most. Six turn nine of ten triangles back; for the last ones there
-are few corners to try."""
-
-SHARES = 0.5, 0.25, -0.5
-"""Of the way to its neighbours: where a corner is tried, in turn."""
+ROUNDS = 64
+"""How often corners are moved at most. Six turn nine of ten triangles back; one in ten thousand of
+them takes all."""
 
 MEANS = 2
 """Rounds in which corners are tried on the way to the mean of their neighbours alone: that turns
-half of the triangles back, with a fifth of the places."""
+half of the triangles back, with a tenth of the places."""
+
+PLACES, MORE = 12, 36
+"""Where a corner is tried in a round, at random, at first and later."""
+
+NEAREST, FARTHEST = 0.1, 1.5
+"""From and to how many cells away."""
+
+CALM = 8
+"""Rounds in which a corner only goes where it is better, and makes no triangle thin. Then in every
+second one chance has a say: of few corners no single one may have a better place."""
+
+CHANCE = 0.5
+"""The scale of what chance adds to a score."""
+
+THIN = 0.1
+"""Quality below which no triangle becomes in the end, some 3 degrees."""
 
 MOST = 5000
 """Triangles that are turned back at most, each in a millisecond: after a hundred wild strokes there
-were 1700. Where there are more, the lattice is too coarse for all of the field."""
+were 3000 in 384 cells. Where there are more, the lattice is too coarse for all of the field."""
 
 
 class _Rings(NamedTuple):
@@ -82,9 +94,15 @@ def untangle(
         moving &= free
         if not moving.any():
             return
-        rings = _rings(mesh, moving)
-        tried = _tried(mesh, rings, SHARES[number % len(SHARES)], number >= MEANS, field, spacing)
-        score, cosines = _scores(mesh, rings, tried, field)
+        rings, random = _rings(mesh, moving), np.random.default_rng(number)
+        if number < MEANS:
+            goals = _means(mesh, rings)
+        else:
+            goals = _around(mesh, rings, PLACES if number < CALM else MORE, spacing, random)
+        tried = _tried(mesh, rings, goals, field, spacing)
+        score, cosines = _scores(mesh, rings, tried, field, POOR if number < CALM else THIN)
+        if number >= CALM and number % 2:
+            score += np.float32(CHANCE) * random.gumbel(size=score.shape).astype(np.float32)
         best = _nearest(tried, score)  # (N,)
         each = np.arange(len(best))
         moves = _apart(rings, score[best, each] - score[0])
@@ -101,9 +119,8 @@ def _find_turned(mesh: RawMesh, free: NDArray[np.bool_], field: Field) -> NDArra
     triangles = mesh.triangles.take(some, axis=0)
     a, b, c = (mesh.vertices.take(corner, axis=0) for corner in triangles.T)
     across, _ = shapes(a, b, c)
-    normals = (mesh.normals.take(corner, axis=0) for corner in triangles.T)
-    sides = [np.einsum("fa,fa->f", across, normal) for normal in normals]
-    asked = np.flatnonzero(np.minimum.reduce(sides) < LEANS * lengths(across)[:, 0])
+    normals = tuple(mesh.normals.take(corner, axis=0) for corner in triangles.T)
+    asked = np.flatnonzero(find_doubtful(field, (a, b, c), normals, across))
     turned = np.zeros(len(mesh.triangles), bool)
     a, b, c, across = (each.take(asked, axis=0) for each in (a, b, c, across))
     over = np.flatnonzero(facing(field, a, b, c, across) < 0)
@@ -130,19 +147,31 @@ def _rings(mesh: RawMesh, chosen: NDArray[np.bool_]) -> _Rings:
     return _Rings(vertices, starts, owners, some[row], corners)
 
 
-def _tried(
-    mesh: RawMesh, rings: _Rings, share: float, all_ways: bool, field: Field, spacing: float
-) -> _Tried:
-    """Places for the vertices of rings: the mean of their neighbours and a `share` of the way to it
-    and, where `all_ways` are wanted, to each neighbour."""
+def _means(mesh: RawMesh, rings: _Rings) -> NDArray[np.float32]:
+    """Goals (2, N, 3) of the vertices of rings: the mean of their neighbours, and half the way."""
     start = mesh.vertices.take(rings.vertices, axis=0)  # (N, 3)
     neighbours = mesh.vertices.take(rings.corners[:, 1], axis=0)  # (R, 3)
-    count = np.bincount(rings.owners)
-    mean = np.add.reduceat(neighbours, rings.starts, axis=0) / count[:, None].astype(np.float32)
-    ways = [mean - start]
-    for number in range(count.max() if all_ways else 0):
-        ways.append(neighbours[rings.starts + np.minimum(number, count - 1)] - start)
-    goals = np.stack([mean, *(start + np.float32(share) * way for way in ways)])  # (C - 1, N, 3)
+    count = np.bincount(rings.owners)[:, None].astype(np.float32)
+    mean = np.add.reduceat(neighbours, rings.starts, axis=0) / count
+    return np.stack([mean, (start + mean) / 2])
+
+
+def _around(
+    mesh: RawMesh, rings: _Rings, count: int, spacing: float, random: np.random.Generator
+) -> NDArray[np.float32]:
+    """Goals (count, N, 3) of the vertices of rings, all in the same directions from where each
+    is."""
+    way = random.normal(size=(count, 1, 3))
+    away = spacing * np.exp(random.uniform(np.log(NEAREST), np.log(FARTHEST), (count, 1, 1)))
+    way *= away / np.linalg.norm(way, axis=2, keepdims=True)
+    return mesh.vertices.take(rings.vertices, axis=0) + way.astype(np.float32)
+
+
+def _tried(
+    mesh: RawMesh, rings: _Rings, goals: NDArray[np.float32], field: Field, spacing: float
+) -> _Tried:
+    """Places for the vertices of rings: on the surface, near `goals` (C - 1, N, 3)."""
+    start = mesh.vertices.take(rings.vertices, axis=0)  # (N, 3)
     found = project(field, goals.reshape(-1, 3), reach=spacing / 2)
     usable = (found.distance < ARRIVED) & (np.abs(found.points) < 1).all(axis=1)
     normals = mesh.normals.take(rings.vertices, axis=0)
@@ -154,12 +183,12 @@ def _tried(
 
 
 def _scores(
-    mesh: RawMesh, rings: _Rings, tried: _Tried, field: Field
+    mesh: RawMesh, rings: _Rings, tried: _Tried, field: Field, thin: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """How good each place is (C, N): the sum of those cosines between the triangles around it and
     the field in their middles that are negative; and all cosines (C, R).
 
-    A place that makes a triangle thin, thinner than it was, is none.
+    A place that makes a triangle `thin` in quality, and thinner than it was, is none.
     """
     own = tried.points.take(rings.owners, axis=1)  # (C, R, 3)
     b, c = (
@@ -170,7 +199,7 @@ def _scores(
     cosines = facing(field, own.reshape(-1, 3), b, c, across).reshape(own.shape[:2])
     score = np.add.reduceat(np.minimum(cosines, 0), rings.starts, axis=1)
     least = np.minimum.reduceat(quality.reshape(cosines.shape), rings.starts, axis=1)
-    score[~tried.usable | (least < np.minimum(POOR, least[0]))] = -np.inf
+    score[~tried.usable | (least < np.minimum(np.float32(thin), least[0]))] = -np.inf
     return score, cosines
 
 

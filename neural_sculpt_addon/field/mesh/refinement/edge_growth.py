@@ -37,9 +37,9 @@ those of an edge across a right-angled crease are not."""
 LEAN = 0.3
 """Share of the normal that is across an edge, below which a point moves along all of it."""
 
-NEWTON_STEPS = 2
+NEWTON_STEPS = 3
 """Newton steps of a new vertex at most. One that moved less than the tolerance needs no further
-step: what is left falls with the square."""
+step: what is left falls with the square. One that moved more in the last has lost its way."""
 
 
 class Splits(NamedTuple):
@@ -110,18 +110,18 @@ class EdgeGrowth:
         that stay whole, and what the others are divided into.
 
         Edges on the border have the vertices that they had. One whose new vertex looks away from an
-        end stays: the vertex is on another side of a thin wall or groove. So does one at a triangle
-        that would come out thin or turned over.
+        end stays: the vertex is on another side of a thin wall or groove. So does one whose new
+        vertex finds no surface, and one at a triangle that would come out thin or turned over.
         """
         first = len(self.vertices)
         number = self._on_border(edges)
         chosen = np.flatnonzero((middles.off > limit) & (number < 0))
         ends = edges.ends.take(chosen, axis=0)
-        points, normals = self._settled(ends, middles.points[chosen], limit, progress)
+        points, normals, lost = self._settled(ends, middles.points[chosen], limit, progress)
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         way = lengths(points - (low + high) / 2)
         stray = (way / np.maximum(lengths(high - low), FLAT))[:, 0]
-        stays = stray >= FARTHEST
+        stays = lost | (stray >= FARTHEST)
         for end in ends.T:
             stays |= np.einsum("sa,sa->s", self.normals.take(end, axis=0), normals) <= AWAY
         chosen, points, normals = chosen[~stays], points[~stays], normals[~stays]
@@ -197,8 +197,9 @@ class EdgeGrowth:
         points: NDArray[np.float32],
         enough: float,
         progress: Progress,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges.
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+        """Points (N, 3) on f = 0 and the normals (N, 3), from points near the middles of edges, and
+        which (N,) of them have not come there.
 
         enough: a step that is shorter is the last one
         """
@@ -215,7 +216,9 @@ class EdgeGrowth:
                     self.field, points[part], along[part], reach
                 )
             left = left[off > enough]
-        return points, normals
+        lost = np.zeros(len(points), bool)
+        lost[left] = True
+        return points, normals, lost
 
 
 def _onto(

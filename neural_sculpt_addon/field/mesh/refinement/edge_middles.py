@@ -14,17 +14,12 @@ from ....common.progress import Progress
 from ...evaluate import values
 from ...field import Field
 from ...geometry import lengths
-from ...levels import spacing
 from ..proxy import BATCH
+from ..quality import HIDES, may_hide
 from .subdivide import Edges
 
 PLACES = np.array([0.35, 0.65], np.float32)
 """Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
-
-HIDES = 1.5
-"""Length of an edge, in cells of a level, above which the level's detail may hide between its ends:
-to ask about all that are longer than a cell takes twice as many places, and finds 2 % more edges
-that are off."""
 
 JOINS = -0.6
 """Cosine of the normals at both ends, 127 degrees, below which an edge joins two sides of something
@@ -72,7 +67,7 @@ def find_middles(
     points += bend
     straight = np.flatnonzero(inner & (off <= limit))
     length = lengths(along.take(straight, axis=0))[:, 0]
-    straight = straight[_may_hide(field, points.take(straight, axis=0), length)]
+    straight = straight[may_hide(field, points.take(straight, axis=0), length / np.float32(HIDES))]
     for begin in range(0, len(straight), BATCH):
         progress(begin / len(straight), "Refining the mesh")
         part = straight[begin : begin + BATCH]
@@ -90,14 +85,3 @@ def _bend(
     rise = np.einsum("na,na->n", edges, first)[:, None] * first
     fall = np.einsum("na,na->n", edges, second)[:, None] * second
     return (fall - rise) / 8
-
-
-def _may_hide(
-    field: Field, points: NDArray[np.float32], lengths: NDArray[np.float32]
-) -> NDArray[np.bool_]:
-    """Whether there is detail at `points` (N, 3) that edges of such `lengths` (N,) may hide."""
-    found = np.zeros(len(points), bool)
-    for grid in field.detail.grids:
-        some = np.flatnonzero((lengths > HIDES * spacing(grid.level)) & ~found)
-        found[some] = grid.reaches(points.take(some, axis=0))
-    return found
