@@ -42,15 +42,15 @@ REPEATED = 3  # times with other samples
 MODULES = {
     "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
     "solve.local": (
-        *("FEWEST", "MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED", "HEAVIER", "MISSED"),
-        *("TILTED", "SHARE", "FAMILY", "FINER", "COMPANY", "FINER_ITERATIONS", "CLEARING"),
-        *("CLEAR", "CERTAIN"),
+        *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED", "HEAVIER"),
+        *("MISSED", "TILTED", "SHARE", "FAMILY", "FINER_NODES", "FINER", "COMPANY"),
+        *("FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
     ),
     "solve.edit_rows": (
         *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
         *("MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES"),
     ),
-    "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "SETTLED"),
+    "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "CONVERGED"),
     "projection": ("ARRIVED", "ON_SURFACE"),
     "problem.pose": ("GUIDED",),
     "problem.problem": ("THINNED", "INNER", "MOST_STRETCH"),
@@ -76,7 +76,7 @@ ALSO = {
 PARAMETERS = {
     "solve.spline_system.LEAST_TOUCHED": "damped",
     "solve.spline_system.ITERATIONS": "iterations",
-    "solve.spline_system.SETTLED": "settled",
+    "solve.spline_system.CONVERGED": "settled",
 }
 """What is the default of a parameter of `solve_level`."""
 

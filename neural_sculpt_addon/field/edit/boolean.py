@@ -37,7 +37,7 @@ from .absorb import Absorbed, find_moved, measure
 from .absorption import Absorption
 from .patch import Patch
 
-CELLS, FINEST = 256, 7
+BLEND_CELLS, BLEND_FINEST = 256, 7
 """Cells per axis of the mesh that is taken in, and the level that takes it in: the mesh has four
 samples, vertices and middles of edges, for each face of a cell of that level."""
 
@@ -144,7 +144,7 @@ def combine(
     both = _combined(field, solid, operation, blend)
     if preview is not None:
         preview(_extract(both, preview_cells, sub_progress(progress, 0.0, 0.1)))
-    mesh = _extract(both, CELLS, sub_progress(progress, 0.1, 0.4))
+    mesh = _extract(both, BLEND_CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
 
     def signed(points: NDArray[np.float32], *_: NDArray[Any]) -> NDArray[np.float32]:
@@ -152,7 +152,7 @@ def combine(
 
     rng = np.random.default_rng(0)
     share = sub_progress(progress, 0.4, 0.8)
-    layer = Absorption(field, patch, signed, FINEST, rng, share).layer
+    layer = Absorption(field, patch, signed, BLEND_FINEST, rng, share).layer
     done = field.plus(layer)
     report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
     return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})

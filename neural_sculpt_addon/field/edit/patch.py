@@ -14,7 +14,7 @@ from ..mesh.edges import find_edges
 
 Array = NDArray[np.float32]
 
-FINEST = 8
+FINEST_PATCH = 8
 HELD = 2.0
 """Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
 
@@ -63,4 +63,4 @@ def finest_level(corners: NDArray[np.floating]) -> int:
     if not len(corners):
         return FIT_COARSEST
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-    return int(np.clip(np.rint(np.log2(HELD / edge)), FIT_COARSEST, FINEST))
+    return int(np.clip(np.rint(np.log2(HELD / edge)), FIT_COARSEST, FINEST_PATCH))

@@ -29,7 +29,7 @@ from .brushed import AbsorbedStroke, absorb_brushed
 from .brushed_surface import Brushed
 from .fairing import goals
 
-REACH = 1.5
+SURROUNDINGS = 1.5
 """Radii from the path up to which the patch tells what the surface is like around the stroke."""
 
 FINE_EDGE, PER_CELL = 1 / 10, 0.4
@@ -129,7 +129,7 @@ def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:
     """Which vertices (V,) of the proxy are around a path, on its side of thin parts."""
     proxy, cell = problem.preparation.proxy, problem.preparation.spacing
     radius = one.stroke.brush.radius * one.stroke.largest_factor
-    reach = max(REACH * radius, radius + RINGS * cell)
+    reach = max(SURROUNDINGS * radius, radius + RINGS * cell)
     distance, nearest = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)
     near = np.isfinite(distance)
     upright = one.path.normals[np.where(near, nearest, 0)]

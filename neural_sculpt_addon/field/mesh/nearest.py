@@ -20,7 +20,7 @@ from ..field import Field
 from ..projection import ARRIVED, Projection, project
 from .surface import SurfaceMesh
 
-STRETCHED = 1.5
+LENGTHENED = 1.5
 """How much longer a step between neighbours may become before the mesh is asked. On slopes steps do
 become longer, and to ask in vain takes 5 ms."""
 
@@ -57,7 +57,7 @@ class Nearest:
         steps, led = (
             np.linalg.norm(np.diff(some, axis=0), axis=1) for some in (line, found.points)
         )
-        wander = (led > STRETCHED * steps).any() or found.distance.max() > ARRIVED
+        wander = (led > LENGTHENED * steps).any() or found.distance.max() > ARRIVED
         if not wander or self._tree is None:
             return found
         tree, vertices, triangles, edge = self._tree

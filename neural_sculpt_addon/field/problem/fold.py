@@ -26,7 +26,7 @@ CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywher
 BESIDE = 1 / 64  # radii: how far outside and inside of a sample winding numbers are taken
 NEAR_CROSSING = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
 CLIFF = 8  # times its length before: an edge that grows so much becomes a wall
-ROUNDING = 1e-6  # of places and normals in single precision
+PRECISION = 1e-6  # of places and normals in single precision
 BOUND = 0.5  # |winding numbers| below count as 0
 ORDER, ACCURACY_SCALE = 2, 1.25
 """Of the series of winding numbers, as libigl calls them: its order, and the radii of a part from
@@ -182,7 +182,7 @@ def _through(
 def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
     """Which samples (N,) of a displaced surface face against the way that they went outward."""
     way = after.points - before.points
-    return _outward(before, after) * (way * after.normals).sum(axis=1) < -ROUNDING
+    return _outward(before, after) * (way * after.normals).sum(axis=1) < -PRECISION
 
 
 def _outward(before: Samples, after: Samples) -> NDArray[np.floating]:

@@ -19,7 +19,7 @@ from ..mesh.surface import SurfaceMesh
 
 PATH_POINTS = 257  # of a path; more on one that is longer than 64 radii
 PER_RADIUS = 4  # at least
-MOST_POINTS = 2049  # on a longer one still they are farther apart
+MOST_PATH_POINTS = 2049  # on a longer one still they are farther apart
 MOST_OFF = 0.2
 """How far a control point may lie from the surface, or one radius if that is more. A stroke can
 have been drawn on others that are muted now, or that turned out flatter than was foreseen."""
@@ -53,7 +53,7 @@ def lay(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
         return make_path(surface.points, surface.normals, image=stroke.image)
     points, _ = curve.resample(PATH_POINTS)
     if (count := PER_RADIUS * arc_length(points)[-1] / radius) > PATH_POINTS:
-        points, _ = curve.resample(min(int(count), MOST_POINTS))
+        points, _ = curve.resample(min(int(count), MOST_PATH_POINTS))
     for _ in range(2):  # projected points bunch up where the surface is steep; space them again
         points = _uniform(nearest.find(points).points.astype(float))
     surface = nearest.find(points)

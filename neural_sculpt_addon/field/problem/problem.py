@@ -38,7 +38,7 @@ from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: 70 degree walls
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 TIMES_AS_FINE = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
-MOST_TRIANGLES = 40_000  # of that mesh, about
+MOST_UNDER = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
@@ -256,7 +256,7 @@ class Problem:
         finest = self.field.detail.finest_at(under.points()).max(initial=0)
         most = min(
             self.preparation.spacing / spacing(finest),
-            math.sqrt(MOST_TRIANGLES / max(len(under.triangles), 1)),
+            math.sqrt(MOST_UNDER / max(len(under.triangles), 1)),
         )
         return max((times for times in TIMES_AS_FINE if times <= most), default=1)
 

@@ -38,14 +38,14 @@ from ..mesh.surface import Samples
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .loose import loose_parts
-from .resolution import COARSEST, DENSITY, resolution
+from .resolution import DENSITY, REFUSED_BELOW, resolution
 from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
 would have fewer: those with a radius below 0.0025."""
 
-MARGIN = 0.75
+ACTIVE_MARGIN = 0.75
 """Cells beyond both surfaces that are active, before one more on each side: half as much is 5 %
 less close, twice as much takes a sixth longer and is not closer."""
 
@@ -71,7 +71,7 @@ MISSED, TILTED, SHARE = 4e-4, 0.1, 0.15
 cell that may be more: a cell with more gets nodes of one more level. They trade nodes and rows for
 closeness: half of TILTED is a quarter closer, half of MISSED a sixth, half of SHARE a sixteenth."""
 
-FAMILY, ROOM = 20, 60_000
+FAMILY, FINER_NODES = 20, 60_000
 """Nodes that such a cell takes, about: its children and those beside them. Nodes of finer levels at
 most: twice as many double the time of strokes that fold over the detail of many others, which are
 the slowest, and are a third closer there."""
@@ -106,7 +106,7 @@ class LocalEdit:
         """Draw the rows. SculptError when the stroke is too large, or leaves nothing under it."""
         self.resolution = resolution(problem)
         level = self.resolution.level
-        if level < COARSEST:
+        if level < REFUSED_BELOW:
             raise SculptError(
                 "The stroke covers more surface than one edit can hold. Use a smaller radius,"
                 " fewer points, or fewer copies."
@@ -156,7 +156,7 @@ class LocalEdit:
         both = {level - 1: self._coarse, level: cells}
         self._layer |= solve_levels(both, self._rows, self._problem.check)
         self.field = self._problem.field.plus(self._layer)
-        room = ROOM
+        room = FINER_NODES
         for _ in range(FINER):
             if level == FINEST or not len(missed := self._missed(level, cells, room)):
                 break
@@ -295,14 +295,14 @@ def _sample(problem: Problem, level: int, random: np.random.Generator) -> Displa
 
 
 def _passed(surface: Samples, target: Samples, level: int) -> NDArray[np.int32]:
-    """The cells that the surface passes on its way, and those within MARGIN of it."""
+    """The cells that the surface passes on its way, and those within ACTIVE_MARGIN of it."""
     h = spacing(level)
     way = target.points - surface.points
     farthest = float(np.linalg.norm(way, axis=1).max(initial=0))
     parts = np.linspace(0, 1, math.ceil(farthest / (STRIDE * h)) + 1, dtype=np.float32)
     found = [numbers(surface.points + part * way, level) for part in parts]
     for samples in (surface, target):
-        for side in (-MARGIN, MARGIN):
+        for side in (-ACTIVE_MARGIN, ACTIVE_MARGIN):
             found.append(numbers(samples.points + np.float32(side * h) * samples.normals, level))
     return merged(np.concatenate(found))
 

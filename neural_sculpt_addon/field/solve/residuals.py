@@ -27,7 +27,7 @@ from ..problem.problem import Problem
 from ..threads import join
 
 TUBE, SLOPE, COPIES = 1200, 400, 8  # of each of as many copies of the stroke; more share them
-PRESERVE, AROUND, BOX = 4800, 250, 600  # more of them cost time, fewer let the surface drift
+PRESERVE_ROWS, AROUND_ROWS, BOX_ROWS = 4800, 250, 600  # with fewer the surface drifts
 PRESERVE_WEIGHT, AROUND_WEIGHT, BOX_WEIGHT = 1.7, 0.3, 0.3  # where one of the tube weighs 1
 SLOPE_WEIGHT = 0.03  # what one unit of slope weighs, in units of length
 RIM_SHARE = 0.25  # of the preserve residuals
@@ -66,12 +66,12 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
     target = target.where(order)
     amount = join([tube.displacement.amount for tube in tubes])[order]
     known = problem.preparation
-    rim = _rim(problem, int(RIM_SHARE * PRESERVE), random)
-    held = (PRESERVE - len(rim.points)) // 2
+    rim = _rim(problem, int(RIM_SHARE * PRESERVE_ROWS), random)
+    held = (PRESERVE_ROWS - len(rim.points)) // 2
     on = known.surface.points[problem.known_untouched]
     shell = known.shell.where(problem.known_nearness > SHELL_FROM)
     problem.check()
-    around = signed_distances(problem, target, amount, rim, AROUND, random)
+    around = signed_distances(problem, target, amount, rim, AROUND_ROWS, random)
     problem.check()
     box = known.box.where(_box(problem, random))
     on = on[_stratified(len(on), held, random)]
@@ -139,7 +139,7 @@ def _box(problem: Problem, random: np.random.Generator) -> NDArray[np.intp]:
     """Which box points are used: mostly those where a small change of f could make a surface."""
     far = np.flatnonzero(problem.copies.distance(problem.preparation.box.points) > BOX_FROM)
     weight = problem.preparation.underestimation[far].astype(float) ** 2
-    count = min(BOX, len(far))
+    count = min(BOX_ROWS, len(far))
     return random.choice(far, count, replace=False, p=weight / weight.sum()) if count else far
 
 

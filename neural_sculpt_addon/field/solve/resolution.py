@@ -20,14 +20,14 @@ CELLS_PER_FEATURE = 2.5
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
 
-COARSEST = 4
+REFUSED_BELOW = 4
 """Level below which a stroke would wash out what it covers: it is refused."""
 
 DENSITY = 6.0
 """Samples of the displaced surface for each cell's face: fewer leave nodes that no sample tells
 apart."""
 
-ROWS, NODES = 200_000, 150_000
+MOST_ROWS, MOST_NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
 LAYERS = 5
@@ -64,7 +64,8 @@ def resolution(problem: Problem) -> Resolution:
     def fits(level: int) -> bool:
         reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
         faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
-        return DENSITY * faces <= ROWS and faces * (LAYERS + height / spacing(level)) <= NODES
+        nodes = faces * (LAYERS + height / spacing(level))
+        return DENSITY * faces <= MOST_ROWS and nodes <= MOST_NODES
 
     affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
     return Resolution(min(wanted, affordable), wanted)

@@ -36,7 +36,7 @@ LEAST_TOUCHED = 0.1
 """Least diagonal that damping reckons with, as a share of the mean: for nodes that few rows
 touch."""
 
-ITERATIONS, SETTLED = 20, 0.003
+ITERATIONS, CONVERGED = 20, 0.003
 """Iterations at most, and the share of the residual at which they end. A coarse level, of which
 many rows determine few nodes, takes half of them. Three times the share makes edits a tenth less
 close."""
@@ -109,7 +109,7 @@ def solve_level(
     iterations: int = ITERATIONS,
     damped: float = LEAST_TOUCHED,
     left_out: float = 0.0,
-    settled: float = SETTLED,
+    settled: float = CONVERGED,
 ) -> Level:
     """The best coefficients of the nodes `index` (K,) of a level.
 

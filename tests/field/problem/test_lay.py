@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.mesh.proxy import extract
-from neural_sculpt_addon.field.problem.lay import MOST_POINTS, PATH_POINTS, lay
+from neural_sculpt_addon.field.problem.lay import MOST_PATH_POINTS, PATH_POINTS, lay
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -184,4 +184,4 @@ def test_a_long_path_has_four_points_to_a_radius():
     assert np.linalg.norm(np.diff(path.points, axis=0), axis=1).max() < 1.1 * 0.2 / 4
     middle = (path.points[1:] + path.points[:-1]) / 2
     assert 0.5 - np.linalg.norm(middle, axis=1).min() < 1e-3  # a chord stays that close
-    assert len(lay(ball(0.5), Stroke(spiral, Brush(0.005, 0.01))).points) == MOST_POINTS
+    assert len(lay(ball(0.5), Stroke(spiral, Brush(0.005, 0.01))).points) == MOST_PATH_POINTS
