@@ -17,7 +17,7 @@ from neural_sculpt_addon.field.levels import (
     support,
 )
 from neural_sculpt_addon.field.mesh.proxy import extract, update
-from neural_sculpt_addon.field.mesh.refinement.refine import TOLERANCE, again, refine
+from neural_sculpt_addon.field.mesh.refinement.refine import EDGE_TOLERANCE, again, refine
 from tests.field.analytic import ball
 
 MANY, EDITS = 10**7, 6
@@ -44,7 +44,7 @@ def assert_sound(field, mesh, spacing):
     assert (uses == 2).all() and shape.is_winding_consistent
     _, gradient = values_and_gradients(field, shape.triangles_center)
     assert ((shape.face_normals * gradient).sum(axis=1) >= 0).all()
-    assert off_surface(field, mesh).max() < TOLERANCE * spacing
+    assert off_surface(field, mesh).max() < EDGE_TOLERANCE * spacing
     assert np.mean(np.degrees(shape.face_angles.min(axis=1)) < 5) < 1e-3
 
 
@@ -91,11 +91,11 @@ def test_a_vertex_that_was_moved_to_where_an_edit_comes_goes_with_the_surface():
         marched.vertices[target],
         marched.normals[target],
     )
-    assert off_surface(after, proxy)[target] > TOLERANCE * spacing
+    assert off_surface(after, proxy)[target] > EDGE_TOLERANCE * spacing
     updated = update(proxy, after, support(change))
     same = np.searchsorted(updated.edges, proxy.edges[moved])
     assert updated.edges[same] == proxy.edges[moved]
-    assert off_surface(after, updated).max() < TOLERANCE * spacing
+    assert off_surface(after, updated).max() < EDGE_TOLERANCE * spacing
     far = np.flatnonzero(proxy.vertices[:, 2] < 0)
     kept = np.searchsorted(updated.edges, proxy.edges[far])
     np.testing.assert_array_equal(updated.vertices[kept], proxy.vertices[far])
