@@ -47,7 +47,15 @@ MODULES = {
         *("FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
     ),
     "solve.edit_rows": (
-        *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "STEEP", "UPRIGHT", "NEAR", "STEEPEST", "TRIES"),
+        *(
+            "PRESERVE_WEIGHT",
+            "AROUND_WEIGHT",
+            "SLOPE_WEIGHT",
+            "NORMAL_BIAS",
+            "NEAR",
+            "STEEPEST",
+            "TRIES",
+        ),
         *("MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES"),
     ),
     "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "CONVERGED"),

@@ -40,7 +40,7 @@ class Growth:
 
     shifts:  (V, 3), what is to be added to the vertices
     amounts: (V,), their lengths, signed
-    nearness: (V,), their distances from the path in radii, see `Displacement`; infinite beyond
+    relative_distance: (V,), from the path in radii, see `Displacement`; infinite beyond
     fresh:   (V,), whose shifts may be others than before the last change
     """
 
@@ -48,7 +48,7 @@ class Growth:
         """There is no stroke yet."""
         count = len(surface.positions)
         self.shifts, self.amounts = np.zeros((count, 3)), np.zeros(count)
-        self.nearness = np.full(count, np.inf)
+        self.relative_distance = np.full(count, np.inf)
         self.fresh = np.zeros(count, bool)
         self._surface = surface
         self._drawn = np.empty((0, 3))  # points of the spline
@@ -144,7 +144,9 @@ class Growth:
         positions = self._surface.positions[vertices]
         moved = displace_at(stroke, path, place, positions, upright)
         amounts = np.where(np.isfinite(along), moved.amount, 0.0)
-        self.nearness[vertices] = np.where(np.isfinite(along), moved.nearness, np.inf)
+        self.relative_distance[vertices] = np.where(
+            np.isfinite(along), moved.relative_distance, np.inf
+        )
         self.amounts[vertices] = amounts
         self.shifts[vertices] = amounts[:, None] * moved.direction
         self.fresh[vertices] = True

@@ -23,19 +23,20 @@ FACING = 0.5
 """Cosine between a normal and that of the path, from which on a point is displaced in full."""
 
 MASKED = 1.2
-"""Radii: the least nearness of what is masked in full. It stays, as what lies beside a stroke."""
+"""Radii: the least relative distance of what is masked in full. It stays, as what lies beside a
+stroke."""
 
 
 class Displacement(NamedTuple):
     """What a stroke does to surface points (M, 3).
 
-    nearness: distance from the path in radii; infinite on the other sheet of a thin part, and at
-              least MASKED where a mask keeps the surface
+    relative_distance: from the path in radii; infinite on the other sheet of a thin part, and at
+        least MASKED where a mask keeps the surface
     """
 
     amount: Array  # (M,), signed length
     direction: Array  # (M, 3), unit
-    nearness: Array  # (M,)
+    relative_distance: Array  # (M,)
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
     vertex: NDArray[np.intp]  # (M,), of the path, the nearest one
@@ -50,7 +51,7 @@ class Displacement(NamedTuple):
         return Displacement(
             self.amount[chosen],
             self.direction[chosen],
-            self.nearness[chosen],
+            self.relative_distance[chosen],
             self.beyond[chosen],
             self.normals[chosen],
             self.vertex[chosen],
@@ -84,8 +85,8 @@ def displace_at(
     share = np.clip(cosine / FACING, 0, 1)
     radius = local_radius(stroke, place.u)
     intensity = brush.intensity * _factors(stroke, stroke.intensity_factors, place.u)
-    nearness = np.where(cosine > 0, place.distance / np.maximum(radius, 1e-9), np.inf)
-    inside = np.minimum(nearness, 2.0)  # the profile is zero from 1 on
+    relative_distance = np.where(cosine > 0, place.distance / np.maximum(radius, 1e-9), np.inf)
+    inside = np.minimum(relative_distance, 2.0)  # the profile is zero from 1 on
     left, right = (1 + place.sine) / 2, (1 - place.sine) / 2
     height = left * brush.profile(inside) + right * brush.profile(-inside)
     amount = intensity * brush.modulation(place.u) * height * share**2 * (3 - 2 * share)
@@ -94,12 +95,12 @@ def displace_at(
     if brush.alpha is not None:
         amount = amount * _grey(brush.alpha, stroke, path, place, amount != 0)
     if stroke.mask is not None:
-        near = np.flatnonzero(nearness < MASKED)
+        near = np.flatnonzero(relative_distance < MASKED)
         mask = stroke.mask(np.asarray(points, float)[near])
         amount[near] *= 1 - mask
-        nearness[near[mask == 1]] = MASKED
+        relative_distance[near[mask == 1]] = MASKED
     direction = place.normals if stroke.direction is Direction.STROKE else normals
-    return Displacement(amount, direction, nearness, place.beyond, normals, place.vertex)
+    return Displacement(amount, direction, relative_distance, place.beyond, normals, place.vertex)
 
 
 def local_radius(stroke: Stroke, u: Array) -> Array:

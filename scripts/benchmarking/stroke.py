@@ -6,7 +6,7 @@ field while the stroke was drawn, and Blender looks for news as often. Milliseco
 that all processes share:
 
 submit   Blender's call, until the worker begins
-problem  the stroke laid on the surface
+problem  the stroke placed on the surface
 solve    the local solver
 proxy    the proxy's update
 arrays   the mesh's edges, and the layer as bytes

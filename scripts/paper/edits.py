@@ -10,7 +10,7 @@ import numpy as np
 from benchmarking import random_strokes
 
 from neural_sculpt_addon.common.errors import SculptError
-from neural_sculpt_addon.field.problem.lay import lay
+from neural_sculpt_addon.field.problem.placement import place_stroke
 from neural_sculpt_addon.field.problem.prepare import Preparation
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
@@ -29,7 +29,7 @@ def random_edit(preparation: Preparation, number: int, seed: int, points: int = 
         way = random_strokes.walk(field, surface, LENGTH, turns, POINTS, random)
         stroke = Stroke(way, Brush(RADIUS, INTENSITY), seed=number)
         try:
-            path = lay(field, stroke)
+            path = place_stroke(field, stroke)
         except SculptError:
             continue
         if points == POINTS:

@@ -45,7 +45,7 @@ def test_the_core_is_m_s_b():
     stroke, path = straight(brush=Brush(0.2, -0.1, modulation=Modulation("linear")))
     found = on_plane(stroke, path, 0.25, y)
     np.testing.assert_allclose(found.amount, 0.25 * -0.1 * quintic(y / 0.2), atol=1e-9)
-    np.testing.assert_allclose(found.nearness, np.abs(y) / 0.2, atol=1e-9)
+    np.testing.assert_allclose(found.relative_distance, np.abs(y) / 0.2, atol=1e-9)
     np.testing.assert_allclose(found.direction, np.tile(UP, (61, 1)))
     assert not found.beyond.any()
 
@@ -97,7 +97,7 @@ def test_the_other_sheet_stays():
     found = displace(stroke, path, points, [UP, -UP])
     assert found.amount[0] > 0
     assert found.amount[1] == 0
-    assert found.nearness[1] == np.inf
+    assert found.relative_distance[1] == np.inf
 
 
 def test_around_an_edge_the_displacement_fades():
@@ -124,7 +124,9 @@ def test_factors_are_linear_between_control_points():
         found = on_plane(stroke, path, u - 0.5, y)
         expected = (2 - 2 * u) * 0.1 * quintic(y / (0.2 * (0.5 + u)))
         np.testing.assert_allclose(found.amount, expected, atol=1e-9)
-        np.testing.assert_allclose(found.nearness, np.abs(y) / (0.2 * (0.5 + u)), atol=1e-6)
+        np.testing.assert_allclose(
+            found.relative_distance, np.abs(y) / (0.2 * (0.5 + u)), atol=1e-6
+        )
 
 
 def test_factors_of_uneven_points_and_of_a_closed_stroke():
@@ -240,7 +242,7 @@ def test_turned_images_displace_turned_points_alike(axis, count):
 def test_chosen_points():
     stroke, path = straight()
     found = on_plane(stroke, path, 0, np.linspace(-0.3, 0.3, 7))
-    chosen = found.nearness < 0.6
+    chosen = found.relative_distance < 0.6
     part = found.where(chosen)
     np.testing.assert_array_equal(part.amount, found.amount[chosen])
     assert len(part.beyond) == len(part.direction) == chosen.sum()

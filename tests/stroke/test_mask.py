@@ -74,7 +74,7 @@ def test_what_is_masked_in_full_counts_as_beside_the_stroke():
     points = np.array([[-0.1, 0, 0], [0.1, 0, 0], [0.1, 0.3, 0], [0.1, 0, 0]])
     found = displace(masked, path, points, [UP, UP, UP, -UP])
     np.testing.assert_allclose(found.amount, [0.1, 0, 0, 0], atol=1e-9)
-    np.testing.assert_allclose(found.nearness, [0, MASKED, 1.5, np.inf], atol=1e-6)
+    np.testing.assert_allclose(found.relative_distance, [0, MASKED, 1.5, np.inf], atol=1e-6)
 
 
 def test_a_surface_is_held_with_its_mask():

@@ -62,7 +62,7 @@ def faired(points: Array, triangles: NDArray[np.int64], scale: float) -> Array:
 def _flattened(points: Array, path: Path, radius: float) -> Array:
     """The points (N, 3) on planes through the surface around places of the path.
 
-    Each point goes to the mean of the places' planes, weighted by nearness.
+    Each point goes to the mean of the places' planes, weighted by how near they are.
     """
     count = max(int(np.ceil(path.length / (SPREAD * radius))), 1) + 1
     places = np.linspace(0, len(path.points) - 1, count).round().astype(int)

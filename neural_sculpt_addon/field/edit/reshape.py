@@ -20,7 +20,7 @@ from ..evaluate import normals
 from ..geometry import unit
 from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
-from ..problem.lay import Laid
+from ..problem.placement import PlacedStroke
 from ..problem.pose import coarse
 from ..problem.problem import Problem
 from ..projection import ARRIVED, project
@@ -58,7 +58,7 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
     smooth = coarse(problem.field, problem.stroke)  # or the sides of bumps would stay
     upright = normals(smooth, surface.points)
     way, largest = np.zeros_like(points), np.zeros(len(points))
-    for one in problem.laid:
+    for one in problem.placed:
         problem.check()
         share = displace(*one, surface.points, upright).amount
         radius = one.stroke.brush.radius * one.stroke.largest_factor
@@ -91,14 +91,14 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
 def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
     """The surface around the stroke: vertices, and triangles (T, 3) as fine as its detail."""
     proxy, field = problem.preparation.proxy, problem.field
-    near = np.logical_or.reduce([_near(problem, one) for one in problem.laid])
+    near = np.logical_or.reduce([_near(problem, one) for one in problem.placed])
     used, corners = np.unique(
         proxy.triangles[near[proxy.triangles].any(axis=1)], return_inverse=True
     )
     if not len(used):
         raise SculptError("There is no surface under the stroke. Draw it on the field.")
     usual = min(
-        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.laid
+        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.placed
     )
 
     def excess(one: _Places, other: _Places) -> NDArray[np.floating]:
@@ -125,7 +125,7 @@ class _Places(NamedTuple):
     points: NDArray[np.float32]  # (N, 3)
 
 
-def _near(problem: Problem, one: Laid) -> NDArray[np.bool_]:
+def _near(problem: Problem, one: PlacedStroke) -> NDArray[np.bool_]:
     """Which vertices (V,) of the proxy are around a path, on its side of thin parts."""
     proxy, cell = problem.preparation.proxy, problem.preparation.spacing
     radius = one.stroke.brush.radius * one.stroke.largest_factor

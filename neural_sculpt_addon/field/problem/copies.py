@@ -2,7 +2,8 @@
 """The copies of a stroke on the surface, mirrored and turned: what is near to them, and where they
 displace it to.
 
-Where copies overlap, the larger displacement wins. Model space; nearness is in radii of the stroke.
+Where copies overlap, the larger displacement wins. Model space; relative distances are in radii of
+the stroke.
 See docs/method.md, section 2.
 """
 
@@ -23,11 +24,11 @@ from ..field import Field
 from ..mesh.surface import Samples
 from ..projection import ARRIVED, ON_SURFACE, project
 from ..threads import in_pieces
-from .lay import Laid
+from .placement import PlacedStroke
 
 MEASURED_RADII = 2.5
-"""Radii: how far nearness and distance are told. Farther is slower; no solver or measure asks for
-more than 2.2."""
+"""Radii: how far distances are told. Farther is slower; no solver or measure asks for more than
+2.2."""
 
 STEP = 1 / 1024
 """Step of the difference quotient that tells the slope of the displacement, radii. A larger one
@@ -48,44 +49,44 @@ class Copies:
     check: called by all methods while they work
     """
 
-    laid: tuple[Laid, ...]
+    placed: tuple[PlacedStroke, ...]
     field: Field
     guide: Field
     check: Check = go_on
 
     def close(self, points: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which points (N, 3) lie in the box around a path: all within MEASURED_RADII do."""
-        return np.logical_or.reduce([close(one, points) for one in self.laid])
+        return np.logical_or.reduce([close(one, points) for one in self.placed])
 
     @cached_property
-    def meeting(self) -> list[list[Laid]]:
+    def meeting(self) -> list[list[PlacedStroke]]:
         """The other copies that come near to each copy."""
-        low, high = (np.stack(side) for side in zip(*map(_box, self.laid), strict=True))  # (M, 3)
+        low, high = (np.stack(side) for side in zip(*map(_box, self.placed), strict=True))  # (M, 3)
         meets = ((low[:, None] < high) & (low < high[:, None])).all(axis=2)
         np.fill_diagonal(meets, val=False)
-        return [[self.laid[other] for other in np.flatnonzero(row)] for row in meets]
+        return [[self.placed[other] for other in np.flatnonzero(row)] for row in meets]
 
     def untouched(self, surface: Samples) -> NDArray[np.bool_]:
         """Which surface samples (N,) the stroke must leave where they are."""
-        return self.nearness(surface, beyond_flat_ends=False) > 1
+        return self.relative_distance(surface, beyond_flat_ends=False) > 1
 
-    def nearness(self, surface: Samples, beyond_flat_ends: bool = True) -> Array:
+    def relative_distance(self, surface: Samples, beyond_flat_ends: bool = True) -> Array:
         """Distance (N,) of surface samples from the nearest copy of the stroke, in its radii.
 
         Infinite on the other sheet of thin parts and, more than MEASURED_RADII away, anywhere;
         without `beyond_flat_ends` also past a flat end, where a stroke does nothing.
         """
 
-        nearness = np.full(len(surface.points), np.inf)
-        for one in self.laid:
+        relative_distance = np.full(len(surface.points), np.inf)
+        for one in self.placed:
             some = np.flatnonzero(close(one, surface.points))
             there = surface.where(some)
             if self.guide is not self.field:
                 there = there._replace(normals=normals(self.guide, there.points))
-            measure = partial(_nearness, one, there, beyond_flat_ends)
+            measure = partial(_relative_distance, one, there, beyond_flat_ends)
             near = in_pieces(measure, len(some), self.check, light=True)
-            nearness[some] = np.minimum(nearness[some], near)
-        return nearness
+            relative_distance[some] = np.minimum(relative_distance[some], near)
+        return relative_distance
 
     def uncovered(
         self, surface: Samples, tree: KDTree, spacing: float, reach: float
@@ -95,7 +96,7 @@ class Copies:
         some = np.flatnonzero(self.close(surface.points))
         distance = tree.query(surface.points[some], distance_upper_bound=spacing)[0]
         some = some[~np.isfinite(distance)]
-        near = self.nearness(surface.where(some), beyond_flat_ends=False) < reach
+        near = self.relative_distance(surface.where(some), beyond_flat_ends=False) < reach
         uncovered = np.zeros(len(surface.points), bool)
         uncovered[some[near]] = True
         return uncovered
@@ -106,7 +107,7 @@ class Copies:
         Infinite more than MEASURED_RADII away.
         """
         distance = np.full(len(points), np.inf)
-        for one in self.laid:
+        for one in self.placed:
             some = np.flatnonzero(close(one, points))
             measure = partial(_distance, one, points[some])
             near = in_pieces(measure, len(some), self.check, light=True)
@@ -131,7 +132,7 @@ class Copies:
         moved = Samples(*(array.copy() for array in surface))
         largest, stretch = np.zeros((2, len(points)))
         stretch += 1
-        for one in self.laid:
+        for one in self.placed:
             some = np.flatnonzero(close(one, points))
             there = displace(*one, points[some], upright[some])
             wins = np.abs(there.amount) > largest[some]
@@ -188,25 +189,27 @@ def displaced(
     return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
-def close(one: Laid, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+def close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which points (N, 3) lie in the box around the path of one copy."""
     low, high = _box(one)
     return ((points > low) & (points < high)).all(axis=1)
 
 
-def _box(one: Laid) -> tuple[Array, Array]:
+def _box(one: PlacedStroke) -> tuple[Array, Array]:
     """Least and greatest coordinates (3,) of what lies within MEASURED_RADII of a path."""
     margin = MEASURED_RADII * one.stroke.brush.radius * one.stroke.largest_factor
     return one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
 
 
-def _nearness(one: Laid, surface: Samples, beyond_flat_ends: bool, part: slice) -> Array:
+def _relative_distance(
+    one: PlacedStroke, surface: Samples, beyond_flat_ends: bool, part: slice
+) -> Array:
     stroke, path = one
     there = displace(stroke, path, *surface.where(part))
     if beyond_flat_ends or stroke.ends is Ends.ROUND or len(path.points) == 1:
-        return there.nearness
-    return np.where(there.beyond, np.inf, there.nearness)
+        return there.relative_distance
+    return np.where(there.beyond, np.inf, there.relative_distance)
 
 
-def _distance(one: Laid, points: NDArray[np.float32], part: slice) -> Array:
+def _distance(one: PlacedStroke, points: NDArray[np.float32], part: slice) -> Array:
     return locate(one.path, points[part]).distance / one.stroke.brush.radius

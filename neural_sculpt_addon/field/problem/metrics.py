@@ -91,7 +91,7 @@ def measure(
     A measure over an empty region (a closed stroke has no cap) is None.
     """
     progress(0.0, MEASURING)
-    share = len(problem.laid) ** -0.5  # of rows and columns: as many samples for all copies
+    share = len(problem.placed) ** -0.5  # of rows and columns: as many samples for all copies
     random = np.random.default_rng((problem.seed, FRESH))
     tubes, swept = problem.displaced_tubes(round(share * ROWS), round(share * COLUMNS), random)
     surface, target, displacement = (
@@ -161,7 +161,7 @@ def _elsewhere(
     """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
     any more, and does not count."""
     before = problem.preparation
-    near = problem.copies.nearness(before.surface)
+    near = problem.copies.relative_distance(before.surface)
     left = np.ones(len(near), bool)
     if swept is not None:
         left = ~swept.swallows(before.surface.points)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Posing a stroke: its copies are laid on the surface, and what guides them is chosen.
+"""Posing a stroke: its copies are placed on the surface, and what guides them is chosen.
 
 Normals that turn within less than the way to go fan out, and cross each other: displaced along
 them, a rough surface becomes lace. So a stroke that would fold is guided by the normals of a field
@@ -17,7 +17,7 @@ from ...stroke.stroke import Stroke
 from ..field import Field
 from ..threads import join
 from .fold import crossings
-from .lay import Laid, lay
+from .placement import PlacedStroke, place_stroke
 from .prepare import Preparation
 from .problem import Problem
 from .tube import COLUMNS, ROWS, sample_tube
@@ -45,12 +45,12 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
             " larger radius, or press harder.",
             f"{radius:.2g}",
         )
-    laid = []
+    placed = []
     for copy in stroke.copies():
         check()
-        laid.append(Laid(copy, lay(preparation.field, copy, preparation.mesh)))
-    guide = _guide(preparation.field, laid, check)
-    return Problem(preparation, tuple(laid), guide, stroke.seed, check)
+        placed.append(PlacedStroke(copy, place_stroke(preparation.field, copy, preparation.mesh)))
+    guide = _guide(preparation.field, placed, check)
+    return Problem(preparation, tuple(placed), guide, stroke.seed, check)
 
 
 def coarse(field: Field, stroke: Stroke) -> Field:
@@ -59,13 +59,13 @@ def coarse(field: Field, stroke: Stroke) -> Field:
     return replace(field, detail=field.detail.up_to(round(-math.log2(GUIDED * radius))))
 
 
-def _guide(field: Field, laid: Sequence[Laid], check: Check) -> Field:
+def _guide(field: Field, placed: Sequence[PlacedStroke], check: Check) -> Field:
     """Whose normals the surface is displaced along: the field's, or, where the displaced surface
     would run through itself then, those without fine detail."""
-    other = coarse(field, laid[0].stroke)
+    other = coarse(field, placed[0].stroke)
     if other.detail.levels == field.detail.levels:
         return field
-    tubes = [sample_tube(field, *one, *GUIDING, check=check) for one in laid]
+    tubes = [sample_tube(field, *one, *GUIDING, check=check) for one in placed]
     if not crossings(field, *join([(t.surface, t.target) for t in tubes]), check).any():
         return field
     return other

@@ -31,7 +31,7 @@ from ..threads import in_pieces, join
 from .copies import Copies, close
 from .fold import SweptVolume, crossings
 from .folded import Folded
-from .lay import Laid
+from .placement import PlacedStroke
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
@@ -90,14 +90,14 @@ class Problem:
     """An edit to be solved.
 
     preparation: of the unedited field
-    laid:        the stroke and its images
+    placed:        the stroke and its images
     guide:       whose normals the surface is displaced along, see `Copies`
     seed:        of all random numbers that the solver draws
     check:       called by all methods while they work
     """
 
     preparation: Preparation
-    laid: tuple[Laid, ...]
+    placed: tuple[PlacedStroke, ...]
     guide: Field
     seed: int
     check: Check = go_on
@@ -110,12 +110,12 @@ class Problem:
     @property
     def stroke(self) -> Stroke:
         """The stroke as it was drawn, the first of its copies."""
-        return self.laid[0].stroke
+        return self.placed[0].stroke
 
     @cached_property
     def copies(self) -> Copies:
         """The stroke and its images, and what lies near to them."""
-        return Copies(self.laid, self.field, self.guide, self.check)
+        return Copies(self.placed, self.field, self.guide, self.check)
 
     def tubes(
         self, rows: int = ROWS, columns: int = COLUMNS, jitter: np.random.Generator | None = None
@@ -209,7 +209,7 @@ class Problem:
         self, rows: int, columns: int, jitter: np.random.Generator | None = None
     ) -> list[Tube]:
         tubes = []
-        for mine, others in zip(self.laid, self.copies.meeting, strict=True):
+        for mine, others in zip(self.placed, self.copies.meeting, strict=True):
             tube = sample_tube(self.field, *mine, rows, columns, jitter, self.check, self.guide)
             amount = np.abs(tube.displacement.amount)
             wins = np.ones(len(amount), bool)
@@ -226,7 +226,7 @@ class Problem:
     def folded(self) -> Folded:
         """The surface asked for where the displaced surface runs through itself."""
         proxy, whole = self.preparation.proxy, self.preparation.mesh
-        near = self.copies.nearness(whole.vertices, beyond_flat_ends=False) < 1
+        near = self.copies.relative_distance(whole.vertices, beyond_flat_ends=False) < 1
         touched = near[whole.triangles].any(axis=1)
         under, held = whole.where(touched), whole.where(~touched)
         times = self._finer(under)
@@ -303,24 +303,24 @@ class Problem:
         far = ~np.isfinite(tree.query(facing(moved), distance_upper_bound=spacing)[0])
         far &= bounds
         surface, moved = surface.where(far), moved.where(far)
-        inner = self.copies.nearness(surface, beyond_flat_ends=False) < INNER
+        inner = self.copies.relative_distance(surface, beyond_flat_ends=False) < INNER
         return surface.where(inner), moved.where(inner)
 
     def rim(self, reach: float, count: int, jitter: np.random.Generator) -> Samples:
         """About `count` samples of the untouched surface within `reach` radii of each copy."""
         rim = join(
-            [sample_rim(self.field, *one, reach, count, jitter, self.check) for one in self.laid]
+            [sample_rim(self.field, *one, reach, count, jitter, self.check) for one in self.placed]
         )
         return rim.where(self.copies.untouched(rim))
 
     @cached_property
-    def known_nearness(self) -> Array:
-        """`Copies.nearness` of the samples that the preparation has of the surface."""
-        return self.copies.nearness(self.preparation.surface)
+    def known_relative_distance(self) -> Array:
+        """`Copies.relative_distance` of the samples that the preparation has of the surface."""
+        return self.copies.relative_distance(self.preparation.surface)
 
     @cached_property
     def known_untouched(self) -> NDArray[np.bool_]:
         """Which of those samples the stroke must leave where they are."""
-        if any(stroke.ends is Ends.FLAT for stroke, _ in self.laid):
+        if any(stroke.ends is Ends.FLAT for stroke, _ in self.placed):
             return self.copies.untouched(self.preparation.surface)
-        return self.known_nearness > 1
+        return self.known_relative_distance > 1

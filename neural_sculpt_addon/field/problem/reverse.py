@@ -18,7 +18,7 @@ from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume
-from .lay import Laid
+from .placement import PlacedStroke
 from .problem import Problem
 from .tube import Tube
 
@@ -57,7 +57,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.copies.untouched(surface)]
-    for one, tube in zip(problem.laid, tubes, strict=True):
+    for one, tube in zip(problem.placed, tubes, strict=True):
         triangles = tube.triangles()
         problem.check()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
@@ -67,7 +67,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
             distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
-            inner = (tube.displacement.nearness < MEASURED) & tube.inner()
+            inner = (tube.displacement.relative_distance < MEASURED) & tube.inner()
             inner = inner[triangles].all(axis=1)
             if gap is not None:
                 nearest = gap.query(vertices)[1]
@@ -89,7 +89,7 @@ def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Pr
     displaced part of that is nearest, and those in the swept volume: a film that is left where a
     sheet was carved away counts, however near it is to untouched surface.
     """
-    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.laid])]
+    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.placed])]
     surface, triangles, displaced = problem.folded.triangles()
     for tube in tubes:  # which are finer where a profile bends
         triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
@@ -101,7 +101,7 @@ def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Pr
     return distance[displaced[face] | swept.swallows(vertices)]
 
 
-def _close(one: Laid, proxy: Proxy) -> NDArray[np.bool_]:
+def _close(one: PlacedStroke, proxy: Proxy) -> NDArray[np.bool_]:
     """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
     reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
     away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]

@@ -104,7 +104,7 @@ def sample_tube(
     check: Check = go_on,
     guide: Field | None = None,
 ) -> Tube:
-    """The tube of a stroke laid on the surface as `path`.
+    """The tube of a stroke placed on the surface as `path`.
 
     jitter: moves samples in their cells
     guide:  whose normals they are displaced along, if not those of `field`
@@ -140,7 +140,7 @@ def sample_rim(
     def sample(part: slice) -> Samples:
         start = _offset(stroke, path, along.ravel()[part], across.ravel()[part])
         surface, displacement, _ = _around(field, field, stroke, path, reach, start)
-        return surface.where(displacement.nearness > INNER_RIM)
+        return surface.where(displacement.relative_distance > INNER_RIM)
 
     return in_pieces(sample, along.size, check)
 
@@ -153,7 +153,7 @@ def _around(
     samples = Samples(surface.points, surface.normals)
     upright = samples.normals if guide is field else normals(guide, samples.points)
     displacement = displace(stroke, path, samples.points, upright)
-    kept = (displacement.nearness <= reach) & (surface.distance < ON_SURFACE)
+    kept = (displacement.relative_distance <= reach) & (surface.distance < ON_SURFACE)
     if stroke.ends is Ends.FLAT and len(path.points) > 1:
         kept &= ~displacement.beyond
     return samples.where(kept), displacement.where(kept), kept

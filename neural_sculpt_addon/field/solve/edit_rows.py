@@ -31,11 +31,11 @@ from .spline_system import Array, Rows
 PRESERVE_WEIGHT, AROUND_WEIGHT = 2.5, 0.3
 """Weights of rows; a target has 1. With half of the first the rim moves a third farther."""
 
-STEEP = 0.5
+SLOPE_WEIGHT = 0.5
 """Weight of a slope row, in cells: what one unit of slope weighs in units of length. With half as
 much edits are a fifth closer, but crumbs come beside high ridges."""
 
-UPRIGHT = 1.0
+NORMAL_BIAS = 1.0
 """How much directions of slope rows lean towards the normal, along which |grad f| shows."""
 
 NEAR = 0.9
@@ -241,7 +241,7 @@ def _rows(
     """Target and slope rows that bring the zero level of a field to `surface` (N,), where it has
     the values and gradients `sampled`; after them the value rows in `parts`."""
     f, gradient = sampled
-    directions = random.normal(size=gradient.shape) + UPRIGHT * surface.normals
+    directions = random.normal(size=gradient.shape) + NORMAL_BIAS * surface.normals
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     slopes = np.einsum("na,na->n", surface.normals - gradient, directions)
     values = join([(surface.points, np.zeros_like(f), -f, np.ones_like(f)), *parts])
@@ -250,5 +250,5 @@ def _rows(
         np.arange(len(f)),
         directions.astype(np.float32),
         slopes.astype(np.float32),
-        np.full(len(f), STEEP * spacing(level), np.float32),
+        np.full(len(f), SLOPE_WEIGHT * spacing(level), np.float32),
     )

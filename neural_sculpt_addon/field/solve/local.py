@@ -286,7 +286,7 @@ def _sample(problem: Problem, level: int, random: np.random.Generator) -> Displa
     """The displaced surface, DENSITY samples in each h^2."""
     h = spacing(level)
     width = 2 * problem.stroke.brush.radius * problem.stroke.largest_factor
-    length = max(path.length for _, path in problem.laid)
+    length = max(path.length for _, path in problem.placed)
     rows, columns = (
         max(math.ceil(size * DENSITY**0.5 / h), FEWEST) for size in (length or width, width)
     )

@@ -58,7 +58,7 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
     """All residuals of an edit: those of values and those of derivatives."""
     problem.check()
     random = np.random.default_rng(problem.seed)
-    share = min(1, COPIES / len(problem.laid))
+    share = min(1, COPIES / len(problem.placed))
     side = round((share * TUBE) ** 0.5)
     tubes = problem.tubes(side, side, random)
     target = join([tube.target for tube in tubes])
@@ -69,7 +69,7 @@ def draw(problem: Problem) -> tuple[Residuals, Residuals]:
     rim = _rim(problem, int(RIM_SHARE * PRESERVE_ROWS), random)
     held = (PRESERVE_ROWS - len(rim.points)) // 2
     on = known.surface.points[problem.known_untouched]
-    shell = known.shell.where(problem.known_nearness > SHELL_FROM)
+    shell = known.shell.where(problem.known_relative_distance > SHELL_FROM)
     problem.check()
     around = signed_distances(problem, target, amount, rim, AROUND_ROWS, random)
     problem.check()
@@ -126,7 +126,7 @@ def signed_distances(
 def _rim(problem: Problem, count: int, random: np.random.Generator) -> Samples:
     """At most `count` samples of the untouched surface beside the stroke: known ones and, where
     these are too few, more of the field's."""
-    beside = problem.known_untouched & (problem.known_nearness < RIM_REACH)
+    beside = problem.known_untouched & (problem.known_relative_distance < RIM_REACH)
     rim = problem.preparation.surface.where(beside)
     missing = count - len(rim.points)
     if missing > 0:

@@ -59,11 +59,11 @@ def resolution(problem: Problem) -> Resolution:
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
     wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
     radius = brush.radius * problem.stroke.largest_factor
-    length = sum(path.length for _, path in problem.laid)
+    length = sum(path.length for _, path in problem.placed)
 
     def fits(level: int) -> bool:
         reach = max(radius / spacing(level), 1)  # in cells, of which even a thin stroke takes some
-        faces = 2 * reach * length / spacing(level) + len(problem.laid) * math.pi * reach**2
+        faces = 2 * reach * length / spacing(level) + len(problem.placed) * math.pi * reach**2
         nodes = faces * (LAYERS + height / spacing(level))
         return DENSITY * faces <= MOST_ROWS and nodes <= MOST_NODES
 
@@ -79,7 +79,7 @@ def _feature(problem: Problem) -> float:
     rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1
     width = 2 * radius / max(rises, 2)
     if turns := _turns(brush.modulation(np.linspace(0, 1, 257))):
-        length = max(path.length for _, path in problem.laid)
+        length = max(path.length for _, path in problem.placed)
         width = min(width, max(length, radius) / (turns + 1))
     if brush.alpha is not None:
         width = min(width, radius * brush.alpha.feature)

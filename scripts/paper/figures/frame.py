@@ -51,7 +51,7 @@ def task(settings: Settings, folder: Path) -> Task:
         points = source["shapes"][SHAPE]["points"]
         stroke = Stroke(np.array(points), Brush(RADIUS, INTENSITY))
         edit = sculpt(shape, stroke)
-        _, path = edit.problem.laid[0]
+        _, path = edit.problem.placed[0]
         tube = sample_tube(shape.field, stroke, path, ROWS, COLUMNS)
         size = settings.pixels
         before, after = _Drawing(shape.field, size), _Drawing(edit.field, size)

@@ -28,7 +28,7 @@ def both_ways(a: Array, b: Array) -> float:
 
 def tube_of(problem: Problem) -> Inside:
     """The tube about a stroke, all of its copies."""
-    path = KDTree(np.concatenate([one.path.points for one in problem.laid]))
+    path = KDTree(np.concatenate([one.path.points for one in problem.placed]))
     brush = problem.stroke.brush
     reach = max(brush.radius, abs(brush.intensity)) * problem.stroke.largest_factor
 

@@ -31,7 +31,7 @@ def divided(problem: Problem, proxy: Proxy) -> tuple[Samples, np.ndarray]:
     """Vertices and triangles (F, 3) of the unedited surface, fine under the stroke."""
     samples, triangles = Samples(proxy.vertices, proxy.normals), proxy.triangles
     for _ in range(DIVISIONS):
-        near = problem.copies.nearness(samples, beyond_flat_ends=False) < BESIDE
+        near = problem.copies.relative_distance(samples, beyond_flat_ends=False) < BESIDE
         ends, of_corners = find_edges(triangles)  # (E, 2), (F, 3)
         split = near[ends].any(axis=1)
         middles = project(problem.field, samples.points[ends[split]].mean(axis=1))

@@ -31,7 +31,7 @@ def measure(
     tubes = problem.tubes(ROWS, COLUMNS, random)
     target: Samples = join([tube.target.where(tube.displacement.core) for tube in tubes])
     surface = problem.preparation.surface
-    far = surface.where(problem.copies.nearness(surface) > FAR)
+    far = surface.where(problem.copies.relative_distance(surface) > FAR)
     asked, held = result.see(target.points), result.see(far.points)
     back = truth.see(result.sample(count, problem.seed, tube)).distance
     turned = angles(held.normals, far.normals)

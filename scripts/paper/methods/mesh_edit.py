@@ -65,7 +65,7 @@ class Coarse:
         normals = before.normals
         started = time.perf_counter()
         largest, moved = np.zeros(len(before.vertices)), before.vertices.copy()
-        for one in pose(scene.preparation, stroke).laid:
+        for one in pose(scene.preparation, stroke).placed:
             there = displace(*one, before.vertices, normals)
             wins = np.abs(there.amount) > largest
             way = there.amount[:, None] * there.direction

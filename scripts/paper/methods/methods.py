@@ -117,7 +117,11 @@ class RowsOfStroke:
         started = time.perf_counter()
         problem = pose(scene.preparation, stroke)
         fewer = _Fewer(
-            problem.preparation, problem.laid, problem.guide, problem.seed, rows=len(stroke.points)
+            problem.preparation,
+            problem.placed,
+            problem.guide,
+            problem.seed,
+            rows=len(stroke.points),
         )
         field = Field(paper.solve(fewer, epochs=self.epochs))
         seconds = time.perf_counter() - started

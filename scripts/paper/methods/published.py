@@ -58,7 +58,7 @@ class Published:
         self._problem, self._random = problem, np.random.default_rng(problem.seed)
         chain = Chain(problem.field, PRESERVE, self._random)
         self._points, self._normals = chain.points, chain.normals
-        self._path = KDTree(problem.laid[0].path.points)
+        self._path = KDTree(problem.placed[0].path.points)
         self._parameters = [p.clone().requires_grad_() for p in problem.field.network.parameters]
         self._network: Siren = problem.field.network.with_parameters(self._parameters)
         self._adam = Adam(self._parameters)
@@ -99,7 +99,7 @@ class Published:
 
     def _stroke(self, watch: Stopwatch) -> Samples:
         """Targets of the tube."""
-        (stroke, path), shape = self._problem.laid[0], self._problem.field
+        (stroke, path), shape = self._problem.placed[0], self._problem.field
         with watch.stage("sample stroke: tube"):
             rows = np.linspace(0, len(path.points) - 1, ROWS).round().astype(int)
             aside = self._random.uniform(-1, 1, (ROWS, COLUMNS, 1)) * stroke.brush.radius

@@ -45,7 +45,7 @@ from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.network import Siren
-from neural_sculpt_addon.field.problem.lay import lay
+from neural_sculpt_addon.field.problem.placement import place_stroke
 from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.field.solve import paper
 from neural_sculpt_addon.field.solve.adam import Adam
@@ -152,7 +152,7 @@ class Points:
         """
         if stroke.brush.profile.name not in BRUSHES:
             raise ValueError("3DNS has radial brushes alone: linear, cubic and quintic.")
-        path, u = lay(shape, stroke), np.linspace(0, 1, len(stroke.points))
+        path, u = place_stroke(shape, stroke), np.linspace(0, 1, len(stroke.points))
         places, normals = (
             np.stack([np.interp(u, path.u, axis) for axis in values.T], axis=1)
             for values in (path.points, path.normals)

@@ -39,7 +39,7 @@ def test_a_dab_on_a_sphere_has_the_relief_of_its_image(ready):
     report = done.report()
     assert report["tolerance_met"]
     assert report["untouched_normal_max"] < 0.5
-    path = done.problem.laid[0].path
+    path = done.problem.placed[0].path
     u, v = path.tangents[0], path.laterals[0]
     turn, away = np.random.default_rng(5).uniform([0, 0], [2 * np.pi, 0.3], (300, 2)).T
     across = np.cos(turn)[:, None] * u + np.sin(turn)[:, None] * v
@@ -79,7 +79,7 @@ def test_the_other_solvers_take_it_as_well(preparation, solver):
     alpha = Alpha(pixels=pixels_of(half))
     dab = Stroke(TOP / 0.6 * 0.5, Brush(0.3, 0.05, alpha=alpha))
     done = sculpt(preparation, dab, solver=solver, **words)
-    v = done.problem.laid[0].path.laterals[0]
+    v = done.problem.placed[0].path.laterals[0]
     sides = TOP / 0.6 + np.array([[0.2], [-0.2]]) * v  # left, right
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
     left, right = values(done.field, (0.5 * sides).astype(np.float32))

@@ -54,8 +54,8 @@ def equator(brush):
 
 def whole_tube(problem, rows=99, columns=101):
     """With what bounds nothing."""
-    (laid,) = problem.laid
-    return sample_tube(problem.field, *laid, rows, columns)
+    (placed,) = problem.placed
+    return sample_tube(problem.field, *placed, rows, columns)
 
 
 def in_plane(samples, beside=0.0):

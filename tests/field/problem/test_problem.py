@@ -134,7 +134,7 @@ def test_turned_tubes_are_turned_images(preparation):
 
 def test_a_dab_on_the_axis_is_one_copy(preparation):
     stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.1, 0.05), radial=(1, 1, 8))
-    assert len(pose(preparation, stroke).laid) == 1
+    assert len(pose(preparation, stroke).placed) == 1
 
 
 def test_where_copies_overlap_the_larger_displacement_wins(preparation):
@@ -160,14 +160,14 @@ def test_where_copies_overlap_the_larger_displacement_wins(preparation):
     assert np.percentile(mirrored, 99) < 1e-4
 
 
-def test_the_untouched_surface_and_nearness(preparation):
+def test_the_untouched_surface_and_relative_distance(preparation):
     turn = np.linspace(0, 2 * np.pi, 25)[:-1]
     stroke = Stroke(on_ball(turn, 0), Brush(0.15, 0.05), closed=True)
     problem = pose(preparation, stroke)
     surface = preparation.surface
     latitude = np.arcsin(np.clip(surface.points[:, 2].astype(float) / 0.5, -1, 1))
     away = np.sin(np.abs(latitude) / 2) / 0.15
-    near = problem.copies.nearness(surface)
+    near = problem.copies.relative_distance(surface)
     close = away < 2
     np.testing.assert_allclose(near[close], away[close], atol=2e-3)
     assert (near[~close] > 1.99).all()
@@ -183,15 +183,15 @@ def test_beyond_a_flat_end_the_surface_is_untouched(preparation):
     ends = {e: pose(preparation, Stroke(points, Brush(0.15, 0.05), ends=e)) for e in Ends}
     surface = preparation.surface
     past = (surface.points[:, 1] < -0.01) & (surface.points[:, 0] > 0)
-    near = ends[Ends.ROUND].copies.nearness(surface) < 0.9
+    near = ends[Ends.ROUND].copies.relative_distance(surface) < 0.9
     assert not ends[Ends.ROUND].copies.untouched(surface)[past & near].any()
     assert ends[Ends.FLAT].copies.untouched(surface)[past & near].all()
     assert not ends[Ends.ROUND].known_untouched[past & near].any()
     assert ends[Ends.FLAT].known_untouched[past & near].all()
     assert (past & near).sum() > 100
     np.testing.assert_allclose(
-        ends[Ends.FLAT].copies.nearness(surface)[near],
-        ends[Ends.ROUND].copies.nearness(surface)[near],
+        ends[Ends.FLAT].copies.relative_distance(surface)[near],
+        ends[Ends.ROUND].copies.relative_distance(surface)[near],
     )
 
 
@@ -202,12 +202,12 @@ def test_the_rim_is_untouched(preparation):
     rim = problem.rim(2.2, 1000, np.random.default_rng(0))
     assert len(rim.points) > 300
     assert problem.copies.untouched(rim).all()
-    assert problem.copies.nearness(rim).max() <= 2.2 + 1e-3
+    assert problem.copies.relative_distance(rim).max() <= 2.2 + 1e-3
 
 
 def on_path(problem, count):
     """Samples under the stroke."""
-    _, path = problem.laid[0]
+    _, path = problem.placed[0]
     return Samples(*(np.resize(rows, (count, 3)) for rows in (path.points, path.normals)))
 
 
@@ -216,7 +216,7 @@ def on_path(problem, count):
     [
         (lambda problem: problem.tubes(), 2 * ROWS * COLUMNS),
         (lambda problem: problem.rim(2.2, 6000, np.random.default_rng(0)), 2 * 6000),
-        (lambda problem: problem.copies.nearness(on_path(problem, 9000)), 9000),
+        (lambda problem: problem.copies.relative_distance(on_path(problem, 9000)), 9000),
         (lambda problem: problem.displaced(problem.preparation.surface), SURFACE_SAMPLES),
         (lambda problem: problem.copies.distance(on_path(problem, 9000).points), 9000),
     ],
@@ -268,7 +268,7 @@ def test_targets_beyond_a_thin_part_are_left_out():
     (tube,) = problem.tubes()
     assert len(tube.target.points) > 500
     assert values(lens.field, tube.target.points).max() < 2e-3
-    alone = sample_tube(lens.field, *problem.laid[0])
+    alone = sample_tube(lens.field, *problem.placed[0])
     through = alone.target.points[:, 2] < -0.06
     assert through.sum() > 500
     assert len(alone.target.points) - len(tube.target.points) >= through.sum()

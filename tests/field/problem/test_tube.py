@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from neural_sculpt_addon.field.problem.lay import lay
+from neural_sculpt_addon.field.problem.placement import place_stroke
 from neural_sculpt_addon.field.problem.tube import COLUMNS, ROWS, sample_rim, sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
@@ -33,7 +33,7 @@ def ridge(**words):
     """A stroke of length 1 along x on the plane z = 0, and its tube."""
     brush = words.pop("brush", Brush(0.2, 0.1, modulation=Modulation("linear")))
     stroke = Stroke(np.array([[-0.5, 0, 0], [0.5, 0, 0]]), brush, **words)
-    return stroke, lay(plane(), stroke)
+    return stroke, place_stroke(plane(), stroke)
 
 
 def belt(radius=0.2, intensity=0.05, **words):
@@ -97,7 +97,7 @@ def test_round_ends_are_covered_and_flat_ends_are_not():
 
 def test_a_dab():
     stroke = Stroke(np.zeros((1, 3)), Brush(0.2, 0.1))
-    tube = sample_tube(plane(), stroke, lay(plane(), stroke))
+    tube = sample_tube(plane(), stroke, place_stroke(plane(), stroke))
     distance = np.hypot(*tube.surface.points[:, :2].T)
     assert distance.max() <= 0.2 + 1e-6
     share = len(distance) / (ROWS * COLUMNS)
@@ -112,7 +112,7 @@ def test_a_band_around_a_sphere(direction):
     radius, intensity = 0.25, 0.06
     stroke = belt(radius, intensity, direction=direction)
     field = ball(0.5)
-    tube = sample_tube(field, stroke, lay(field, stroke))
+    tube = sample_tube(field, stroke, place_stroke(field, stroke))
     assert not tube.displacement.beyond.any()
     n = tube.surface.points.astype(float) / 0.5
     latitude = np.arcsin(n[:, 2])
@@ -138,7 +138,7 @@ def test_carving_and_lopsided_profiles_keep_outward_normals():
     field = ball(0.5)
     for profile, intensity in ((SKEW, 0.06), (Profile("quintic"), -0.06)):
         stroke = belt(0.25, intensity, profile=profile)
-        tube = sample_tube(field, stroke, lay(field, stroke))
+        tube = sample_tube(field, stroke, place_stroke(field, stroke))
         assert ((tube.target.normals * tube.surface.normals).sum(axis=1) > 0.3).all()
         # Positive v is north of the way east; SKEW carves there.
         north = tube.surface.points[:, 2] > 0.06
@@ -190,7 +190,7 @@ def test_the_other_side_of_a_thin_part_is_no_part_of_the_tube():
     """A plate of thickness 0.06, a brush of radius 0.15: the stroke is on its upper side."""
     plate = ellipsoid((0.8, 0.8, 0.03))
     stroke = Stroke(np.array([[-0.2, 0, 0.029], [0.2, 0, 0.029]]), Brush(0.15, 0.05))
-    tube = sample_tube(plate, stroke, lay(plate, stroke))
+    tube = sample_tube(plate, stroke, place_stroke(plate, stroke))
     assert len(tube.surface.points) > 3000
     assert (tube.surface.points[:, 2] > 0).all()
 
@@ -198,7 +198,9 @@ def test_the_other_side_of_a_thin_part_is_no_part_of_the_tube():
 def test_the_rim_lies_just_outside_of_the_tube():
     field = ball(0.5)
     stroke = belt(0.15)
-    rim = sample_rim(field, stroke, lay(field, stroke), 2.0, 2000, np.random.default_rng(0))
+    rim = sample_rim(
+        field, stroke, place_stroke(field, stroke), 2.0, 2000, np.random.default_rng(0)
+    )
     np.testing.assert_allclose(np.linalg.norm(rim.points, axis=1), 0.5, atol=1e-4)
     away = np.sin(np.abs(np.arcsin(rim.points[:, 2] / 0.5)) / 2) / 0.15
     assert away.min() > 1.0
@@ -214,7 +216,7 @@ def test_inner_samples_have_neighbours_on_all_sides():
     assert tube.inner()[(x < 0.5 - 1.5 / 98) & (y < 0.2 - 2.5 * 0.004)].all()
     assert not tube.inner()[(x > 0.5 - 0.5 / 98) | (y > 0.2 - 0.5 * 0.004)].any()
     dab = Stroke(np.zeros((1, 3)), Brush(0.2, 0.1))
-    tube = sample_tube(plane(), dab, lay(plane(), dab))
+    tube = sample_tube(plane(), dab, place_stroke(plane(), dab))
     away = np.hypot(*tube.surface.points[:, :2].T)
     assert away[tube.inner()].max() < 0.2 - 0.0015
     assert away[~tube.inner()].min() > 0.2 - 1.5 * 0.4 / 98

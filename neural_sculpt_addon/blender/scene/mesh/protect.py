@@ -84,13 +84,13 @@ def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32
 
     protection: (V,) of the vertices of the surface
     """
-    nearness = np.full(len(protection), np.inf)
+    relative_distance = np.full(len(protection), np.inf)
     for copy in stroke.copies():
         growth = Growth(surface)
         for _ in growth.follow(copy):
             pass
-        nearness = np.minimum(nearness, growth.nearness)
-    reached, under = np.flatnonzero(np.isfinite(nearness)), nearness < 1
+        relative_distance = np.minimum(relative_distance, growth.relative_distance)
+    reached, under = np.flatnonzero(np.isfinite(relative_distance)), relative_distance < 1
     if not protection[reached].any():
         return stroke
     if under.any() and (protection[under] == 1).all():

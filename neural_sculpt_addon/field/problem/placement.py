@@ -29,14 +29,14 @@ LARGEST_GAP, SPANNED = 12.0, 1.0
 narrower one the brush spans, as from ridge to ridge."""
 
 
-class Laid(NamedTuple):
+class PlacedStroke(NamedTuple):
     """One copy of a stroke and its path on the surface."""
 
     stroke: Stroke
     path: Path
 
 
-def lay(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
+def place_stroke(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
     """The path of `stroke` on the zero set of `field`.
 
     mesh: of this zero set; without it Newton steps alone find the surface, as in the paper
