@@ -61,7 +61,7 @@ def test_residuals_ask_for_the_displaced_surface_and_keep_the_rest(preparation, 
     assert tube.sum() > 500 and np.abs(targets[tube]).max() == 0
     assert surface[tube].mean() > 0.98
     kept = weights == np.float32(residuals.PRESERVE_WEIGHT)
-    assert kept.sum() == residuals.PRESERVE
+    assert kept.sum() == residuals.PRESERVE_ROWS
     assert np.abs(targets - before)[kept].max() < 2e-3
     far = (weights < 1) & (np.abs(length - 0.5) > 0.2)
     assert far.any()
