@@ -30,6 +30,7 @@ from .levels import (
     block,
     cells_of,
     cells_per_axis,
+    centres,
     linear,
     places,
     spacing,
@@ -37,6 +38,7 @@ from .levels import (
 
 _SHIFT = BRICK.bit_length() - 1  # torch shifts whole numbers six times as fast as it divides them
 _HALO = BRICK + 2  # nodes along the edge of a brick with its halo
+_INNER = np.pad(np.ones((BRICK,) * 3, bool), 1).ravel()  # which nodes of a brick are not its halo
 OFFSETS = block(0, 3) @ (_HALO * _HALO, _HALO, 1)  # (27,), from a cell to the nodes around it
 
 
@@ -104,6 +106,32 @@ class Grid:
         index = linear(cells, self.level)
         order = np.argsort(index)
         return Level(index[order], inner[(row, *local)][order])
+
+    def extremes(self, least: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The nodes beyond +-`least` that are the greatest or the least of the seven that they and
+        their neighbours along the axes are: their middles (P, 3), and how far they are from 0 (P,).
+        """
+        bricks = self.bricks.numpy()
+        flat = bricks.reshape(-1)
+        large = np.flatnonzero((np.abs(bricks) > least) & _INNER)
+        found = []
+        for sign in (1, -1):
+            spots = large
+            for step in (1, _HALO, _HALO * _HALO):
+                own = sign * flat[spots]
+                is_most = own >= sign * flat[spots - step]
+                spots = spots[is_most & (own >= sign * flat[spots + step])]
+            found.append(spots)
+        spots = np.concatenate(found)
+        row, spot = np.divmod(spots, _HALO**3)
+        table = self.table.numpy()
+        used = np.flatnonzero(table.reshape(-1) >= 0)
+        home = np.empty_like(used)
+        home[table.reshape(-1)[used]] = used
+        brick = np.stack(np.unravel_index(home[row], table.shape), axis=1)
+        local = np.stack(np.unravel_index(spot, (_HALO,) * 3), axis=1) - 1
+        middles = centres((BRICK * brick + local).astype(np.int32), self.level)
+        return middles, np.abs(flat[spots])
 
 
 class Around(NamedTuple):

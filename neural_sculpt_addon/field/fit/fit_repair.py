@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ...common.progress import Check, Progress, silent, sub_progress
 from ..evaluate import values
 from ..field import Field
+from ..geometry import search_tree
 from ..levels import (
     SUPPORT,
     Coefficients,
@@ -31,6 +32,7 @@ from ..levels import (
     spacing,
     support,
 )
+from ..mesh.extraction.loose import loose_places
 from ..mesh.proxy import Proxy, sketch, update_sketch
 from ..solve.spline_system import Rows, solve_level
 from ..threads import join
@@ -51,6 +53,10 @@ LARGE_COEFFICIENT = 0.1  # share of the edge of such a cell; detail of smaller o
 ON_ITS_SIDE = 0.3  # share of the distance that f must have on its side, or is looked at closely:
 PLACES_IN_BALL, WRONG_SHARE = 64, 0.05
 """At so many places around, where the share that is a stray is smaller."""
+
+TINY = 2.0
+"""Cells of the proxy's lattice, as which a piece that it does not see is smaller; closer to the
+surface than that none is looked for."""
 
 REPAIR_COARSEST, REPAIR_FINEST = 4, 7  # levels that take strays away
 CELLS_TO_STRAY = 2.0  # cells of such a level between the mesh and the stray
@@ -194,7 +200,21 @@ def _find_hidden(
     doubted = (value * np.sign(true) < ON_ITS_SIDE * np.abs(true)) & (np.abs(true) > h / 2)
     points, true = points[doubted], true[doubted]
     wrong = _worst_around(field, points, true, rng) < WRONG_SHARE * np.abs(true)
-    return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
+    found = Strays(points[wrong], np.abs(true[wrong]))
+    tiny = tiny_places(field, proxy)
+    if len(tiny):
+        away = distance.away(tiny.astype(float))
+        far = away > NEAR_MESH * proxy.active.spacing
+        if reached is not None:
+            far &= _within(tiny, reached)
+        found = join([found, Strays(tiny[far], away[far])])
+    return _known(found, distance)
+
+
+def tiny_places(field: Field, proxy: Proxy) -> Points:
+    """Places (P, 3) of pieces so small that they pass between the points of the proxy's lattice."""
+    surface, near = search_tree(proxy.vertices), TINY * proxy.active.spacing
+    return loose_places(field, lambda points: surface.query(points)[0] > near)
 
 
 def _around_surface(

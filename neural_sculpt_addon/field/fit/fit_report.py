@@ -7,6 +7,7 @@ error_mean, error_p95, error_max  distance of points of the mesh to the zero lev
 normal_deg                        mean angle between grad f and the mesh's normals there, degrees
 sign_errors                       share of the box with the wrong sign, SIGN_CLEARANCE off the mesh
 components, cavities              connected pieces of the zero level, and those that face inward
+tiny                              those of them that pass between the points of the proxy's lattice
 mesh_components, mesh_cavities    the same of the surface that the mesh bounds
 lost                              pieces of the mesh that the field has no surface for
 allowed, beyond                   the preset's tolerance, and the share of the mesh off by more
@@ -25,6 +26,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ...common.progress import Progress, silent
 from ...common.text import Text
@@ -36,6 +39,7 @@ from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import FitTolerance
+from .fit_repair import TINY, tiny_places
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
@@ -50,7 +54,7 @@ LOST_OFF = 0.5  # cells, or sizes of a piece, that its samples are off when it i
 WORST_PLACES, APART = 3, 0.1  # worst places, and model units between them
 WOULD_DO = {"normal": "Quality Normal would do.", "fine": "Quality Fine would do."}
 SOME = 0.005  # share of the surface that thin parts may be without a word,
-MUCH = 0.25  # and that may be off by more than the tolerance
+MUCH = 0.1  # and that may be off by more than the tolerance
 
 
 class Presets(NamedTuple):
@@ -118,6 +122,8 @@ def report(
     of_pieces = _measured(field, proxy, _of_pieces(mesh, pieces, distance))
     lost = _lost(mesh, pieces, of_pieces, presets.tolerance)
     solid, cavity = _field_pieces(proxy)
+    tiny, hollow = _tiny_pieces(field, proxy)
+    solid, cavity = solid + tiny, cavity + hollow
     places = np.concatenate([samples.surface.points, of_pieces.surface.points])
     error = np.concatenate([samples.error, of_pieces.error])
     allowed = presets.tolerance.distance
@@ -130,6 +136,7 @@ def report(
         "sign_errors": float(clear.sum() / len(volume)),
         "components": solid + cavity,
         "cavities": cavity,
+        "tiny": tiny + hollow,
         "mesh_components": int(pieces.counted.sum()),
         "mesh_cavities": int(pieces.cavity.sum()),
         "lost": len(lost),
@@ -221,6 +228,24 @@ def _field_pieces(proxy: Proxy) -> tuple[int, int]:
     return int((volumes > 0).sum()), int((volumes <= 0).sum())
 
 
+def _tiny_pieces(field: Field, proxy: Proxy) -> tuple[int, int]:
+    """How many pieces that the proxy's lattice does not see face outward and inward.
+
+    Such a piece is smaller than `TINY` cells, and so its places are less than that apart.
+    """
+    wide = TINY * proxy.active.spacing
+    points = tiny_places(field, proxy)
+    pairs = search_tree(points).query_pairs(wide, output_type="ndarray") if len(points) else []
+    a, b = np.reshape(pairs, (-1, 2)).T.astype(np.intp)
+    links = coo_array((np.ones(len(a)), (a, b)), (len(points), len(points)))
+    count, labels = connected_components(links) if len(points) else (0, [])
+    first = points[np.unique(labels, return_index=True)[1]]  # (count, 3)
+    around = first[:, None] + wide * np.concatenate([np.eye(3), -np.eye(3)])
+    outside = values(field, around.reshape(-1, 3)).reshape(-1, 6) > 0
+    solid = int((outside.mean(axis=1) > 0.5).sum())
+    return solid, count - solid
+
+
 def _thin(distance: MeshDistance, samples: _Samples, tolerance: FitTolerance) -> NDArray[np.bool_]:
     """Which samples (N,) have the other side, or another part, within a cell."""
     points, normals = samples.surface.points, samples.surface.normals
@@ -268,6 +293,12 @@ def _notes(
     if inner != mesh_inner and known.cavities:
         notes.append(
             Text("The mesh has {} cavities, the field {}. {}", mesh_inner, inner, _advice(would()))
+        )
+    if measures["tiny"]:
+        notes.append(
+            Text(
+                "Pieces of the field so small that a proxy may not show them: {}.", measures["tiny"]
+            )
         )
     if measures["lost"]:
         notes.append(

@@ -14,7 +14,7 @@ from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
-from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, quantised
+from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, linear, quantised
 from neural_sculpt_addon.field.mesh.proxy import extract
 
 CELLS = 128
@@ -62,6 +62,19 @@ def test_a_lost_piece_is_told_and_shown(three):
     assert np.linalg.norm(worst - [0, 0.75, 0], axis=1) == pytest.approx(0.05, abs=1e-3)
     assert {place[1] > 0 for place in measures["worst"][:2]} == {True, False}
     assert measures["error_max"] == pytest.approx(0.8 - 0.6, abs=0.01)
+
+
+def test_pieces_that_pass_between_the_points_of_the_lattice_are_counted(three):
+    """Single splines of level 9 far off, between the points of a lattice of 128 cells: outside of
+    the balls and, as a hollow, in the large one."""
+    center = np.array([[0.2, 0.3, 0.8], [0.1, 0.1, 0.1]]) // (1 / 64) / 64 + 1 / 128
+    nodes = linear(cells_of(center - 1e-4, 9), 9)
+    order = np.argsort(nodes)
+    field = three.field.plus({9: Level(nodes[order], quantised(np.array([-1.5, 1.8])[order]))})
+    measures, notes = judged(field, *merged(BALL, *PILLS))
+    assert extract(field, CELLS).components.total == 3
+    assert (measures["tiny"], measures["components"], measures["cavities"]) == (2, 5, 1)
+    assert "Pieces of the field so small that a proxy may not show them: 2." in notes
 
 
 def test_a_missing_cavity_is_told(three):

@@ -7,12 +7,22 @@ import torch
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.levels import Level, cells_of, linear, quantised, support
+from neural_sculpt_addon.field.levels import (
+    Level,
+    block,
+    cells_of,
+    centres,
+    linear,
+    quantised,
+    spacing,
+    support,
+)
 from neural_sculpt_addon.field.mesh.extraction.cell_update import update_cells
 from neural_sculpt_addon.field.mesh.extraction.cells import find_active
 from neural_sculpt_addon.field.mesh.extraction.lattice import CORNERS
@@ -262,6 +272,43 @@ def test_a_piece_born_away_from_all_others_is_found():
     again = update(after, gone, support(drop))
     assert again.components.total == 1
     assert np.array_equal(again.active.index, find_active(ball(0.5), 64).index)
+
+
+def small_balls(field, level, seed, sign, near, far):
+    """Coefficients of balls (sign 1) or hollows (-1) of 0.4 to 2.5 cells at random places so far
+    from the middle, as far apart as they are large, and how many there are.
+
+    Each asks for the distance from it within two cells, and soon after for f as it is.
+    """
+    random, h, centers = np.random.default_rng(seed), spacing(level), []
+    while len(centers) < 12:
+        center = random.uniform(-0.95, 0.95, 3)
+        apart = [np.linalg.norm(center - other) for other in centers]
+        if near < np.linalg.norm(center) < far and min(apart, default=1) > 12 * h:
+            centers.append(center)
+    parts = []
+    for center in centers:
+        nodes = (cells_of(center[None], level) + block(-6, 7)).astype(np.int32)
+        points, radius = centres(nodes, level), random.uniform(0.4, 2.5) * h
+        away = np.linalg.norm(points - center, axis=1) - radius
+        wanted = np.maximum(away, -radius) + 20 * np.maximum(0, away - 2 * h)
+        value = values(field, points)
+        wanted = sign * np.minimum(sign * value, wanted)
+        parts.append(Level(linear(nodes, level), quantised(wanted - value)))
+    return {level: Level.sum(parts)}
+
+
+@pytest.mark.parametrize("level", [6, 7, 8])
+@pytest.mark.parametrize(
+    ("sign", "radius", "near", "far"), [(1, 0.4, 0.55, 1.6), (-1, 0.85, 0, 0.75)]
+)
+def test_small_pieces_far_from_the_others_equal_dense_evaluation(level, sign, radius, near, far):
+    field = ball(radius)
+    field = field.plus(small_balls(field, level, level, sign, near, far))
+    for cells in (100, 128):
+        expected, _ = dense_active(dense_lattice(field, cells))
+        assert ndimage.label(expected, np.ones((3, 3, 3)))[1] > 1
+        assert_same_cells(field, cells)
 
 
 @settings(max_examples=25, deadline=None)

@@ -11,6 +11,8 @@ Marching cubes needs the active cells and no other. Two steps find them:
    faces lead through every component of which the octree found a single cell. So where a block's
    corners change sign the octree need not be careful.
 
+Small pieces far from the others, which neither comes to, are looked for in the detail (`loose`).
+
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
 Cells and points are named as in `lattice`.
@@ -27,6 +29,7 @@ from ....common.progress import Progress, silent
 from ...evaluate import values
 from ...field import Field
 from .lattice import CORNERS, ActiveCells, codes_of, corner_steps, places, steps
+from .loose import loose_places
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
@@ -47,7 +50,9 @@ _MIXED_FACE = {
 def find_active(field: Field, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `field`. SculptError when it yields values that are not finite."""
     search = Search(field, cells, progress)
-    return search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
+    active = search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
+    loose = search.loose_seeds()
+    return search.flood(np.concatenate([active.index, loose])) if len(loose) else active
 
 
 def find_beside(
@@ -79,8 +84,7 @@ def find_near(
     """The active cells around points (N, 3) of the surface, and those that a flood finds from there
     `within` a part of the lattice: see `Search.flood`."""
     search = Search(field, cells, progress)
-    place = np.floor((points + 1) / search.spacing).astype(np.int32).clip(0, cells - 1)
-    seeds = search.distinct((place + 1) @ search.steps)
+    seeds = search.distinct(search.cells_at(points))
     return search.flood(search.crossed(seeds[within(seeds)]), within)
 
 
@@ -157,6 +161,24 @@ class Search:
         place = places(points, self.cells)
         points = points[((place == 1) | (place == self.cells + 1)).any(axis=0)]
         return self.crossed(np.unique(points - self.corners))
+
+    def loose_seeds(self) -> NDArray[np.int32]:
+        """Active cells of loose pieces, after a flood that has not come to them."""
+        around = np.unique(self.corners - self.corners.T)  # (27,)
+
+        def unseen(points: NDArray[np.float32]) -> NDArray[np.bool_]:
+            return ~self.seen.take(self.cells_at(points)[:, None] + around).any(axis=1)
+
+        beside = self.cells_at(loose_places(self.field, unseen))[:, None] + around
+        inner = np.unique(beside)
+        place = places(inner, self.cells)
+        inner = inner[((place > 0) & (place <= self.cells)).all(axis=0)]
+        return self.crossed(inner)
+
+    def cells_at(self, points: NDArray[np.float32]) -> NDArray[np.int32]:
+        """The cells (N,) around points (N, 3), or next to them where they lie outside the box."""
+        place = np.floor((points + 1) / self.spacing).astype(np.int32).clip(0, self.cells - 1)
+        return (place + 1) @ self.steps
 
     def crossed(self, cells: NDArray[np.int32]) -> NDArray[np.int32]:
         """Those of `cells` (A,), each there once, that are active."""
