@@ -32,7 +32,7 @@ from ..levels import (
     spacing,
     support,
 )
-from ..mesh.extraction.loose import loose_places
+from ..mesh.extraction.loose_pieces import loose_places
 from ..mesh.proxy import Proxy, sketch, update_sketch
 from ..solve.spline_system import Rows, solve_level
 from ..threads import join

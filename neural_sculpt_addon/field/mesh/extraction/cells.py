@@ -11,7 +11,7 @@ Marching cubes needs the active cells and no other. Two steps find them:
    faces lead through every component of which the octree found a single cell. So where a block's
    corners change sign the octree need not be careful.
 
-Small pieces far from the others, which neither comes to, are looked for in the detail (`loose`).
+Small pieces far from the others, which neither comes to, are looked for in the detail (`loose_pieces`).
 
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
@@ -29,7 +29,7 @@ from ....common.progress import Progress, silent
 from ...evaluate import values
 from ...field import Field
 from .lattice import CORNERS, ActiveCells, codes_of, corner_steps, places, steps
-from .loose import loose_places
+from .loose_pieces import loose_places
 
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20

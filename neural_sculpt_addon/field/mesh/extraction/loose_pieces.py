@@ -18,8 +18,8 @@ from ...levels import spacing
 from ...projection import ARRIVED, SMALLEST_GRADIENT
 
 LARGE = 0.1  # share of the edge of a cell; smaller coefficients make no piece
-STEPS = 6  # of Newton
-REACH = 0.5  # cells that a step is long at most; the first twice that
+NEWTON_STEPS = 6
+LONGEST_STEP = 0.5  # of Newton, in cells; the first twice that
 
 
 def loose_places(
@@ -40,10 +40,10 @@ def loose_places(
     left = np.abs(values(field, points)) < near
     points, reach = points[left], reach[left]
     step = np.empty((len(points), 1), np.float32)
-    for number in range(STEPS):
+    for number in range(NEWTON_STEPS):
         value, gradient = values_and_gradients(field, points)
         slope = np.maximum(lengths(gradient), SMALLEST_GRADIENT)
-        longest = reach if number == 0 else REACH * reach
+        longest = reach if number == 0 else LONGEST_STEP * reach
         step = np.clip(value[:, None] / slope, -longest, longest)
         points = points - step * gradient / slope
         left = asked(points)  # most come to what is known
