@@ -11,7 +11,8 @@ Marching cubes needs the active cells and no other. Two steps find them:
    faces lead through every component of which the octree found a single cell. So where a block's
    corners change sign the octree need not be careful.
 
-Small pieces far from the others, which neither comes to, are looked for in the detail (`loose_pieces`).
+Small pieces far from the others, which neither comes to, are looked for in the detail
+(`loose_pieces`).
 
 Around the box lies one more ring of points, said to be outside, so that a surface that leaves the
 box is closed off on its faces. The ring also keeps the flood's index arithmetic inside the array.
