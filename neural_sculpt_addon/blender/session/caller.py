@@ -7,6 +7,7 @@ until its job has ended: its results wait for nothing, and nothing is shown to i
 """
 
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -17,7 +18,7 @@ TICK = 0.005
 """Seconds between two polls of a script that waits: the worker gets the processor meanwhile."""
 
 
-class Caller:
+class Caller(ABC):
     """What the session asks of whoever calls it."""
 
     looks: ClassVar[bool]
@@ -25,9 +26,9 @@ class Caller:
     acts: ClassVar[bool]
     """Whether somebody can leave a mode, redo or restart the worker: what needs that may wait."""
 
+    @abstractmethod
     def await_end(self, job: Job, poll: Callable[[], object]) -> None:
         """Stop until the job has ended, or go on. SculptError when it has ended without success."""
-        raise NotImplementedError
 
 
 class Artist(Caller):

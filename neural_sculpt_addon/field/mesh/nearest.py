@@ -25,12 +25,12 @@ LENGTHENED = 1.5
 become longer, and to ask in vain takes 5 ms."""
 
 LONGER, ASIDE = 1.1, 0.1
-"""How far Newton steps may lead in all: times the distance of the mesh, and edges of it more. The
-mesh of a bent surface is off by less than the latter."""
+"""How far Newton steps may lead in all: as a multiple of the distance to the mesh, and by how many
+of its edges farther. A mesh of a bent surface is off by less than the latter."""
 
 OFF = 0.25
-"""Edges that a point of the mesh may be off the surface. Of what is farther off, as a fold that is
-finer than the mesh, the mesh's own point is taken."""
+"""How far Newton steps may lead from a point of the mesh, in edges. Where they lead farther, as in
+a fold that is finer than the mesh, the point of the mesh is taken as it is."""
 
 
 class _Tree(NamedTuple):
@@ -65,14 +65,13 @@ class Nearest:
         square, _, nearest = map(np.asarray, tree.squared_distance(vertices, triangles, at))
         way = np.linalg.norm(found.points - line, axis=1)
         astray = (way > LONGER * np.sqrt(square) + ASIDE * edge) | (found.distance > ARRIVED)
-        for some, mine in zip(found, self._near(nearest[astray].astype(np.float32)), strict=True):
+        near = self._onto_surface(nearest[astray].astype(np.float32), edge)
+        for some, mine in zip(found, near, strict=True):
             some[astray] = mine
         return found
 
-    def _near(self, points: NDArray[np.float32]) -> Projection:
-        """Points (N, 3) of the mesh, brought to the surface if that is close."""
-        assert self._tree
-        edge = self._tree.edge
+    def _onto_surface(self, points: NDArray[np.float32], edge: float) -> Projection:
+        """Points (N, 3) of a mesh with such edges, brought to the surface if that is close."""
         near = project(self._field, points, reach=edge / 2)
         off = np.linalg.norm(near.points - points, axis=1)
         lost = (off > OFF * edge) | (near.distance > ARRIVED)

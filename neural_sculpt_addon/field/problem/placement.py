@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Laying a stroke on the surface: the spline through its control points, led to f = 0.
+"""Placing a stroke on the surface: the spline through its control points is brought to f = 0.
 
 The result is spaced uniformly by arc length on the surface itself, so u means the same on a flat
 and on a bumpy shape (paper, section 3). Model space. See docs/method.md, section 2.
@@ -39,7 +39,7 @@ class PlacedStroke(NamedTuple):
 def place_stroke(field: Field, stroke: Stroke, mesh: SurfaceMesh | None = None) -> Path:
     """The path of `stroke` on the zero set of `field`.
 
-    mesh: of this zero set; without it Newton steps alone find the surface, as in the paper
+    mesh: triangles of this surface; without them Newton steps alone find it, as in the paper
 
     SculptError when a control point is no surface point, or when the surface between two of them
     cannot be followed.
