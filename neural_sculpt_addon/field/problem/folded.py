@@ -171,7 +171,8 @@ class Folded:
     def walls(self, apart: float, random: np.random.Generator) -> tuple[Samples, Samples]:
         """Samples of the walls that open where the displacement jumps, before and after it, `apart`
         from each other in the mean. Samples of the surface leave these walls empty."""
-        before, after, _, triangles = self.under
+        before, after, bounds, triangles = self.under
+        triangles = triangles[bounds[triangles].any(axis=1)]
         walls = triangles[steep(before, after, triangles).any(axis=1)]
         corners = after.points[walls]  # (W, 3, 3)
         turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
