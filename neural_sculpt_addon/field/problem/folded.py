@@ -184,9 +184,9 @@ class Folded:
 
         def at(chosen: NDArray[np.intp], share: Array) -> tuple[Samples, Samples]:
             """Places (K, 3) in the chosen walls, by shares (K, 3) of their corners."""
-            share = share.astype(np.float32)[:, :, None]
+            part = share.astype(np.float32)[:, :, None]
             start, goal = (
-                Samples(np.sum(share * some.points[walls[chosen]], axis=1), normal[chosen])
+                Samples(np.sum(part * some.points[walls[chosen]], axis=1), normal[chosen])
                 for some in (before, after)
             )
             return start, goal
