@@ -27,8 +27,8 @@ from .fold import SweptVolume, bounding, steep
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
 SHORTEST = 1 / 8  # of the former: edges that get no shorter, as where a profile jumps
-MOST_VERTICES = 8_000  # of triangles with edges of FINE_EDGE; the longest edges are halved first
-MOST_CUT = 10_000  # vertices once edges longer than CUT are halved, too
+MOST_VERTICES = 12_000  # of triangles with edges of FINE_EDGE; the longest edges are halved first
+MOST_CUT = 15_000  # vertices once edges longer than CUT are halved, too
 BURIED = 0.5  # winding number of the new shape, from which on a point lies in it
 
 
