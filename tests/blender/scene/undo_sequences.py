@@ -201,6 +201,8 @@ class Sequence:
         between = [] if several(before, now) else [*taken_back, before, now]
         for step in range(new, place + 1):
             self.possible[step] = [now] if step == place else between
+        if new <= place:  # what lies ahead of new steps: borders alone, which hold what is there
+            self.possible.update({step: [now] for step in range(place + 1, count)})
         for step in [step for step in self.possible if step >= count]:
             del self.possible[step]
 
