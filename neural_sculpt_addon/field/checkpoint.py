@@ -121,11 +121,11 @@ def load(path: str | os.PathLike[str]) -> Field:
             raise SculptError("{} is larger than any field file (256 MiB).", name)
         data = path.read_bytes()
     except OSError as error:
-        raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
+        raise SculptError("{} cannot be read: {}.", path, error.strerror) from error
     try:
         return read(data)
     except SculptError as error:
-        raise SculptError(f"{name}: {error}") from error
+        raise SculptError("{}: {}", name, error) from error
 
 
 def save(field: Field, path: str | os.PathLike[str]) -> None:
@@ -137,7 +137,9 @@ def save(field: Field, path: str | os.PathLike[str]) -> None:
     path = Path(path)
     write = {".safetensors": to_bytes, ".pth": _to_pth}.get(path.suffix.lower())
     if write is None:
-        raise SculptError(f"{path.name:.100}: fields are saved as .safetensors or .pth files.")
+        raise SculptError(
+            "{}: fields are saved as .safetensors or .pth files.", f"{path.name:.100}"
+        )
     write_whole(path, write(field))
 
 

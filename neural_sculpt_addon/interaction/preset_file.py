@@ -15,6 +15,7 @@ from pathlib import Path
 
 from ..common import reading
 from ..common.errors import SculptError
+from ..common.text import Text
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 
@@ -58,7 +59,10 @@ class Preset:
             raise SculptError("A preset has 2 to {} points.", MOST_POINTS)
         if not all(low <= value <= high for point in self.points for value in point):
             raise SculptError(
-                "The points of a {} lie between {} and {}.", self.kind, f"{low:g}", f"{high:g}"
+                "The points of a {} lie between {} and {}.",
+                Text(self.kind),
+                f"{low:g}",
+                f"{high:g}",
             )
         ahead = zip(self.points, self.points[1:], strict=False)
         if any(right[0] - left[0] < 1e-4 for left, right in ahead):

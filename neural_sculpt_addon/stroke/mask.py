@@ -50,11 +50,13 @@ class Mask:
         """Refuse a lattice that is too fine, too coarse, too large or empty. SculptError."""
         if not LEAST_SPACING <= self.spacing <= LARGEST_SPACING:
             raise SculptError(
-                f"The spacing of a stroke's mask is {self.spacing:.6g}; it must lie between"
-                f" {LEAST_SPACING:.6f} and {LARGEST_SPACING}."
+                "The spacing of a stroke's mask is {}; it must lie between {} and {}.",
+                f"{self.spacing:.6g}",
+                f"{LEAST_SPACING:.6f}",
+                LARGEST_SPACING,
             )
         if not 1 <= len(self.nodes) == len(self.values) <= MOST_NODES:
-            raise SculptError(f"A stroke's mask needs 1 to {MOST_NODES} nodes.")
+            raise SculptError("A stroke's mask needs 1 to {} nodes.", MOST_NODES)
 
     @staticmethod
     def of(points: ArrayLike, masks: ArrayLike, spacing: float) -> "Mask":
@@ -119,10 +121,10 @@ class Mask:
             unpacking = zlib.decompressobj()
             rows = unpacking.decompress(packed, 4 * MOST_NODES + 1)
         except (*reading.UNREADABLE, binascii.Error, zlib.error) as error:
-            raise SculptError(f"A stroke's mask cannot be read ({error!s:.100}).") from error
+            raise SculptError("A stroke's mask cannot be read ({}).", f"{error!s:.100}") from error
         if len(rows) % 4 or len(rows) > 4 * MOST_NODES or not unpacking.eof:
             raise SculptError(
-                f"A stroke's mask needs four bytes for each node, and at most {MOST_NODES} nodes."
+                "A stroke's mask needs four bytes for each node, and at most {} nodes.", MOST_NODES
             )
         *nodes, values = np.frombuffer(rows, np.uint8).reshape(4, -1)
         return Mask(spacing, np.stack(nodes, axis=1), values)

@@ -65,7 +65,7 @@ def consolidate(
     weights. SculptError for a width that is none, or a field without surface.
     """
     if not NARROWEST <= width <= WIDEST:
-        raise SculptError(f"A network is {NARROWEST} to {WIDEST} units wide, not {width}.")
+        raise SculptError("A network is {} to {} units wide, not {}.", NARROWEST, WIDEST, width)
     start = time.monotonic()
     field = field.to("cpu")
     own = field.network.widths == (width, width)

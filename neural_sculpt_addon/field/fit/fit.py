@@ -125,10 +125,10 @@ def fit_mesh(
     start = time.monotonic()
     if preset not in list(Quality):
         raise SculptError(
-            f"There is no quality {preset!r:.60}; choose one of {', '.join(Quality)}."
+            "There is no quality {}; choose one of {}.", f"{preset!r:.60}", ", ".join(Quality)
         )
     if not 0 <= seed < 2**63:
-        raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
+        raise SculptError("The seed is {}; it must be from 0 to 2^63 - 1.", f"{seed!s:.100}")
     if open_parts not in (None, *Open):
         raise SculptError(
             "Open parts cannot be {}; choose one of {}.", f"{open_parts!r:.60}", ", ".join(Open)
@@ -136,7 +136,7 @@ def fit_mesh(
     method, preset = Method(method), Quality(preset)
     kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
     if width not in WIDTHS:
-        raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
+        raise SculptError("A network is {} units wide, not {}.", ", ".join(map(str, WIDTHS)), width)
     detail = detail and method is Method.DISTANCE
     schedule = SCHEDULES[method, Quality.DRAFT if detail else preset]
     if detail and width < WIDE_LAYER:

@@ -94,7 +94,8 @@ def _most(job: Payload) -> int:
     most = job.fields.get("triangles", 0)
     if type(most) is not int or not 0 <= most <= MOST_TRIANGLES:
         raise SculptError(
-            f"A proxy is refined to at most {MOST_TRIANGLES:,} triangles, not to {most!r:.60}."
-            " Choose fewer."
+            "A proxy is refined to at most {} triangles, not to {}. Choose fewer.",
+            f"{MOST_TRIANGLES:,}",
+            f"{most!r:.60}",
         )
     return most

@@ -144,7 +144,7 @@ class Store:
 def read_strength(value: object) -> float:
     """The strength of a layer. SculptError unless it is a number from 0 to 1."""
     if type(value) not in (int, float) or not 0 <= value <= 1:  # type: ignore[operator]
-        raise SculptError(f"A layer's strength is a number from 0 to 1, not {value!r:.60}.")
+        raise SculptError("A layer's strength is a number from 0 to 1, not {}.", f"{value!r:.60}")
     return float(value)  # type: ignore[arg-type]
 
 
@@ -184,7 +184,7 @@ def _find(job: Payload, name: object, known: Cache[str, V], make: Callable[[byte
     from ...field.edit.layers import digest
 
     if not isinstance(name, str):
-        raise SculptError(f"An id must be a str, not {name!r:.60}.")
+        raise SculptError("An id must be a str, not {}.", f"{name!r:.60}")
     if name in known:
         return known[name]
     if name not in job.arrays:
