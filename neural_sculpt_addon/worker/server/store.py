@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ...field.edit.layers import Layer, Memo, Solved, State, Term
     from ...field.field import Field
+    from ...field.mesh.proxy import Proxy
     from ...field.problem.prepare import Preparation
 
     Base = tuple[str, Field]
@@ -150,10 +151,13 @@ def read_strength(value: object) -> float:
 
 def preparation_bytes(preparation: "Preparation") -> int:
     """Memory that a field, its proxy and its samples take."""
-    field, proxy = preparation.field, preparation.proxy
+    return _field_bytes(preparation.field) + proxy_bytes(preparation.proxy) + SAMPLE_BYTES
+
+
+def proxy_bytes(proxy: "Proxy") -> int:
+    """Memory that a proxy takes, but for what an update starts from, which is much of the same."""
     mesh = [proxy.vertices, proxy.normals, proxy.triangles, proxy.edges]
-    arrays = [proxy.active.index, proxy.active.values, *mesh]
-    return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLE_BYTES
+    return sum(array.nbytes for array in (proxy.active.index, proxy.active.values, *mesh))
 
 
 def _field_bytes(field: "Field") -> int:
