@@ -38,7 +38,7 @@ SUFFIXES = (".safetensors", ".pth")
 LARGEST_FILE = 256 << 20  # bytes
 LARGEST_HEADER = 256 << 10  # bytes of a header or a pickle, which grow by the number of tensors
 MOST_ENTRIES = 1000  # of an archive
-WIDEST, DEEPEST = 4096, 16
+WIDEST_LAYER, DEEPEST = 4096, 16
 LARGEST_NUMBER = 1e4  # of omegas, weights and biases
 STEEPEST_FIELD = 1e30  # bound of |grad f|, as the weights allow it; float32 ends at 3e38
 
@@ -263,7 +263,7 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
     fan_in = 3
     for layer, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
         fan_out = 1 if layer == len(weights) - 1 else bias.numel()
-        if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST:
+        if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST_LAYER:
             raise SculptError(
                 "This network's layer {} has weights {} and biases {}; a field leads from 3"
                 " coordinates to 1 value.",

@@ -86,7 +86,7 @@ def _unpacked(packed: bytes) -> bytes:
     """What zlib packed; never more than a layer can be."""
     unpacking = zlib.decompressobj()
     try:
-        raw = unpacking.decompress(packed, _LARGEST + 1)
+        raw = unpacking.decompress(packed, _MOST_BYTES + 1)
     except zlib.error as error:
         raise SculptError("This layer cannot be unpacked; it is damaged.") from error
     _bound(len(raw), 0)
@@ -95,11 +95,11 @@ def _unpacked(packed: bytes) -> bytes:
     return raw
 
 
-_LARGEST = 2 * _PLANES * MOST_COEFFICIENTS + _HEAD.size * (FINEST - COARSEST + 1)
+_MOST_BYTES = 2 * _PLANES * MOST_COEFFICIENTS + _HEAD.size * (FINEST - COARSEST + 1)
 
 
 def _bound(size: int, bricks: int) -> None:
-    if size > _LARGEST or bricks > MOST_BRICKS:
+    if size > _MOST_BYTES or bricks > MOST_BRICKS:
         raise SculptError("This detail is larger than any field's: 8 million coefficients.")
 
 

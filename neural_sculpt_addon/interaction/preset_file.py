@@ -20,9 +20,9 @@ from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 
 VERSION = 1
-SMOOTH, CORNER = "AUTO_CLAMPED", "VECTOR"
-HANDLES = frozenset({SMOOTH, CORNER, "AUTO"})
-MOST_POINTS = 64
+SMOOTH_HANDLE, CORNER_HANDLE = "AUTO_CLAMPED", "VECTOR"
+HANDLES = frozenset({SMOOTH_HANDLE, CORNER_HANDLE, "AUTO"})
+MOST_CURVE_POINTS = 64
 LONGEST_NAME = 48
 LARGEST_FILE = 1 << 16  # bytes
 
@@ -55,8 +55,8 @@ class Preset:
         if not 0 < len(self.name.strip()) <= LONGEST_NAME or not self.name.isprintable():
             raise SculptError("A preset's name has 1 to {} printable characters.", LONGEST_NAME)
         low, high = BOUNDS[self.kind]
-        if not 2 <= len(self.points) <= MOST_POINTS:
-            raise SculptError("A preset has 2 to {} points.", MOST_POINTS)
+        if not 2 <= len(self.points) <= MOST_CURVE_POINTS:
+            raise SculptError("A preset has 2 to {} points.", MOST_CURVE_POINTS)
         if not all(low <= value <= high for point in self.points for value in point):
             raise SculptError(
                 "The points of a {} lie between {} and {}.",

@@ -25,7 +25,7 @@ SNAPPED = "snapped", "snapped_normals"
 _STATE_JOBS = _LAYER_JOBS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
-_PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
+PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 """The arrays of a mesh."""
 
 _NOTHING = np.empty(0, bool)  # of a kind that no result has
@@ -100,7 +100,7 @@ def _check_state(
     if job is JobKind.ABSORB_STROKE:
         _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    if job is not JobKind.ABSORB_STROKE or not _PROXY.isdisjoint(arrays):
+    if job is not JobKind.ABSORB_STROKE or any(name in arrays for name in PROXY):
         _check_proxy(arrays)
 
 

@@ -26,7 +26,7 @@ PROPERTY = "neural_sculpt_strength"
 
 LABEL = n_("Stroke Strength")
 
-REST = 1.0
+RELEASED_AFTER = 1.0
 """Seconds without a change after which the slider counts as released. This ends a typed number,
 which has no release."""
 
@@ -68,11 +68,11 @@ def _set(_: WindowManager, strength: float) -> None:
     if _State.waiting and _State.uid != uid:
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
-    _State.strength, _State.until = strength, time.monotonic() + REST
+    _State.strength, _State.until = strength, time.monotonic() + RELEASED_AFTER
     if not timers_run():
         _apply()
     elif not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=REST)
+        bpy.app.timers.register(_tick, first_interval=RELEASED_AFTER)
         bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
 
 

@@ -45,7 +45,7 @@ RELAXATION = 0.7  # share of the way to the mean of the neighbours
 LONGEST_STEP = 0.5  # longest Newton step, in cells
 LEAST_STEP = 0.02  # a vertex that moved less, in cells, needs no further step
 NEWTON_STEPS = 3
-HALVINGS = 10  # of a lattice edge, for what Newton steps lose
+BISECTIONS = 10  # of a lattice edge, where Newton steps lose the surface
 FLAT = 1e-6  # a gradient below this has no direction
 ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
 NO_SURFACE = Text(
@@ -287,7 +287,7 @@ def _onto_edges(mesh: RawMesh, lost: NDArray[np.intp], active: ActiveCells, fiel
     inside = active.values[0].take(cell)[:, None] < 0  # the lower end
     along = np.eye(3, dtype=np.float32).take(edges % 3, axis=0)  # (P, 3)
     points = edge_centres(edges, active.cells)
-    for number in range(2, HALVINGS + 2):
+    for number in range(2, BISECTIONS + 2):
         same = (values(field, points)[:, None] < 0) == inside
         points += np.where(same, along, -along) * np.float32(active.spacing / 2**number)
     _, gradient = values_and_gradients(field, points)

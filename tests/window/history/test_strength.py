@@ -24,7 +24,9 @@ class Strength(WindowCase):
 
         That it rests is no release here, be the computer as busy as it may.
         """
-        self.enterContext(patch.object(module("blender.panels.strength"), "REST", SECONDS))
+        self.enterContext(
+            patch.object(module("blender.panels.strength"), "RELEASED_AFTER", SECONDS)
+        )
         yield from self.add()
         path = self.arc()
         yield from self.draw(path)

@@ -14,12 +14,12 @@ from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ....common.errors import SculptError
 from ....common.text import Text
+from ....worker.answers import PROXY
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.mesh import proxy_mesh
 from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
-from ...scene.results import PROXY
 from ...scene.undo_step import in_window
 from ...session import states
 from ...session.job import Job, Request
