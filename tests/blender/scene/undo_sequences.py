@@ -370,6 +370,7 @@ class Sequence:
     def piece(self) -> None:
         """One brush stroke that has its result gets a little nearer to the scene."""
         self.session.poll_once()
+        self._look()
 
     def boolean(self) -> None:
         """Unite two fields, of which one is hidden then."""
