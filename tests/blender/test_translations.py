@@ -4,6 +4,7 @@
 import ast
 import importlib.util
 import inspect
+import json
 import tempfile
 import unittest
 from collections.abc import Iterator
@@ -236,3 +237,20 @@ class Translations(unittest.TestCase):
         self.assertEqual(translated(counted), "Strich 3 von 5: Modellieren")
         self.assertEqual(translated("Sculpting"), "Modellieren")
         self.assertEqual(translated("Grmbl."), "Grmbl.")
+
+    def test_what_is_wrong_with_a_stroke_file(self) -> None:
+        translations, errors = module("blender.locale.translations"), module("common.errors")
+        self.enterContext(patch.object(translations, "rpt_", lambda text: german().get(text, text)))
+        dab = {"points": [[0, 0, 0.5]], "radius": 0.1, "intensity": 0.1}
+        wrong = (
+            ({"radius": 5}, "Strich 2: Der Radius ist 5; er muss zwischen 0.001 und 1 liegen."),
+            (
+                {"profile": {"points": [[0, 0]]}},
+                "Strich 2: Profil: Mindestens zwei Punkte sind nötig.",
+            ),
+        )
+        for change, said in wrong:
+            file = {"version": 1, "strokes": [dab, {**dab, **change}]}
+            with self.assertRaises(errors.SculptError) as caught:
+                module("stroke.file").parse_strokes(json.dumps(file))
+            self.assertEqual(translations.translated(caught.exception.text), said)
