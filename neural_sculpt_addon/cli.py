@@ -226,18 +226,18 @@ def _check_output(path: Path | None, suffixes: Sequence[str] = ()) -> None:
     if path is None:
         return
     if suffixes and path.suffix.lower() not in suffixes:
-        raise SculptError(f"{path.name}: choose a name that ends in {', '.join(suffixes)}.")
+        raise SculptError("{}: choose a name that ends in {}.", path.name, ", ".join(suffixes))
     if not path.parent.is_dir():
-        raise SculptError(f"There is no folder {path.parent}; make it or choose another.")
+        raise SculptError("There is no folder {}; make it or choose another.", path.parent)
 
 
 def _read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
+        raise SculptError("{} cannot be read: {}.", path, error.strerror) from error
     except UnicodeDecodeError as error:
-        raise SculptError(f"{path.name} is no UTF-8 text file.") from error
+        raise SculptError("{} is no UTF-8 text file.", path.name) from error
 
 
 def _show(fraction: float, message: str) -> None:

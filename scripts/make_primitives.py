@@ -21,7 +21,7 @@ from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.fit.fit import fit_mesh
 from neural_sculpt_addon.field.fit.fit_distance import SAMPLED_BOX, Learner, TrainingSamples
-from neural_sculpt_addon.field.fit.schedule import Schedule, follow
+from neural_sculpt_addon.field.fit.schedule import Schedule, train
 from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.primitives import FOLDER, PRIMITIVES
 
@@ -77,7 +77,7 @@ def fit_closed_form(distance: Callable[[Array], Array]) -> Field:
     samples = TrainingSamples(*(torch.from_numpy(array.astype(np.float32)) for array in arrays))
     network = Siren.random(omega=(SCHEDULE.omega, 30.0), generator=torch.Generator().manual_seed(0))
     learner = Learner(samples, network, SCHEDULE.batch, seed=0)
-    follow(learner, SCHEDULE, silent)
+    train(learner, SCHEDULE, silent)
     field = Field(learner.network)
     error = np.abs(values(field, points) - distance(points))[: len(near)]
     print(f"  error near the surface: mean {error.mean():.1e}, max {error.max():.1e}")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notices: a message in the status bar of something that happened in the background.
+"""Notices: messages in the status bar of what happened in the background.
 
-Blender shows reports of operators only, and of an operator that Python calls only while it handles
-an event. So this one waits for an event, reports, and passes the event on.
+Blender shows there what an operator reports, but not while Python calls it: only while it handles
+an event. So this operator waits for the next event, reports, and passes the event on.
 """
 
 from typing import TYPE_CHECKING
@@ -27,20 +27,20 @@ class NEURAL_SCULPT_OT_notice(Operator):
     message: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: Context, event: Event) -> "set[OperatorReturnItems]":
-        """See to it that there is an event."""
+        """Start a timer, whose event comes at once."""
         self._timer = context.window_manager.event_timer_add(0.01, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> "set[OperatorReturnItems]":
-        """Tell."""
+        """Report the message."""
         context.window_manager.event_timer_remove(self._timer)
         self.report({"WARNING"}, self.message)
         return {"FINISHED", "PASS_THROUGH"}
 
 
 def tell(message: str) -> None:
-    """Show a text in the artist's language in the first window; there is none in the background."""
+    """Show a text in the artist's language in the first window; nothing without a window."""
     if bpy.app.background:
         return
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):

@@ -8,7 +8,7 @@ class SculptError(Exception):
     """A failure the artist can act upon: one or two sentences, what happened and what to do."""
 
     def __init__(self, template: str, *arguments: object) -> None:
-        """The sentences, as of `Text`."""
+        """The sentences: a template and what fills its {}, as `Text` takes them."""
         self.text = Text(template, *arguments)
         super().__init__(self.text)
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fields as files and as bytes.
+"""Checkpoints: fields as files and as bytes.
 
-Our own format is safetensors: float32 tensors `layers.K.weight`, `layers.K.bias`, the metadata
-`format`, `version` and `omegas`, and for a field with detail a uint8 tensor `detail`, which holds
-what `layer_bytes` makes of its coefficients. The version is 1 without detail, 2 with it. The
-authors' `.pth` checkpoints (plain and weight norm) are read and written as well; they hold networks
-only. Files come from outside and are untrusted: nothing in them is executed, sizes are bounded,
-shapes and numbers checked.
+Our own format is safetensors. It has float32 tensors `layers.K.weight` and `layers.K.bias`, the
+metadata `format`, `version` and `omegas`, and for a field with detail a uint8 tensor `detail`, the
+bytes that `layer_bytes` makes of the coefficients. The version is 1 without detail and 2 with it.
+
+The `.pth` checkpoints of the paper's authors are read, plain ones and those with weight norm, and
+written; they hold a network alone. Files come from outside and are untrusted: nothing in them is
+executed, sizes are bounded, shapes and numbers are checked.
 """
 
 import io
@@ -37,8 +38,8 @@ VERSION, VERSION_WITH_DETAIL = "1", "2"
 SUFFIXES = (".safetensors", ".pth")
 LARGEST_FILE = 256 << 20  # bytes
 LARGEST_HEADER = 256 << 10  # bytes of a header or a pickle, which grow by the number of tensors
-MOST_ENTRIES = 1000  # of an archive
-WIDEST, DEEPEST = 4096, 16
+MOST_ENTRIES = 1000  # files in an archive
+WIDEST_LAYER, DEEPEST = 4096, 16  # units of a layer, and layers
 LARGEST_NUMBER = 1e4  # of omegas, weights and biases
 STEEPEST_FIELD = 1e30  # bound of |grad f|, as the weights allow it; float32 ends at 3e38
 
@@ -121,11 +122,11 @@ def load(path: str | os.PathLike[str]) -> Field:
             raise SculptError("{} is larger than any field file (256 MiB).", name)
         data = path.read_bytes()
     except OSError as error:
-        raise SculptError(f"{path} cannot be read: {error.strerror}.") from error
+        raise SculptError("{} cannot be read: {}.", path, error.strerror) from error
     try:
         return read(data)
     except SculptError as error:
-        raise SculptError(f"{name}: {error}") from error
+        raise SculptError("{}: {}", name, error) from error
 
 
 def save(field: Field, path: str | os.PathLike[str]) -> None:
@@ -137,7 +138,9 @@ def save(field: Field, path: str | os.PathLike[str]) -> None:
     path = Path(path)
     write = {".safetensors": to_bytes, ".pth": _to_pth}.get(path.suffix.lower())
     if write is None:
-        raise SculptError(f"{path.name:.100}: fields are saved as .safetensors or .pth files.")
+        raise SculptError(
+            "{}: fields are saved as .safetensors or .pth files.", f"{path.name:.100}"
+        )
     write_whole(path, write(field))
 
 
@@ -261,7 +264,7 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
     fan_in = 3
     for layer, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
         fan_out = 1 if layer == len(weights) - 1 else bias.numel()
-        if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST:
+        if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST_LAYER:
             raise SculptError(
                 "This network's layer {} has weights {} and biases {}; a field leads from 3"
                 " coordinates to 1 value.",

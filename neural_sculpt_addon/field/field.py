@@ -69,5 +69,7 @@ class Field:
         """f and its gradient at `points` (N, 3). SculptError when they are no such array."""
         x = np.asarray(points)
         if x.ndim != 2 or x.shape[1] != 3 or x.dtype.kind not in "fiu":
-            raise SculptError(f"Points are numbers (N, 3), not {x.dtype!s:.30} {x.shape!s:.30}.")
+            raise SculptError(
+                "Points are numbers (N, 3), not {} {}.", f"{x.dtype!s:.30}", f"{x.shape!s:.30}"
+            )
         return Sampled(*values_and_gradients(self, x))

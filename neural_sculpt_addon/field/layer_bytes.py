@@ -57,8 +57,10 @@ def layer_from_bytes(data: bytes) -> Coefficients:
         raise SculptError("These bytes are no layer of Neural Sculpt.")
     if magic != MAGIC:
         raise SculptError(
-            f"This layer was written in format version {magic[-1]}, this add-on reads version"
-            f" {MAGIC[-1]}. Update Neural Sculpt to open it."
+            "This layer was written in format version {}, this add-on reads version {}."
+            " Update Neural Sculpt to open it.",
+            magic[-1],
+            MAGIC[-1],
         )
     raw = _unpacked(packed)
     coefficients, place, bricks, last = {}, 0, 0, COARSEST - 1
@@ -84,7 +86,7 @@ def _unpacked(packed: bytes) -> bytes:
     """What zlib packed; never more than a layer can be."""
     unpacking = zlib.decompressobj()
     try:
-        raw = unpacking.decompress(packed, _LARGEST + 1)
+        raw = unpacking.decompress(packed, _MOST_BYTES + 1)
     except zlib.error as error:
         raise SculptError("This layer cannot be unpacked; it is damaged.") from error
     _bound(len(raw), 0)
@@ -93,18 +95,20 @@ def _unpacked(packed: bytes) -> bytes:
     return raw
 
 
-_LARGEST = 2 * _PLANES * MOST_COEFFICIENTS + _HEAD.size * (FINEST - COARSEST + 1)
+_MOST_BYTES = 2 * _PLANES * MOST_COEFFICIENTS + _HEAD.size * (FINEST - COARSEST + 1)
 
 
 def _bound(size: int, bricks: int) -> None:
-    if size > _LARGEST or bricks > MOST_BRICKS:
+    if size > _MOST_BYTES or bricks > MOST_BRICKS:
         raise SculptError("This detail is larger than any field's: 8 million coefficients.")
 
 
 def _checked(level: int, index: NDArray[np.int64], units: NDArray[np.int64]) -> int:
     """How many bricks the nodes of a level make. SculptError when they cannot be of that level."""
     if not COARSEST <= level <= FINEST:
-        raise SculptError(f"This layer has the level {level}; there are {COARSEST} to {FINEST}.")
+        raise SculptError(
+            "This layer has the level {}; there are {} to {}.", level, COARSEST, FINEST
+        )
     n = cells_per_axis(level)
     if (np.diff(index, prepend=-1) <= 0).any() or index[-1] >= n**3:
         raise SculptError("This layer's nodes do not rise or lie off the grid; it is damaged.")
@@ -112,7 +116,7 @@ def _checked(level: int, index: NDArray[np.int64], units: NDArray[np.int64]) -> 
     if cells.min() < 1 or cells.max() > n - 2:  # whose neighbours would lie off the grid
         raise SculptError("This layer's nodes lie on the border of the grid; it is damaged.")
     if np.abs(units).max() > MOST_UNITS:
-        raise SculptError(f"This layer's coefficients are beyond {MOST_UNITS * UNIT:g}.")
+        raise SculptError("This layer's coefficients are beyond {}.", f"{MOST_UNITS * UNIT:g}")
     size = n // BRICK
     made = np.zeros(size**3, bool)
     # A node at the border of a brick is in its neighbour's halo, too.

@@ -30,16 +30,18 @@ def read(path: Path) -> NDArray:
     try:
         points = np.lib.format.open_memmap(path, mode="r")  # executes nothing, reads when asked
     except OSError as error:
-        raise SculptError(f"{name} cannot be read: {error.strerror or 'no .npy file'}.") from error
+        raise SculptError(
+            "{} cannot be read: {}.", name, error.strerror or "no .npy file"
+        ) from error
     except _DAMAGE as error:
-        raise SculptError(f"{name} is no NumPy array of numbers (.npy).") from error
+        raise SculptError("{} is no NumPy array of numbers (.npy).", name) from error
     if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
         shape = f"{points.dtype!s:.30} {points.shape!s:.30}"
-        raise SculptError(f"{name} holds {shape}; points are numbers (N, 3).")
+        raise SculptError("{} holds {}; points are numbers (N, 3).", name, shape)
     if len(points) > MOST_POINTS:
-        raise SculptError(f"{name} holds more than {MOST_POINTS} points; sample them in parts.")
+        raise SculptError("{} holds more than {} points; sample them in parts.", name, MOST_POINTS)
     if not np.isfinite(points).all():
-        raise SculptError(f"{name} holds NaN or infinite coordinates.")
+        raise SculptError("{} holds NaN or infinite coordinates.", name)
     return points
 
 

@@ -20,6 +20,6 @@ def primitive(name: str) -> Field:
     """The ready field called `name`. SculptError when there is none of that name."""
     if name not in PRIMITIVES:
         raise SculptError(
-            f"There is no primitive {name!r:.100}; there are {', '.join(PRIMITIVES)}."
+            "There is no primitive {}; there are {}.", f"{name!r:.100}", ", ".join(PRIMITIVES)
         )
     return load(FOLDER / f"{name}.safetensors")

@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 from .evaluate import values_and_gradients
 from .field import Field
 
-ARRIVED = 1e-4  # what the last Newton step may have been: it leaves no more than its square
-ON_SURFACE = 1e-3  # what projection may leave; farther away it has lost its way
-SMALLEST_GRADIENT = 0.2  # below this a Newton step is no longer to be trusted
+ARRIVED = 1e-4  # length of a last Newton step that leaves a point off by no more than its square
+ON_SURFACE = 1e-3  # length of one after which a point counts as on the surface; others are lost
+SMALLEST_GRADIENT = 0.2  # |grad f| below which f / |grad f| is no distance: it takes its place
 
 
 class Projection(NamedTuple):
-    """Points brought to the surface."""
+    """Points that were brought to the surface, and the surface there."""
 
     points: NDArray[np.float32]  # (N, 3)
     normals: NDArray[np.float32]  # (N, 3), unit, outward
-    distance: NDArray[np.float32]  # (N,), |f| / |grad f| that was left before the last step
+    distance: NDArray[np.float32]  # (N,), |f| / |grad f| before the last step, its length
 
     def where(self, chosen: NDArray[np.bool_]) -> "Projection":
         """The chosen points."""
@@ -57,15 +57,18 @@ def project(
 
 
 class Found(NamedTuple):
-    """The zero set as seen from points (N, 3)."""
+    """The surface near points (N, 3)."""
 
-    distance: NDArray[np.float32]  # (N,), to it
-    normals: NDArray[np.float32]  # (N, 3), unit, where it was met
+    distance: NDArray[np.float32]  # (N,), from the points to the surface
+    normals: NDArray[np.float32]  # (N, 3), unit, outward, at the nearest places found on it
     slope: NDArray[np.float32]  # (N,), |grad f| at the points themselves
 
 
 def find_surface(field: Field, points: ArrayLike) -> Found:
-    """The zero set as seen from `points` (N, 3)."""
+    """The surface near `points` (N, 3): how far it is, and its normals.
+
+    Where projection does not arrive, the distance is |f| / |grad f|, or the way gone if longer.
+    """
     points = np.asarray(points, np.float32)
     value, gradient = values_and_gradients(field, points)
     slope = np.linalg.norm(gradient, axis=1)

@@ -16,7 +16,7 @@ from ..stroke.curve import Array, fit_curve
 from ..stroke.displacement import displace, local_radius
 from ..stroke.path import Path, make_path
 from ..stroke.stroke import Direction, Kind, Stroke
-from .ribbon import COLUMNS, LIFT, ROWS, Lay, Ribbon
+from .ribbon import ACROSS, ALONG, LIFT, Lay, Ribbon
 
 PAST_BOTH = 1.2  # radii of the wider of both strokes: neither has moved the surface there
 STEPS = 3  # towards the surface without the stroke, each of which leaves a part of the way
@@ -26,8 +26,8 @@ class _Strip(NamedTuple):
     """A strip of the tangent planes along the stroke; around a dab its rows are diameters."""
 
     path: Path
-    points: Array  # (ROWS, COLUMNS, 3)
-    normals: Array  # (ROWS, COLUMNS, 3), of the surface
+    points: Array  # (ALONG, ACROSS, 3)
+    normals: Array  # (ALONG, ACROSS, 3), of the surface
 
 
 def changed_ribbons(
@@ -48,13 +48,13 @@ def changed_ribbons(
         now = points + shown * _amounts(old, before, points, normals)[..., None] * normals
         off = lay(now.reshape(-1, 3))[0].reshape(now.shape) - now
         points += (off * normals).sum(axis=-1, keepdims=True) * normals
-        middle = points[: len(path.points), COLUMNS // 2]  # between control points far apart, too
+        middle = points[: len(path.points), ACROSS // 2]  # between control points far apart, too
         path = make_path(middle, path.normals, path.closed)
     points, normals = _finer(points), _unit(_finer(normals))
     amount = strength * _amounts(new, path, points, normals)
     points += (amount + LIFT)[..., None] * normals
     modulated = np.abs(new.brush.modulation(path.u))
-    modulated = np.broadcast_to(modulated / max(modulated.max(), 1.0), ROWS)
+    modulated = np.broadcast_to(modulated / max(modulated.max(), 1.0), ALONG)
     return tuple(Ribbon(points @ image.T, amount, modulated) for image in new.images)
 
 
@@ -70,7 +70,7 @@ def _amounts(stroke: Stroke, path: Path, points: Array, normals: Array) -> Array
 def _strip(stroke: Stroke, wide: float, lay: Lay) -> _Strip:
     """A strip as wide as the stroke, on normals found `wide` to both sides of its middle."""
     curve = fit_curve(stroke.points, stroke.closed)
-    line = curve.resample(ROWS)[0] if len(curve.points) > 1 else curve.points[:1]
+    line = curve.resample(ALONG)[0] if len(curve.points) > 1 else curve.points[:1]
     path = make_path(line, lay(line)[1], curve.closed)
     for _ in range(2):  # the normals of a ridge's flanks lead to those beside it
         _, left, right = _beside(path, wide, lay)
@@ -79,7 +79,7 @@ def _strip(stroke: Stroke, wide: float, lay: Lay) -> _Strip:
             normals = normals.sum(axis=0, keepdims=True)
         path = make_path(line, normals, curve.closed)
     laterals, left, right = _beside(path, wide, lay)
-    v = np.linspace(-1, 1, COLUMNS)
+    v = np.linspace(-1, 1, ACROSS)
     across = local_radius(stroke, path.u)[:, None] * v  # (R, C) or (1, C)
     points = path.points[:, None] + across[..., None] * laterals[:, None]
     if stroke.direction is Direction.STROKE:
@@ -91,11 +91,11 @@ def _strip(stroke: Stroke, wide: float, lay: Lay) -> _Strip:
 
 
 def _beside(path: Path, wide: float, lay: Lay) -> tuple[Array, Array, Array]:
-    """The unit vectors (ROWS, 3) across the path, and the surface's normals there to the left and
-    to the right of it (ROWS, 3); those across a dab go half around it."""
+    """The unit vectors (ALONG, 3) across the path, and the surface's normals there to the left and
+    to the right of it (ALONG, 3); those across a dab go half around it."""
     laterals = path.laterals
     if len(path.points) == 1:
-        angle = np.linspace(0, np.pi, ROWS)[:, None]
+        angle = np.linspace(0, np.pi, ALONG)[:, None]
         laterals = np.cos(angle) * laterals + np.sin(angle) * path.tangents
     left, right = (lay(path.points + side * wide * laterals)[1] for side in (1, -1))
     return laterals, left, right
@@ -104,7 +104,7 @@ def _beside(path: Path, wide: float, lay: Lay) -> tuple[Array, Array, Array]:
 def _finer(vectors: Array) -> Array:
     """Vectors (R, C, 3) with the means of neighboring columns between them (R, 2 C - 1, 3): what a
     profile has between two columns is not to lie below the surface."""
-    return np.insert(vectors, range(1, COLUMNS), (vectors[:, :-1] + vectors[:, 1:]) / 2, axis=1)
+    return np.insert(vectors, range(1, ACROSS), (vectors[:, :-1] + vectors[:, 1:]) / 2, axis=1)
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

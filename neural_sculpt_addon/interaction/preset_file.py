@@ -15,13 +15,14 @@ from pathlib import Path
 
 from ..common import reading
 from ..common.errors import SculptError
+from ..common.text import Text
 from ..stroke.modulation import Modulation
 from ..stroke.profile import Profile
 
 VERSION = 1
-SMOOTH, CORNER = "AUTO_CLAMPED", "VECTOR"
-HANDLES = frozenset({SMOOTH, CORNER, "AUTO"})
-MOST_POINTS = 64
+SMOOTH_HANDLE, CORNER_HANDLE = "AUTO_CLAMPED", "VECTOR"
+HANDLES = frozenset({SMOOTH_HANDLE, CORNER_HANDLE, "AUTO"})
+MOST_CURVE_POINTS = 64
 LONGEST_NAME = 48
 LARGEST_FILE = 1 << 16  # bytes
 
@@ -54,11 +55,14 @@ class Preset:
         if not 0 < len(self.name.strip()) <= LONGEST_NAME or not self.name.isprintable():
             raise SculptError("A preset's name has 1 to {} printable characters.", LONGEST_NAME)
         low, high = BOUNDS[self.kind]
-        if not 2 <= len(self.points) <= MOST_POINTS:
-            raise SculptError("A preset has 2 to {} points.", MOST_POINTS)
+        if not 2 <= len(self.points) <= MOST_CURVE_POINTS:
+            raise SculptError("A preset has 2 to {} points.", MOST_CURVE_POINTS)
         if not all(low <= value <= high for point in self.points for value in point):
             raise SculptError(
-                "The points of a {} lie between {} and {}.", self.kind, f"{low:g}", f"{high:g}"
+                "The points of a {} lie between {} and {}.",
+                Text(self.kind),
+                f"{low:g}",
+                f"{high:g}",
             )
         ahead = zip(self.points, self.points[1:], strict=False)
         if any(right[0] - left[0] < 1e-4 for left, right in ahead):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-MOST_POINTS = 512
+MOST_RECORDED = 512
 """Control points of one stroke; a longer one gets a coarser spacing."""
 PRESSURE_OFF = 0.1
 """How far the pressure may be off where simplifying leaves a point out."""
@@ -69,7 +69,7 @@ class StrokeRecorder:
         """Append a point, however near it is."""
         self.points.append(point)
         self.pressures.append(pressure)
-        if len(self.points) > MOST_POINTS:
+        if len(self.points) > MOST_RECORDED:
             self.spacing *= 2
             del self.points[1::2], self.pressures[1::2]
 

@@ -20,10 +20,10 @@ from ..stroke.displacement import displace, local_radius
 from ..stroke.path import make_path
 from ..stroke.stroke import Kind, Stroke
 
-ROWS, COLUMNS = 40, 7
+ALONG, ACROSS = 40, 7  # points of the ribbon along and across the stroke
 RIM = 32  # points of the circle
 SECTION = 25  # points of the cross-section
-LIFT = 0.004  # model space; keeps the overlay clear of the facets of the proxy
+LIFT = 0.004  # model units that keep what is drawn on a surface clear of the facets of a mesh
 
 Lay = Callable[[ArrayLike], tuple[Array, Array]]
 
@@ -31,9 +31,9 @@ Lay = Callable[[ArrayLike], tuple[Array, Array]]
 class Ribbon(NamedTuple):
     """The tube of one stroke, or of one of its images."""
 
-    points: Array  # (ROWS, C, 3), C is COLUMNS or more
-    height: Array  # (ROWS, C), signed displacement, or share of the way
-    strength: Array  # (ROWS,), in [0, 1]: the modulation, 1 where it is strongest
+    points: Array  # (ALONG, C, 3), C is ACROSS or more
+    height: Array  # (ALONG, C), signed displacement, or share of the way
+    strength: Array  # (ALONG,), in [0, 1]: the modulation, 1 where it is strongest
 
 
 def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
@@ -41,12 +41,12 @@ def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
     curve = fit_curve(stroke.points, stroke.closed)
     if len(curve.points) < 2:
         return ()
-    path = make_path(*lay(curve.resample(ROWS)[0]), closed=curve.closed)
-    across = local_radius(stroke, path.u)[:, None] * np.linspace(-1, 1, COLUMNS)  # (R, C)
+    path = make_path(*lay(curve.resample(ALONG)[0]), closed=curve.closed)
+    across = local_radius(stroke, path.u)[:, None] * np.linspace(-1, 1, ACROSS)  # (R, C)
     flat = path.points[:, None] + across[..., None] * path.laterals[:, None]  # (R, C, 3)
     laid, normals = lay(flat.reshape(-1, 3))
     plain = replace(stroke, brush=replace(stroke.brush, alpha=None))  # finer than a ribbon
-    height = displace(plain, path, laid, normals).amount.reshape(ROWS, COLUMNS)
+    height = displace(plain, path, laid, normals).amount.reshape(ALONG, ACROSS)
     displaced = np.maximum(height, 0) if stroke.kind is Kind.DRAW else np.zeros_like(height)
     raised = displaced[..., None] + LIFT
     points = laid.reshape(flat.shape) + raised * _smooth(normals.reshape(flat.shape))
@@ -56,16 +56,16 @@ def ribbons(stroke: Stroke, lay: Lay) -> tuple[Ribbon, ...]:
 
 
 def _smooth(normals: Array) -> Array:
-    """Mean of normals (ROWS, COLUMNS, 3) along the stroke, for those of facets jump."""
+    """Mean of normals (ALONG, ACROSS, 3) along the stroke, for those of facets jump."""
     padded = np.pad(normals, ((3, 3), (0, 0), (0, 0)), mode="edge")
-    mean = np.mean([padded[i : i + ROWS] for i in range(7)], axis=0)
+    mean = np.mean([padded[i : i + ALONG] for i in range(7)], axis=0)
     return mean / np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-12)
 
 
 @lru_cache
-def ribbon_triangles(columns: int = COLUMNS) -> NDArray[np.int32]:
+def ribbon_triangles(columns: int = ACROSS) -> NDArray[np.int32]:
     """Corners (T, 3) of a ribbon's triangles, as indices of its points."""
-    corner = np.arange(ROWS * columns, dtype=np.int32).reshape(ROWS, columns)
+    corner = np.arange(ALONG * columns, dtype=np.int32).reshape(ALONG, columns)
     a, b, c, d = corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
 

@@ -14,7 +14,7 @@ from ..stroke.curve import Array, fit_curve
 from ..stroke.stroke import Kind, Stroke
 from .ribbon import LIFT, RIM, Lay
 
-ROWS, MEAN_OF = 80, 8
+LINE_POINTS, MEAN_OF = 80, 8
 """Points of a line, and of how many to each side the mean normal is."""
 
 
@@ -54,7 +54,7 @@ def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
 def _middle(stroke: Stroke) -> Array:
     """Points (N, 3) along the stroke, where it was drawn; one of a dab."""
     curve = fit_curve(stroke.points, stroke.closed)
-    return curve.resample(ROWS)[0] if len(curve.points) > 1 else curve.points[:1]
+    return curve.resample(LINE_POINTS)[0] if len(curve.points) > 1 else curve.points[:1]
 
 
 def _mean(normals: Array) -> Array:

@@ -61,20 +61,25 @@ class Alpha:
             raise SculptError("An alpha needs one of: a name, pixels.")
         if self.name and self.name not in IMAGES:
             names = ", ".join(IMAGES)
-            raise SculptError(f"There is no alpha named {self.name!r:.100}; choose one of {names}.")
+            raise SculptError(
+                "There is no alpha named {}; choose one of {}.", f"{self.name!r:.100}", names
+            )
         size = math.isqrt(len(self.pixels))
         if self.pixels and (size**2 != len(self.pixels) or not LEAST_SIZE <= size <= LARGEST_SIZE):
             raise SculptError(
-                f"An alpha is a square of {LEAST_SIZE} to {LARGEST_SIZE} pixels along a side."
+                "An alpha is a square of {} to {} pixels along a side.", LEAST_SIZE, LARGEST_SIZE
             )
         if not abs(self.angle) <= LARGEST_ANGLE:
             raise SculptError(
-                f"The angle of an alpha is {self.angle:.6g}; it must lie between -360 and 360."
+                "The angle of an alpha is {}; it must lie between -360 and 360.",
+                f"{self.angle:.6g}",
             )
         if not LEAST_SPACING <= self.spacing <= LARGEST_SPACING:
             raise SculptError(
-                f"The spacing of an alpha is {self.spacing:.6g}; it must lie between"
-                f" {LEAST_SPACING:g} and {LARGEST_SPACING:g} radii."
+                "The spacing of an alpha is {}; it must lie between {} and {} radii.",
+                f"{self.spacing:.6g}",
+                f"{LEAST_SPACING:g}",
+                f"{LARGEST_SPACING:g}",
             )
 
     def __call__(self, ahead: ArrayLike, left: ArrayLike) -> Array:
@@ -189,7 +194,7 @@ class Alpha:
                 flipped=reading.flag(data.get("flipped", False)),
             )
         except reading.UNREADABLE as error:
-            raise SculptError(f"An alpha cannot be read ({error!s:.100}).") from error
+            raise SculptError("An alpha cannot be read ({}).", f"{error!s:.100}") from error
 
     @property
     def _turn(self) -> tuple[float, float]:

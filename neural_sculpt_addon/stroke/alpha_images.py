@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images of alphas that come with the extension, as formulas.
+"""Built-in images of alphas, as formulas of x, to the right, and y, up, arrays in [-1, 1].
 
-x to the right and y up, both arrays in [-1, 1]; values are clipped to [0, 1]. Where
-one reaches its edges it goes on at the opposite one, so that a row of it has no seams.
+Values are grey, clipped to [0, 1] by who asks. An image that is not black at its border has period
+2, so that a row of it along a stroke shows no seams.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 Image = Callable[[Array, Array], Array]
 
-PORES = 30
+PORES = 30  # pits of the image
 
 
 def _scales(x: Array, y: Array) -> Array:

@@ -31,10 +31,12 @@ class Brush:
     def __post_init__(self) -> None:
         """Refuse sizes that fit no field. SculptError."""
         if not LEAST_RADIUS <= self.radius <= LARGEST_RADIUS:
-            raise SculptError(f"The radius is {self.radius:.6g}; it must lie between 0.001 and 1.")
+            raise SculptError(
+                "The radius is {}; it must lie between 0.001 and 1.", f"{self.radius:.6g}"
+            )
         if not abs(self.intensity) <= LARGEST_INTENSITY:
             raise SculptError(
-                f"The intensity is {self.intensity:.6g}; it must lie between -1 and 1."
+                "The intensity is {}; it must lie between -1 and 1.", f"{self.intensity:.6g}"
             )
 
     def mirrored(self) -> "Brush":

@@ -2,11 +2,12 @@
 """Displacement of surface points by a stroke: d = m(u) s b(v / r) (paper, section 3), times the
 grey of its alpha, if it has one.
 
-v is the signed distance from the path. Around a round end the profile of both sides is blended by
-the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0. The
-other sheet of a thin part, whose normal turns away from n(u), is not displaced, and what is turned
-by more than 60 degrees only in part: around an edge the displacement fades, and has no cliff. Model
-space. A mask weakens it by the factor 1 - m.
+v is the signed distance from the path. Around a round end the profiles of both sides are blended by
+the sine of the angle to the tangent, so the cap continues the sides; beyond a flat end d = 0.
+
+Where the surface's normal turns away from n(u), by more than 90 degrees, it is the other sheet of a
+thin part and is not displaced; from 60 degrees on the displacement fades, so that there is no cliff
+at an edge. A mask m weakens d by the factor 1 - m. Model space.
 """
 
 from typing import NamedTuple
@@ -43,7 +44,7 @@ class Displacement(NamedTuple):
 
     @property
     def core(self) -> NDArray[np.bool_]:
-        """Which points (M,) lie beside the path; of a dab, around which all are beyond, all do."""
+        """Which points (M,) lie beside the path and not beyond its ends; of a dab all points."""
         return ~self.beyond | self.beyond.all()
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Displacement":
@@ -67,8 +68,7 @@ def displace(
 ) -> Displacement:
     """The displacement of surface `points` (M, 3) with unit outward `normals` (M, 3).
 
-    `path` is the stroke laid on the same surface; mirror images are strokes of their own.
-
+    path:   of the stroke, on the same surface; its mirror images have paths of their own
     vertex: see `locate`
     """
     place = locate(path, points, vertex)

@@ -21,18 +21,20 @@ def parse_strokes(text: str) -> tuple[Stroke, ...]:
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise SculptError(f"This is no JSON stroke file ({error!s:.100}).") from error
+        raise SculptError("This is no JSON stroke file ({}).", f"{error!s:.100}") from error
     if not isinstance(document, Mapping) or not isinstance(document.get("strokes"), list):
         raise SculptError('A stroke file is {"version": 1, "strokes": [...]}.')
     if (version := document.get("version")) != VERSION:
         raise SculptError(
-            f"This stroke file has version {version!r:.100}, this add-on reads version {VERSION}."
-            " Update Neural Sculpt, or save the strokes again with the version you have."
+            "This stroke file has version {}, this add-on reads version {}. Update Neural Sculpt,"
+            " or save the strokes again with the version you have.",
+            f"{version!r:.100}",
+            VERSION,
         )
     strokes = []
     for number, data in enumerate(document["strokes"], 1):
         try:
             strokes.append(Stroke.from_json(data))
         except SculptError as error:
-            raise SculptError(f"Stroke {number}: {error}") from error
+            raise SculptError("Stroke {}: {}", number, error) from error
     return tuple(strokes)

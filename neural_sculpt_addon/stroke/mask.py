@@ -25,10 +25,12 @@ Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 MOST_NODES = 16384
-LEAST_SPACING = 2 / 254  # so that the nodes 0 to 255 of each axis span the box
-LARGEST_SPACING = 0.5
+FINEST_SPACING = 2 / 254  # so that the nodes 0 to 255 of each axis span the box
+COARSEST_SPACING = 0.5
 MASK_STEPS = 255  # from 0 to 1
-BRICK = 4  # nodes along an edge: with fewer the table of bricks is larger, with more the bricks
+MASK_BRICK = (
+    4  # nodes along an edge: with fewer the table of bricks is larger, with more the bricks
+)
 FULL = 1 - 1e-6  # sums of weights that are 1 but for rounding
 CORNERS = np.stack(np.meshgrid(*[[0, 1]] * 3, indexing="ij"), axis=-1).reshape(8, 3)
 
@@ -48,13 +50,15 @@ class Mask:
 
     def __post_init__(self) -> None:
         """Refuse a lattice that is too fine, too coarse, too large or empty. SculptError."""
-        if not LEAST_SPACING <= self.spacing <= LARGEST_SPACING:
+        if not FINEST_SPACING <= self.spacing <= COARSEST_SPACING:
             raise SculptError(
-                f"The spacing of a stroke's mask is {self.spacing:.6g}; it must lie between"
-                f" {LEAST_SPACING:.6f} and {LARGEST_SPACING}."
+                "The spacing of a stroke's mask is {}; it must lie between {} and {}.",
+                f"{self.spacing:.6g}",
+                f"{FINEST_SPACING:.6f}",
+                COARSEST_SPACING,
             )
         if not 1 <= len(self.nodes) == len(self.values) <= MOST_NODES:
-            raise SculptError(f"A stroke's mask needs 1 to {MOST_NODES} nodes.")
+            raise SculptError("A stroke's mask needs 1 to {} nodes.", MOST_NODES)
 
     @staticmethod
     def of(points: ArrayLike, masks: ArrayLike, spacing: float) -> "Mask":
@@ -65,7 +69,7 @@ class Mask:
         masked in full, so that this one stays.
         """
         points, masks = np.asarray(points, float), np.asarray(masks, float)
-        spacing = min(max(spacing, LEAST_SPACING), LARGEST_SPACING)
+        spacing = min(max(spacing, FINEST_SPACING), COARSEST_SPACING)
         while len((found := _spread(points, masks, spacing))[0]) > MOST_NODES:
             spacing *= 2
         nodes, means, full = found
@@ -91,7 +95,7 @@ class Mask:
         """From fine to coarse; each holds the means of the one before."""
         spacing, nodes, values = self.spacing, self.nodes.astype(np.intp), self.values / MASK_STEPS
         lattices = [_Lattice(spacing, nodes, values)]
-        while spacing < LARGEST_SPACING:
+        while spacing < COARSEST_SPACING:
             points = nodes * spacing - 1
             spacing *= 2
             nodes, values, _ = _spread(points, values, spacing)
@@ -119,10 +123,10 @@ class Mask:
             unpacking = zlib.decompressobj()
             rows = unpacking.decompress(packed, 4 * MOST_NODES + 1)
         except (*reading.UNREADABLE, binascii.Error, zlib.error) as error:
-            raise SculptError(f"A stroke's mask cannot be read ({error!s:.100}).") from error
+            raise SculptError("A stroke's mask cannot be read ({}).", f"{error!s:.100}") from error
         if len(rows) % 4 or len(rows) > 4 * MOST_NODES or not unpacking.eof:
             raise SculptError(
-                f"A stroke's mask needs four bytes for each node, and at most {MOST_NODES} nodes."
+                "A stroke's mask needs four bytes for each node, and at most {} nodes.", MOST_NODES
             )
         *nodes, values = np.frombuffer(rows, np.uint8).reshape(4, -1)
         return Mask(spacing, np.stack(nodes, axis=1), values)
@@ -131,7 +135,7 @@ class Mask:
 class _Lattice:
     """Values at some nodes of a lattice, for trilinear interpolation.
 
-    Nodes are found by way of bricks of BRICK^3 of them, of which only those in use take space.
+    Nodes are found by way of bricks of MASK_BRICK^3 of them, of which only those in use take space.
     """
 
     def __init__(self, spacing: float, nodes: Places, values: Array) -> None:
@@ -139,26 +143,26 @@ class _Lattice:
         self._spacing, self._low = spacing, nodes.min(axis=0) - 1
         nodes = nodes - self._low
         self._shape = nodes.max(axis=0) + 2  # with nothing all around
-        self._bricks = (self._shape + BRICK - 1) // BRICK
-        used, number = np.unique(_linear(nodes // BRICK, self._bricks), return_inverse=True)
+        self._bricks = (self._shape + MASK_BRICK - 1) // MASK_BRICK
+        used, number = np.unique(_linear(nodes // MASK_BRICK, self._bricks), return_inverse=True)
         self._brick = np.zeros(self._bricks.prod(), np.int32)  # 0: not in use
         self._brick[used] = np.arange(1, len(used) + 1)
-        self._row = np.zeros((len(used) + 1) * BRICK**3, np.int32)
-        inside = _linear(nodes % BRICK, np.full(3, BRICK))
-        self._row[(number.ravel() + 1) * BRICK**3 + inside] = np.arange(1, len(nodes) + 1)
+        self._row = np.zeros((len(used) + 1) * MASK_BRICK**3, np.int32)
+        inside = _linear(nodes % MASK_BRICK, np.full(3, MASK_BRICK))
+        self._row[(number.ravel() + 1) * MASK_BRICK**3 + inside] = np.arange(1, len(nodes) + 1)
         self._values = np.append(0.0, values)
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """Sums (N,) of weighted values at points (N, 3), and of the weights of existing nodes."""
         place = np.clip((points + 1) / self._spacing - self._low, 0, self._shape - 1)
         cell = np.minimum(place.astype(np.intp), self._shape - 2)
-        (x, y, z), inside = np.divmod(cell.T[:, None] + [[0], [1]], BRICK)  # each (2, N)
+        (x, y, z), inside = np.divmod(cell.T[:, None] + [[0], [1]], MASK_BRICK)  # each (2, N)
         x, y = x * (self._bricks[1] * self._bricks[2]), y * self._bricks[2]
-        inside *= np.reshape([BRICK**2, BRICK, 1], (3, 1, 1))
+        inside *= np.reshape([MASK_BRICK**2, MASK_BRICK, 1], (3, 1, 1))
         value, known = np.zeros((2, len(points)))
         for (i, j, k), weight in zip(CORNERS, _weights(place - cell), strict=True):
             brick = self._brick[x[i] + y[j] + z[k]]
-            row = self._row[brick * BRICK**3 + inside[0, i] + inside[1, j] + inside[2, k]]
+            row = self._row[brick * MASK_BRICK**3 + inside[0, i] + inside[1, j] + inside[2, k]]
             value += weight * self._values[row]
             known += weight * (row > 0)
         return value, known

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .curve import Array, arc_length
 
-CHUNK = 1024  # points whose distances from all vertices are looked at together
+POINTS_AT_ONCE = 1024  # points whose distances from all vertices are looked at together
 DEGENERATE = 1e-3  # sine of the angle between u and n below which v is carried on
 
 
@@ -121,8 +121,8 @@ def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
     factor = np.vstack([-2 * path.T, squares])  # (4, N)
     homogeneous = np.column_stack([x, np.ones(len(x))])  # (M, 4)
     vertex = np.empty(len(x), int)
-    for start in range(0, len(x), CHUNK):
-        part = slice(start, start + CHUNK)
+    for start in range(0, len(x), POINTS_AT_ONCE):
+        part = slice(start, start + POINTS_AT_ONCE)
         vertex[part] = np.argmin(homogeneous[part] @ factor, axis=1)
     return vertex
 

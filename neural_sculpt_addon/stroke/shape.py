@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..common import reading
 from ..common.errors import SculptError
+from ..common.text import Text
 
 Array = NDArray[np.float64]
 Formula = Callable[[Array], NDArray[Any]]
@@ -39,21 +40,30 @@ class Shape:
     def __post_init__(self) -> None:
         """Refuse what is no function on the domain. SculptError."""
         if sum(map(bool, (self.name, self.points, self.table))) != 1:
-            raise SculptError(f"A {self.WORD} needs one of: a name, control points, a table.")
+            raise SculptError(
+                "A {} needs one of: a name, control points, a table.", Text(self.WORD)
+            )
         if self.name and self.name not in self.FORMULAS:
             names = ", ".join(self.FORMULAS)
             raise SculptError(
-                f"There is no {self.WORD} named {self.name!r:.100}; choose one of {names}."
+                "There is no {} named {}; choose one of {}.",
+                Text(self.WORD),
+                f"{self.name!r:.100}",
+                names,
             )
         if len(self.points) == 1 or len(self.table) == 1:
-            raise SculptError(f"A {self.WORD} needs at least two points.")
+            raise SculptError("A {} needs at least two points.", Text(self.WORD))
         numbers = np.array([*np.ravel(self.points), *self.table], float)
         if len(numbers) > MOST_NUMBERS or not (np.abs(numbers) <= LARGEST_NUMBER).all():
             raise SculptError(
-                f"A {self.WORD} needs numbers from -1000 to 1000, at most {MOST_NUMBERS} of them."
+                "A {} needs numbers from -1000 to 1000, at most {} of them.",
+                Text(self.WORD),
+                MOST_NUMBERS,
             )
         if self.points and (np.diff([x for x, _ in self.points]) < 1e-6).any():
-            raise SculptError(f"The control points of a {self.WORD} must go from left to right.")
+            raise SculptError(
+                "The control points of a {} must go from left to right.", Text(self.WORD)
+            )
 
     def __call__(self, x: ArrayLike) -> Array:
         """Values at x, an array of any shape; x outside the domain counts as its nearest end."""
@@ -77,7 +87,7 @@ class Shape:
     def from_json(cls, data: object) -> Self:
         """Read what `to_json` wrote. SculptError when it is something else."""
         if not isinstance(data, Mapping) or len(data) != 1:
-            raise SculptError(f'A {cls.WORD} is one of {{"name"}}, {{"points"}}, {{"table"}}.')
+            raise SculptError('A {} is one of {"name"}, {"points"}, {"table"}.', Text(cls.WORD))
         try:
             if "points" in data:
                 pairs = reading.numbers(data["points"]).tolist()  # (K, 2)
@@ -86,7 +96,9 @@ class Shape:
                 return cls(table=tuple(map(float, reading.numbers(data["table"]).tolist())))
             return cls(name=reading.text(data["name"]))
         except (KeyError, *reading.UNREADABLE) as error:
-            raise SculptError(f"A {cls.WORD} cannot be read ({error!s:.100}).") from error
+            raise SculptError(
+                "A {} cannot be read ({}).", Text(cls.WORD), f"{error!s:.100}"
+            ) from error
 
 
 def _catmull_rom(x: Array, points: Array, bounds: tuple[float, float]) -> Array:

@@ -99,7 +99,7 @@ class Stroke:
         """Bring arrays to float64 and refuse what is no stroke. SculptError."""
         points = _numbers(self.points, "points")
         if points.ndim != 2 or points.shape[1] != 3 or not 1 <= len(points) <= MOST_POINTS:
-            raise SculptError(f"A stroke needs 1 to {MOST_POINTS} points of three coordinates.")
+            raise SculptError("A stroke needs 1 to {} points of three coordinates.", MOST_POINTS)
         if np.abs(points).max() > BOX:
             raise SculptError(
                 "The stroke leaves the box [-1, 1]^3 of the field; draw on the surface."
@@ -110,12 +110,12 @@ class Stroke:
                 continue
             factors = _numbers(factors, word)
             if factors.shape != (len(points),) or factors.min() < 0 or factors.max() > 10:
-                raise SculptError(f"A stroke's {word} are one number from 0 to 10 for each point.")
+                raise SculptError("A stroke's {} are one number from 0 to 10 for each point.", word)
             factors = np.where(factors < LEAST_FACTOR, 0.0, factors)
             object.__setattr__(self, word, factors)
         if not 0 <= self.seed < 2**63:
             raise SculptError(
-                f"The stroke's seed is {self.seed!s:.100}; it must be from 0 to 2^63 - 1."
+                "The stroke's seed is {}; it must be from 0 to 2^63 - 1.", f"{self.seed!s:.100}"
             )
         if not self.mirror <= set(AXES):
             raise SculptError("A stroke is mirrored across X, Y or Z and nothing else.")
@@ -217,9 +217,9 @@ class Stroke:
             raise SculptError("A stroke is a JSON object with points, radius and intensity.")
         if unknown := set(data) - _WORDS:
             names = ", ".join(sorted(map(str, unknown)))
-            raise SculptError(f"A stroke has no field {names:.100}.")
+            raise SculptError("A stroke has no field {}.", f"{names:.100}")
         if missing := {"points", "radius", "intensity"} - set(data):
-            raise SculptError(f"The stroke lacks {', '.join(sorted(missing))}.")
+            raise SculptError("The stroke lacks {}.", ", ".join(sorted(missing)))
         brush = Brush(
             radius=_read(reading.number, data, "radius", 0.0),
             intensity=_read(reading.number, data, "intensity", 0.0),
@@ -255,7 +255,7 @@ def _read(kind: Callable[[Any], T], data: Mapping[str, Any], word: str, default:
     try:
         return kind(data[word]) if word in data else default
     except reading.UNREADABLE as error:
-        raise SculptError(f"The stroke's {word} cannot be {data[word]!r:.60}.") from error
+        raise SculptError("The stroke's {} cannot be {}.", word, f"{data[word]!r:.60}") from error
 
 
 def _numbers(data: object, word: str) -> NDArray[np.float64]:
@@ -263,9 +263,9 @@ def _numbers(data: object, word: str) -> NDArray[np.float64]:
     try:
         array = reading.numbers(data)
     except reading.UNREADABLE as error:
-        raise SculptError(f"The stroke's {word} are no numbers.") from error
+        raise SculptError("The stroke's {} are no numbers.", word) from error
     if not np.isfinite(array).all():
-        raise SculptError(f"The stroke's {word} hold NaN or infinite numbers.")
+        raise SculptError("The stroke's {} hold NaN or infinite numbers.", word)
     return array
 
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the worker's messages must hold before Blender believes them.
+"""Check of the worker's messages, before Blender believes what they hold.
 
-The protocol has seen to it that a message is well-formed: fields are JSON without NaN, arrays as
-long as they say. NumPy and the standard library only; 100,000 triangles take some 1 ms.
+`protocol` has read them: fields are JSON without NaN, and arrays are as long as their shapes say.
+Here each kind of message must have the fields and arrays that Blender uses, of the right types, all
+numbers finite and all indices in range. NumPy and the standard library only; the check of 100,000
+triangles takes some 1 ms.
 """
 
 import math
@@ -25,7 +27,7 @@ SNAPPED = "snapped", "snapped_normals"
 _STATE_JOBS = _LAYER_JOBS | {JobKind.EDIT, JobKind.REPLAY, JobKind.CONSOLIDATE}
 """Jobs whose result is another state of the field."""
 
-_PROXY = frozenset({"vertices", "normals", "triangles", "edges", "corner_edges"})
+PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
 """The arrays of a mesh."""
 
 _NOTHING = np.empty(0, bool)  # of a kind that no result has
@@ -37,7 +39,10 @@ def is_remade(arrays: Mapping[str, Any]) -> bool:
 
 
 def why_malformed(message: Message) -> str:
-    """What is wrong with a message of any job, but its result; empty when nothing is."""
+    """What is wrong with a message, as the end of a sentence; empty when nothing is.
+
+    Of a result `check` tells, which needs to know the kind of the job.
+    """
     if not isinstance(message.kind, MessageKind):
         return f"it sent a {message.kind}"
     wanted = {
@@ -49,12 +54,15 @@ def why_malformed(message: Message) -> str:
         if not is_right(message.fields.get(name)):
             return f"its {message.kind} has no {name!r}"
     if not _is_list_of(message.fields.get("missing", []), _is_string):
-        return f"its {message.kind} misses what has no id"
+        return f"the ids that its {message.kind} misses are no strings"
     return ""
 
 
 def check(job: JobKind, message: Message) -> None:
-    """ProtocolError unless a message is a result that a job of this kind can have, or none."""
+    """Check a result, or a preview, of a job of this kind; other messages pass.
+
+    ProtocolError when something is missing or not as it should be.
+    """
     if message.kind not in _RESULTS:
         return
     fields, arrays = message.fields, message.arrays
@@ -93,19 +101,19 @@ def check(job: JobKind, message: Message) -> None:
 def _check_state(
     job: JobKind, fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
 ) -> None:
-    """Another state of the field, and what shows it."""
+    """Check the result of a job that makes another state: report, layers and proxy."""
     _require(_is_name(fields.get("revision")), "revision")
     _check_report(fields, required=job in _LAYER_JOBS | {JobKind.CONSOLIDATE})
     _check_parts(fields, arrays)
     if job is JobKind.ABSORB_STROKE:
         _require(type(fields.get("stretched")) is bool, "stretched")
         _check_points(arrays, *SNAPPED)
-    if job is not JobKind.ABSORB_STROKE or not _PROXY.isdisjoint(arrays):
+    if job is not JobKind.ABSORB_STROKE or any(name in arrays for name in PROXY):
         _check_proxy(arrays)
 
 
 def _check_place(fields: Mapping[str, Any]) -> None:
-    """Where a fitted field belongs."""
+    """Check the place of a fitted field: scale and center."""
     center = fields.get("center")
     _require(_is_number(fields.get("scale")) and fields["scale"] > 0, "scale")
     _require(_is_list_of(center, _is_number) and len(center or ()) == 3, "center")
@@ -119,7 +127,7 @@ def _check_report(fields: Mapping[str, Any], required: bool) -> None:
 
 
 def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Names of fields and layers, and the bytes that they name."""
+    """Check the ids of fields and layers, and that their bytes are there."""
     for name, array in (("id", "field"), ("base", "field"), ("layer", "layer")):
         if name in fields:
             _require(_is_name(fields[name]), name)
@@ -135,7 +143,7 @@ def _check_parts(fields: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) 
 
 
 def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
-    """A mesh that Blender can be given: every number finite, every index in range."""
+    """Check a mesh, for Blender crashes on indices that are out of range."""
     vertices = _check_points(arrays, "vertices", "normals")
     triangles = _array(arrays, "triangles", "i", 2, 3)
     edges = _array(arrays, "edges", "i", 2, 2)
@@ -147,7 +155,7 @@ def _check_proxy(arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _check_points(arrays: Mapping[str, NDArray[Any]], vertices: str, normals: str) -> NDArray[Any]:
-    """Points (N, 3) and as many normals."""
+    """Check points and normals, (N, 3) each, and return the points."""
     points, beside = (_array(arrays, name, "f", 2, 3) for name in (vertices, normals))
     _require(points.shape == beside.shape, normals)
     _require_finite(points, vertices)
@@ -171,7 +179,7 @@ def _require(fulfilled: object, name: str) -> None:
 
 
 def _require_finite(array: NDArray[Any], name: str) -> None:
-    """A sum is finite only of finite numbers, and takes no memory."""
+    """By the sum, which is finite only when all numbers are, and takes no memory."""
     with np.errstate(over="ignore", invalid="ignore"):
         finite = math.isfinite(float(array.sum(dtype=np.float64)))
     if not finite:

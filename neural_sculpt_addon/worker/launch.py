@@ -4,9 +4,9 @@
 MODULE is `server.server`, the worker, with its device, or `install.installation`, with the folder
 to install into.
 
-The package that it lies in is imported under its own name, whatever its folder is called: that of
-an installed extension has the name of its id. It is found by its path, so nothing beside it, other
-extensions above all, can be imported by mistake.
+The package is imported as `neural_sculpt_addon`, whatever its folder is called: an installed
+extension's folder has the name of its id. It is found by this file's path and not by `sys.path`, so
+that nothing beside it, other extensions above all, can be imported by mistake.
 """
 
 import importlib

@@ -89,8 +89,9 @@ class WorkerProcess:
             if not self.running:
                 return
             raise SculptError(
-                f"The worker cannot be reached ({error}); is there room on the disk of"
-                f" {tempfile.gettempdir()}?"
+                "The worker cannot be reached ({}); is there room on the disk of {}?",
+                error,
+                tempfile.gettempdir(),
             ) from error
         self.ring(b".")
 

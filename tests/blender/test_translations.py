@@ -4,6 +4,7 @@
 import ast
 import importlib.util
 import inspect
+import json
 import tempfile
 import unittest
 from collections.abc import Iterator
@@ -16,18 +17,19 @@ from harness import EXTENSION, module
 
 SHOWING = {"label", "operator", "operator_menu_enum", "prop", "row", "menu", "progress"}
 """Of a layout: calls whose `text` or `heading` is shown."""
-SAYING = {"iface_", "tip_", "n_", "refuse", "fail", "SculptError", "Text"}
+SAYING = {"iface_", "tip_", "n_", "refuse", "fail"}
 """Calls whose texts are shown."""
-FILLED = {"SculptError", "Text"}
-"""Those whose first text is filled by the others."""
+FILLED = {"SculptError", "UnsuitableError", "Text"}
+"""Calls in any room whose first text, filled by the others, is shown."""
 
 
-def sources(room: str) -> Iterator[ast.AST]:
-    """The code of a room, or of all."""
+def sources(room: str, but: str = "") -> Iterator[ast.AST]:
+    """The code of a room, or of all, `but` for modules of that name."""
     spec = importlib.util.find_spec(f"{EXTENSION}{room}")
     assert spec is not None and spec.origin is not None
     for path in Path(spec.origin).parent.rglob("*.py"):
-        yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if path.name != but:
+            yield from ast.walk(ast.parse(path.read_text(encoding="utf-8")))
 
 
 def text_of(node: ast.AST | None) -> str:
@@ -39,6 +41,16 @@ def text_of(node: ast.AST | None) -> str:
     return ""
 
 
+def name_of(call: ast.Call) -> str:
+    """What is called, without what it is in."""
+    return getattr(call.func, "attr", None) or getattr(call.func, "id", "")
+
+
+def is_said(text: str) -> bool:
+    """Whether there are words in a text."""
+    return bool(text.strip("{}: \N{DEGREE SIGN}"))
+
+
 def said() -> Iterator[str]:
     """Texts in the room that the artist sees: of layouts, reports and grey buttons."""
     for node in sources(".blender"):
@@ -46,13 +58,20 @@ def said() -> Iterator[str]:
             yield text_of(node.value)  # a reason
         if not isinstance(node, ast.Call):
             continue
-        name = getattr(node.func, "attr", None) or getattr(node.func, "id", "")
+        name = name_of(node)
         texts = [k.value for k in node.keywords if k.arg in ("text", "heading")]
         if name in SAYING:
-            texts = node.args[:1] if name in FILLED else [*node.args]
+            texts = [*node.args]
         elif name not in SHOWING:
             continue
-        yield from (text for node in texts if (text := text_of(node)).strip("{}: \N{DEGREE SIGN}"))
+        yield from (text for node in texts if is_said(text := text_of(node)))
+
+
+def templates() -> Iterator[str]:
+    """Those of errors and other texts in all rooms; the command line speaks English alone."""
+    calls = (node for node in sources("", but="cli.py") if isinstance(node, ast.Call))
+    first = (node.args[0] for node in calls if name_of(node) in FILLED and node.args)
+    yield from (template for node in first if is_said(template := text_of(node)))
 
 
 def calls() -> Iterator[tuple[str, str, str | None]]:
@@ -60,7 +79,7 @@ def calls() -> Iterator[tuple[str, str, str | None]]:
     for node in sources(".blender"):
         if not isinstance(node, ast.Call):
             continue
-        name = getattr(node.func, "attr", None) or getattr(node.func, "id", "")
+        name = name_of(node)
         given = {k.arg: k.value for k in node.keywords}
         text = node.args[0] if name == "iface_" else given.get("text")
         context = node.args[1] if name == "iface_" and node.args[1:] else given.get("text_ctxt")
@@ -101,7 +120,8 @@ def shown() -> Iterator[str]:
 
 def texts() -> set[str]:
     """All texts but single letters and numbers."""
-    return {text for text in (*said(), *shown()) if len(text.strip()) > 1 and not text.isdigit()}
+    every = (*said(), *templates(), *shown())
+    return {text for text in every if len(text.strip()) > 1 and not text.isdigit()}
 
 
 def german() -> dict[str, str]:
@@ -217,3 +237,20 @@ class Translations(unittest.TestCase):
         self.assertEqual(translated(counted), "Strich 3 von 5: Modellieren")
         self.assertEqual(translated("Sculpting"), "Modellieren")
         self.assertEqual(translated("Grmbl."), "Grmbl.")
+
+    def test_what_is_wrong_with_a_stroke_file(self) -> None:
+        translations, errors = module("blender.locale.translations"), module("common.errors")
+        self.enterContext(patch.object(translations, "rpt_", lambda text: german().get(text, text)))
+        dab = {"points": [[0, 0, 0.5]], "radius": 0.1, "intensity": 0.1}
+        wrong = (
+            ({"radius": 5}, "Strich 2: Der Radius ist 5; er muss zwischen 0.001 und 1 liegen."),
+            (
+                {"profile": {"points": [[0, 0]]}},
+                "Strich 2: Profil: Mindestens zwei Punkte sind nötig.",
+            ),
+        )
+        for change, said in wrong:
+            file = {"version": 1, "strokes": [dab, {**dab, **change}]}
+            with self.assertRaises(errors.SculptError) as caught:
+                module("stroke.file").parse_strokes(json.dumps(file))
+            self.assertEqual(translations.translated(caught.exception.text), said)

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts: what they say, what they remember, and the way through JSON and back."""
 
+import ast
 import json
+from pathlib import Path
 
 import pytest
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.common.text import MOST_DEPTH, Text, fill, from_json, to_json
+
+ROOT = Path(__file__).parents[2]
+KEEPING = {"SculptError", "UnsuitableError", "Text"}
+"""Calls that keep the template and what fills it."""
 
 OFF = SculptError("The stroke lies {} off the surface. Draw it on the proxy.", f"{0.251:.2f}")
 NESTED = Text("{}: {} Nothing was changed.", "Stroke 2", OFF)
@@ -63,3 +69,17 @@ def test_json_of_others_is_bounded() -> None:
     for wrong in (["{}", deep], [], [3], ["{}", 3], ["{}", None], ["{}"] * 3, {}, None, 3, [["a"]]):
         with pytest.raises(ValueError):
             from_json(wrong)
+
+
+def test_no_error_is_put_together_before_it_is_looked_up() -> None:
+    """A formatted string does not tell its template any more."""
+    wrong = []
+    for path in (ROOT / "neural_sculpt_addon").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call):
+                continue
+            name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+            parts = [*map(ast.walk, node.args[:1])] if name in KEEPING else []
+            if any(isinstance(part, ast.JoinedStr) for nodes in parts for part in nodes):
+                wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}")
+    assert wrong == []

@@ -51,7 +51,7 @@ class Recorder(unittest.TestCase):
         recorder = RECORDER.StrokeRecorder(0.001)
         for t in np.linspace(0, 6.28, 5000).tolist():
             recorder.add((float(np.cos(t)), float(np.sin(t)), 0.0), t)
-        self.assertLessEqual(len(recorder.points), RECORDER.MOST_POINTS)
+        self.assertLessEqual(len(recorder.points), RECORDER.MOST_RECORDED)
         self.assertEqual(len(recorder.points), len(recorder.pressures))
         self.assertEqual(recorder.points[0], (1.0, 0.0, 0.0))
         reached = np.arctan2(*reversed(recorder.points[-1][:2]))

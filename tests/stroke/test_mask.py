@@ -13,7 +13,7 @@ from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.displacement import MASKED, displace
 from neural_sculpt_addon.stroke.file import dump_strokes, parse_strokes
-from neural_sculpt_addon.stroke.mask import LEAST_SPACING, MOST_NODES, Mask
+from neural_sculpt_addon.stroke.mask import FINEST_SPACING, MOST_NODES, Mask
 from neural_sculpt_addon.stroke.path import make_path
 from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 
@@ -121,12 +121,12 @@ def test_scattered_nodes_are_found_in_little_space():
     nodes = np.unique(random.integers(0, 64, (MOST_NODES, 3)), axis=0)[::16] * 4
     nodes = np.minimum(nodes + 1, 255).astype(np.uint8)
     values = random.integers(0, 256, len(nodes)).astype(np.uint8)
-    mask = Mask(LEAST_SPACING, nodes, values)
-    places = nodes * LEAST_SPACING - 1
+    mask = Mask(FINEST_SPACING, nodes, values)
+    places = nodes * FINEST_SPACING - 1
     np.testing.assert_allclose(mask(places), values / 255, atol=1e-9)
-    beside = mask(places + LEAST_SPACING / 2 * np.array([1, 0, 0])) - values / 510
+    beside = mask(places + FINEST_SPACING / 2 * np.array([1, 0, 0])) - values / 510
     assert beside.min() > -1e-9 and beside.max() < 0.5 + 1e-9  # the other half is of nodes farther
-    corners = Mask(LEAST_SPACING, np.uint8([[0, 0, 0], [255, 255, 255]]), np.uint8([51, 255]))
+    corners = Mask(FINEST_SPACING, np.uint8([[0, 0, 0], [255, 255, 255]]), np.uint8([51, 255]))
     tracemalloc.start()
     np.testing.assert_allclose(corners([[-1, -1, -1]]), 0.2)
     assert tracemalloc.get_traced_memory()[1] < 20e6  # one number for each node would take 68
@@ -138,7 +138,7 @@ def test_masks_are_bounded_in_size():
     random = np.random.default_rng(3)
     points = random.normal(size=(200_000, 3))
     points *= 0.85 / np.linalg.norm(points, axis=1, keepdims=True)
-    mask = Mask.of(points, 0.5 + 0.5 * np.sin(8 * points[:, 0]), LEAST_SPACING)
+    mask = Mask.of(points, 0.5 + 0.5 * np.sin(8 * points[:, 0]), FINEST_SPACING)
     assert len(mask.nodes) <= MOST_NODES
     assert len(json.dumps(mask.to_json())) < 60_000
     assert np.abs(mask(points) - 0.5 - 0.5 * np.sin(8 * points[:, 0])).mean() < 0.1

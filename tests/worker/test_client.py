@@ -632,6 +632,7 @@ def test_a_killed_blender_leaves_no_folder_behind_the_next_start(tmp_path, monke
         client = Client(sys.argv[2:], Path(os.devnull).parent / "null")
         client.start()
         client.wait(client.submit(JobKind.MESH, {}))
+        os.kill(client.pid, 9)  # or it would remove its folder itself
         os.kill(os.getpid(), 9)
     """)
     command = [sys.executable, "-c", script, str(ROOT), *TOY_WORKER]

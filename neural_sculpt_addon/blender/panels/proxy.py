@@ -17,17 +17,16 @@ class NEURAL_SCULPT_PT_proxy(FieldSidebar):
     bl_options = CLOSED_AT_FIRST
 
     def draw(self, context: Context) -> None:
-        """Draw its resolution, and what can be done with it."""
-        layout = self.layout
-        resolution = field_of(context.active_object).resolution  # pyright: ignore[reportArgumentType]
-        layout.label(text=f"{iface_('Resolution')}: {resolution}", translate=False)
-        if field_of(context.active_object).refine:  # pyright: ignore[reportArgumentType]
-            most = f"{field_of(context.active_object).most_triangles:,}"  # pyright: ignore[reportArgumentType]
+        """Draw its resolution, refinement and shading, and what can be done with it."""
+        layout, field = self.layout, field_of(context.active_object)  # pyright: ignore[reportArgumentType]
+        layout.label(text=f"{iface_('Resolution')}: {field.resolution}", translate=False)
+        if field.refine:
+            most = f"{field.most_triangles:,}"
             said = iface_("Refined to at most {} triangles").format(most)
             layout.label(text=said, translate=False)
-        shading = iface_("Smooth") if field_of(context.active_object).smooth else iface_("Flat")  # pyright: ignore[reportArgumentType]
+        shading = iface_("Smooth") if field.smooth else iface_("Flat")
         layout.label(text=f"{iface_('Shading', OURS)}: {shading}", translate=False)
         layout.operator("neural_sculpt.remesh", icon="MOD_REMESH")
-        layout.prop(field_of(context.active_object), "live")  # pyright: ignore[reportArgumentType]
+        layout.prop(field, "live")
         layout.operator("neural_sculpt.absorb", icon="SCULPTMODE_HLT")
         layout.operator("neural_sculpt.export", icon="EXPORT")

@@ -26,13 +26,13 @@ PROPERTY = "neural_sculpt_strength"
 
 LABEL = n_("Stroke Strength")
 
-REST = 1.0
+RESTS_AFTER = 1.0
 """Seconds without a change after which the slider counts as released. This ends a typed number,
 which has no release."""
 
-RELEASED = 0.02
-"""Seconds that are waited after the release of the mouse button, for the slider hears of it
-last."""
+AFTER_RELEASE = 0.02
+"""Seconds after the release of the mouse button until the strength is applied: the slider's last
+change comes behind the release."""
 
 
 class _State:
@@ -68,11 +68,11 @@ def _set(_: WindowManager, strength: float) -> None:
     if _State.waiting and _State.uid != uid:
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
-    _State.strength, _State.until = strength, time.monotonic() + REST
+    _State.strength, _State.until = strength, time.monotonic() + RESTS_AFTER
     if not timers_run():
         _apply()
     elif not bpy.app.timers.is_registered(_tick):
-        bpy.app.timers.register(_tick, first_interval=REST)
+        bpy.app.timers.register(_tick, first_interval=RESTS_AFTER)
         bpy.app.timers.register(_watch)  # no operator is called while Blender sets a property
 
 
@@ -89,10 +89,10 @@ def is_dragged() -> bool:
 
 def release() -> None:
     """Apply the strength soon, for the slider was let go."""
-    _State.until = time.monotonic() + RELEASED
+    _State.until = time.monotonic() + AFTER_RELEASE
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
-    bpy.app.timers.register(_tick, first_interval=RELEASED)
+    bpy.app.timers.register(_tick, first_interval=AFTER_RELEASE)
 
 
 def _watch() -> None:

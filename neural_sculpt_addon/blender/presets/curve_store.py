@@ -16,7 +16,7 @@ import numpy as np
 from bpy.types import Brush, CurveMapping
 
 from ...interaction import preset_file
-from ...interaction.preset_file import SMOOTH, Preset
+from ...interaction.preset_file import SMOOTH_HANDLE, Preset
 from ...stroke.profile import Profile
 
 PROPERTY = "curve" if bpy.app.version < (5, 0, 0) else "curve_distance_falloff"
@@ -98,7 +98,7 @@ def set_curve(
         line.remove(line[-1])
     while len(line) < len(points):
         line.new(0.0, 0.0)
-    kinds = handles or [SMOOTH] * len(points)
+    kinds = handles or [SMOOTH_HANDLE] * len(points)
     for knot, location, handle in zip(line, points, kinds, strict=True):
         knot.location = location
         knot.handle_type = handle  # pyright: ignore[reportAttributeAccessIssue]

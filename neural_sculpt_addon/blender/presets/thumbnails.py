@@ -9,7 +9,7 @@ import bpy.utils.previews
 import numpy as np
 from numpy.typing import NDArray
 
-from ...interaction.preset_file import BOUNDS, CORNER, Preset
+from ...interaction.preset_file import BOUNDS, CORNER_HANDLE, Preset
 from ...stroke.alpha import Alpha
 
 SIZE = 64  # pixels
@@ -49,7 +49,7 @@ def sample(preset: Preset) -> NDArray[np.float64]:
     """An approximation of the widget's curve of a preset: straight beside corners, smooth
     elsewhere."""
     x, y = np.array(preset.points).T  # (K,)
-    corner = np.array([handle == CORNER for handle in preset.handles])
+    corner = np.array([handle == CORNER_HANDLE for handle in preset.handles])
     chords = np.diff(y) / np.diff(x)  # (K - 1,)
     slopes = np.gradient(y) / np.gradient(x)
     slopes[1:-1][chords[:-1] * chords[1:] <= 0] = 0.0  # no overshoot at a peak

@@ -8,7 +8,7 @@ from bpy.types import Object
 
 from .properties import field_of
 
-REMEMBERED = 64
+REMEMBERED = 64  # headers
 LARGEST_HEADER = 256 << 10
 """Bytes of a header at most, as for the worker. Panels wait while one is read."""
 

@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 from bpy.types import Object
 
 from ...common.errors import SculptError
+from ...worker.answers import PROXY
 from ...worker.client import Message
 from .mesh import carried, preview_attributes, proxy_mesh
 from .mesh.proxy_mesh import Geometry
 from .properties import field_of
 from .stroke_list import Entry
-
-PROXY = ("vertices", "normals", "triangles", "edges", "corner_edges")
-"""The arrays of a result that are its mesh."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strings of a file that Blender could not give us are dropped before anything reads them.
+"""Damaged strings of a file: dropped before anything reads them.
 
-Where a damaged file holds text in the place of bytes, reading the property ends Blender; where it
-holds bytes in the place of text, or text that is no UTF-8, reading raises, in panels, too. So the
-stored values are looked at once, when a file was loaded or data-blocks came from one: one of
-another kind is taken out, and the property has its default.
+A damaged file can hold text in the place of bytes: to read such a property ends Blender. Or it
+holds bytes in the place of text, or text that is no UTF-8: to read that raises an error, in panels,
+too. So when a file was loaded, or data-blocks came from one, the stored values are looked at. Those
+of a wrong kind are taken out, and their properties have their defaults.
 """
 
 import logging
@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 @persistent
 def look(*_: object) -> None:
-    """Look at all that is ours in this file."""
+    """Look at our properties of all data-blocks."""
     for owner in (*bpy.data.objects, *bpy.data.brushes, *bpy.data.scenes):
         if (stored := _stored(owner)) is not None:
             group: Any = owner.bl_rna.properties[GROUP]

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A stroke of the history with the settings that a dialog has now, drawn over the surface.
+"""Preview of Edit Stroke: a stroke of the history with the dialog's settings, over the surface.
 
-Nothing of it is in the scene, in undo steps or in files. It is drawn as long as field and mode are
-those for which it was made, even if the dialog is closed without our being told.
+It is an overlay: nothing of it is in the scene, in undo steps or in files. It ends with the dialog.
+Blender can close one without telling the operator, so it ends, too, when the field has another
+revision or the object another mode.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ BELOW = 0.6
 
 @dataclass(frozen=True)
 class ShownChange:
-    """A stroke of the history as a dialog changes it."""
+    """The overlay: for which object and stroke it was made, and what is drawn."""
 
     target: int  # session_uid of the object
     field: tuple[str, str]  # its revision and mode
@@ -52,14 +53,14 @@ def show(ob: Object, entry: Entry, stroke: Stroke) -> None:
 
 
 def hide() -> None:
-    """Show nothing, for the dialog is closed."""
+    """End the preview."""
     if _State.shown is not None:
         _State.shown = None
         redraw.tag_views()
 
 
 def shown() -> ShownChange | None:
-    """The stroke that is shown, None when none is."""
+    """The preview, None where there is none or its object is hidden."""
     if (now := _State.shown) is None:
         return None
     ob = find(now.target)
@@ -74,7 +75,7 @@ def _field(ob: Object) -> tuple[str, str]:
 
 
 def _draw() -> None:
-    """Draw in the scene, in world space; what lies below the surface shines through."""
+    """Draw the ribbons twice: faint even where the surface hides them, then in full before it."""
     if (drawn := shown()) is None:
         return
     with over_surface(find(drawn.target)):  # pyright: ignore[reportArgumentType]

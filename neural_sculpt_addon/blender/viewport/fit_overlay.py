@@ -15,6 +15,7 @@ from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 from numpy.typing import NDArray
 
+from ...interaction.ribbon import LIFT
 from ...worker.client import Message
 from .. import preferences, redraw
 from .draw_handler import DrawHandler
@@ -22,9 +23,6 @@ from .draw_handler import DrawHandler
 LIGHT = np.array([0.3, -0.5, 0.81])
 """Where the light comes from, in the world; a unit vector."""
 DARKEST = 0.25
-LIFT = 0.004
-"""Model units by which the field is drawn outside of its surface, so that the mesh does not hide
-it."""
 
 
 @dataclass(frozen=True)

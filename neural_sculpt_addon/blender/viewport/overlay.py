@@ -18,7 +18,7 @@ from bpy.types import Object, WindowManager
 from numpy.typing import NDArray
 
 from ...interaction.recorder import Mouse, Point
-from ...interaction.ribbon import ROWS, Ribbon, cursor, ribbons
+from ...interaction.ribbon import ALONG, Ribbon, cursor, ribbons
 from ...interaction.trace import trace
 from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
@@ -83,7 +83,7 @@ def show_stroke(
         return
     line = nothing
     if sculpted and editing:
-        line = fit_curve(stroke.points, stroke.closed).resample(ROWS)[0]
+        line = fit_curve(stroke.points, stroke.closed).resample(ALONG)[0]
     shown = () if sculpted else ribbons(stroke, partial(lay, ob))
     brush = seen(stroke.brush, stroke.kind)
     _State.stroke = ShownStroke(source, ob.session_uid, brush, shown, line, knots, chosen)

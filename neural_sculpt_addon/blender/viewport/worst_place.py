@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rings around the places where a stroke has turned the untouched surface most, or where a fit is
-farthest off.
+"""Worst places: where a stroke has turned the normals of the untouched surface most, or where a fit
+is farthest off its mesh. Each has a ring around it.
 
-They are shown after the artist has asked for them, until the field changes. Model space.
+They are shown when the artist asks for them, until the field changes. Places are in model space.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ place is visible."""
 
 class _State:
     shown: tuple[int, str, Sequence[Point]] | None = None
-    """Of which object and revision, and where."""
+    """session_uid of the object, revision of its field, and the places."""
 
 
 def show(ob: Object, places: Sequence[Point]) -> None:
@@ -65,7 +65,7 @@ def face(ob: Object, place: Point, camera: RegionView3D) -> None:
 
 
 def _draw() -> None:
-    """Over the view, in pixels of the region."""
+    """Draw the rings over the view, in pixels of its region."""
     context = bpy.context
     ob, region, camera = context.active_object, context.region, context.region_data
     if ob is None or not is_field(ob) or not is_shown(ob) or not ob.visible_get():

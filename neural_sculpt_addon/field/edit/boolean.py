@@ -26,6 +26,7 @@ from torch import Tensor
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
+from ...common.text import Text
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..fit.mesh_cleanup import clean
@@ -41,7 +42,7 @@ BLEND_CELLS, BLEND_FINEST = 256, 7
 """Cells per axis of the mesh that is taken in, and the level that takes it in: the mesh has four
 samples, vertices and middles of edges, for each face of a cell of that level."""
 
-LEAVES = (
+LEAVES = Text(
     "The result would leave the box of the field. Join the two as meshes and make a new field of"
     " them (Neural Field from Mesh), or move the other object."
 )
@@ -200,10 +201,12 @@ def _combined(field: Field, solid: Solid, operation: str, blend: float) -> _Comb
     """SculptError when there is no such operation, or blend radius."""
     if operation not in list(Operation):
         raise SculptError(
-            f"There is no operation {operation!r:.60}; choose one of {', '.join(Operation)}."
+            "There is no operation {}; choose one of {}.",
+            f"{operation!r:.60}",
+            ", ".join(Operation),
         )
     if not 0 <= blend <= 1:
-        raise SculptError(f"A blend radius is a number from 0 to 1, not {blend!r:.60}.")
+        raise SculptError("A blend radius is a number from 0 to 1, not {}.", f"{blend!r:.60}")
     return _Combined(
         field.network,
         field.detail,

@@ -146,8 +146,10 @@ def _reshape(problem: Problem, solver: Solver, started: float, progress: Progres
     """The edit of a stroke that reshapes what is there."""
     if solver is not Solver.LOCAL:
         raise SculptError(
-            f"A stroke that is to {problem.stroke.kind} adds detail, which the solver {solver} does"
-            " not. Use the solver local; in Blender, choose Detail for the field."
+            "A stroke that is to {} adds detail, which the solver {} does not. Use the solver"
+            " local; in Blender, choose Detail for the field.",
+            problem.stroke.kind,
+            solver,
         )
     (preparation, layer, *_), goal, height = reshape(problem, progress)
     seconds = time.perf_counter() - started
@@ -214,7 +216,9 @@ def refuse_detail(field: Field) -> None:
 
 def _solver(name: str, epochs: int | None) -> Solver:
     if name not in list(Solver):
-        raise SculptError(f"There is no solver {name!r:.60}; choose one of {', '.join(Solver)}.")
+        raise SculptError(
+            "There is no solver {}; choose one of {}.", f"{name!r:.60}", ", ".join(Solver)
+        )
     if epochs is not None and (name != Solver.PAPER or epochs < 1):
         raise SculptError("Only the paper's solver has epochs, and it needs at least one.")
     return Solver(name)

@@ -181,8 +181,8 @@ def naming(stroke: Stroke, number: int) -> Iterator[None]:
     try:
         yield
     except SculptError as error:
-        name = stroke.name or f"Stroke {number + 1}"
-        raise SculptError("{}: {} Nothing was changed.", name[:100], error) from error
+        name = stroke.name[:100] or Text("Stroke {}", number + 1)
+        raise SculptError("{}: {} Nothing was changed.", name, error) from error
 
 
 def numbered(progress: Progress, number: int, count: int) -> Progress:

@@ -26,7 +26,7 @@ from ..problem.problem import Problem
 from ..projection import ARRIVED, project
 from ..threads import in_pieces
 from .brushed import AbsorbedStroke, absorb_brushed
-from .brushed_surface import Brushed
+from .brushed_surface import MOST_VERTICES, Brushed
 from .fairing import goals
 
 SURROUNDINGS = 1.5
@@ -35,7 +35,6 @@ SURROUNDINGS = 1.5
 FINE_EDGE, PER_CELL = 1 / 10, 0.4
 """Of the radius, and of a cell of the finest detail there: edges of the patch. The less counts."""
 
-MOST_VERTICES = 25_000  # vertices, about
 STILL = 1e-6  # model units; what moves less is as it shall be
 RINGS = 2  # of triangles around those that move
 

@@ -38,13 +38,13 @@ from .fit_distance import (
     TrainingSamples,
     arranged,
 )
-from .schedule import Schedule, follow
+from .schedule import Schedule, train
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box
 RANDOM = Schedule(3000, 512, 150_000, 1.2e-3, omega=48.0)  # 5000 steps: a tenth less is lost
 CONTINUED = replace(RANDOM, rate=4e-4)  # of the field's own network
-CELLS = 128  # per axis of the meshes that are compared
+COMPARED_CELLS = 128  # per axis of the meshes that are compared
 MEASURE_SAMPLES = 20_000  # samples
 
 
@@ -65,21 +65,21 @@ def consolidate(
     weights. SculptError for a width that is none, or a field without surface.
     """
     if not NARROWEST <= width <= WIDEST:
-        raise SculptError(f"A network is {NARROWEST} to {WIDEST} units wide, not {width}.")
+        raise SculptError("A network is {} to {} units wide, not {}.", NARROWEST, WIDEST, width)
     start = time.monotonic()
     field = field.to("cpu")
     own = field.network.widths == (width, width)
     schedule = CONTINUED if own else RANDOM
     random = torch.Generator().manual_seed(seed)
     network = field.network if own else Siren.random((width,) * 2, (schedule.omega, OMEGA), random)
-    proxy = extract(field, CELLS, sub_progress(progress, 0.0, 0.05))
+    proxy = extract(field, COMPARED_CELLS, sub_progress(progress, 0.0, 0.05))
     with one_thread():
         learner = Learner(
             _samples(field, proxy, schedule.samples, seed), network, schedule.batch, seed
         )
-        follow(learner, schedule, sub_progress(progress, 0.1, 0.9))
+        train(learner, schedule, sub_progress(progress, 0.1, 0.9))
     plain = Field(learner.network)
-    after = extract(plain, CELLS, sub_progress(progress, 0.9, 1.0))
+    after = extract(plain, COMPARED_CELLS, sub_progress(progress, 0.9, 1.0))
     surface = sample_surface(field, proxy, MEASURE_SAMPLES, seed + 1)
     found = find_surface(plain, surface.points)
     report = {

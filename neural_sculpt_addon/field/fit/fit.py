@@ -3,12 +3,13 @@
 
     clean the mesh -> signed distance -> samples -> learn a network -> detail -> strays -> measure
 
-A network that learns the mesh's signed distance for a moment holds the smooth whole, and detail is
-added level by level where the preset's tolerance asks for it (`fit_detail`). Without detail, for
-fields of 70 kB, the network learns as long as the preset says. The eikonal fit of the authors,
-method "paper", is there for comparison and knows no detail. Meshes come in their own space; the
-field lives in model space, where the longest side is 1.7, and mesh space = scale * model space +
-center.
+The network learns the mesh's signed distance in a few steps, which give it the smooth whole. Then
+detail is added level by level where the preset's tolerance asks for it (`fit_detail`). Without
+detail, for fields of 70 kB, the network takes as many steps as the preset says. The eikonal fit of
+the paper's authors, method "paper", is there for comparison and has no detail.
+
+A mesh comes in mesh space, its own units; the field is in model space, where the longest side is
+1.7: mesh space = scale * model space + center.
 """
 
 import time
@@ -33,22 +34,22 @@ from .fit_report import Presets, report
 from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
 from .mesh_open import Open, prepare
-from .schedule import Learner, Schedule, follow
+from .schedule import Learner, Schedule, train
 
 LARGEST_LATTICE = 256
-"""Cells along each axis of the proxy that a field is judged by. Of the finest preset they are as
-large as its cells, of others half as large."""
+"""Cells along each axis, at most, of the proxy by which a field is judged. They are half as large
+as those of the preset's finest level, or as large where that level is finer."""
 
 
 class Method(StrEnum):
-    """How the network learns the mesh."""
+    """What the network learns: the signed distance to the mesh, or what the paper's authors fit."""
 
     DISTANCE = "distance"
     PAPER = "paper"
 
 
 class Quality(StrEnum):
-    """How long it learns, and how close the detail comes."""
+    """Preset: steps of the network without detail, and tolerance of the detail."""
 
     DRAFT = "draft"
     NORMAL = "normal"
@@ -63,13 +64,14 @@ SCHEDULES = {
     (Method.PAPER, Quality.NORMAL): Schedule(2000, 1024, 100_000, 1e-3),
     (Method.PAPER, Quality.FINE): Schedule(10_000, 2048, 100_000, 1e-3),
 }
-"""Without detail."""
+"""Schedules of fits without detail."""
 
 BENEATH_DETAIL = Schedule(200, 384, 20_000, 1.5e-3)
-"""Of all presets with detail: twice as many steps save neither a level nor coefficients. But wide
-networks, from WIDE_LAYER units on, are rough by then, finer than detail can put right: they take
-the draft's."""
+"""Schedule of fits with detail, of all presets: twice as many steps save neither a level nor
+coefficients."""
 WIDE_LAYER = 256
+"""Units of a layer from which on a fit with detail takes the draft's schedule: after fewer steps so
+wide a network is rough, and more finely so than detail can mend."""
 
 TOLERANCES: dict[str, FitTolerance] = {
     Quality.DRAFT: FitTolerance(1e-3, 6.0, finest=5),
@@ -83,7 +85,7 @@ OMEGA = 30.0  # of the second layer
 
 @dataclass(frozen=True)
 class Fit:
-    """A field fitted to a mesh: mesh space = scale * model space + center.
+    """A field that was fitted to a mesh: mesh space = scale * model space + center.
 
     report: quality (see `fit_report`), "seconds", what was repaired, and in "notes" sentences about
             what the artist should know; ready for JSON
@@ -113,22 +115,28 @@ def fit_mesh(
 ) -> Fit:
     """Fit a field to the mesh of `vertices` (V, 3) and `triangles` (F, 3).
 
-    detail:    whether the field may hold more than a network; the paper's method never does
-    width:     of the network, one of `WIDTHS`
-    open_parts: what becomes of them, see `Open`; without it solids, or what has the `thickness`
-    thickness: of open parts, mesh units; a sensible one is chosen where it is asked for without
+    method:      one of `Method`
+    preset:      one of `Quality`
+    detail:      whether the field may hold more than a network; the paper's method never does
+    width:       units of the network's layers, one of `WIDTHS`
+    open_parts:  one of `Open`, what becomes of open parts; None makes shells of them where there is
+                 a `thickness`, or else solids
+    thickness:   of open parts that become shells, mesh units; None takes one that suits the mesh
     keep_origin: whether the mesh's origin is that of the field, see `mesh_cleanup.placed`
-    preview:   given the field now and then; while the network learns, its report has its "error"
-    enough:    once it is true, the field of the moment is kept (see `schedule.follow`)
-    The same seed gives the same bits. SculptError for a mesh that has no inside to be found.
+    preview:     called now and then with the fit so far; while the network learns, its report has
+                 the "error"
+    enough:      once it is true, the field as it is then is kept, see `schedule.train`
+
+    The same seed gives the same bits. SculptError when the mesh has no inside, or a setting is none
+    of those that there are; Cancelled when `progress` raises it.
     """
     start = time.monotonic()
     if preset not in list(Quality):
         raise SculptError(
-            f"There is no quality {preset!r:.60}; choose one of {', '.join(Quality)}."
+            "There is no quality {}; choose one of {}.", f"{preset!r:.60}", ", ".join(Quality)
         )
     if not 0 <= seed < 2**63:
-        raise SculptError(f"The seed is {seed!s:.100}; it must be from 0 to 2^63 - 1.")
+        raise SculptError("The seed is {}; it must be from 0 to 2^63 - 1.", f"{seed!s:.100}")
     if open_parts not in (None, *Open):
         raise SculptError(
             "Open parts cannot be {}; choose one of {}.", f"{open_parts!r:.60}", ", ".join(Open)
@@ -136,7 +144,7 @@ def fit_mesh(
     method, preset = Method(method), Quality(preset)
     kind = Open(open_parts or (Open.SOLID if thickness is None else Open.THICKNESS))
     if width not in WIDTHS:
-        raise SculptError(f"A network is {', '.join(map(str, WIDTHS))} units wide, not {width}.")
+        raise SculptError("A network is {} units wide, not {}.", ", ".join(map(str, WIDTHS)), width)
     detail = detail and method is Method.DISTANCE
     schedule = SCHEDULES[method, Quality.DRAFT if detail else preset]
     if detail and width < WIDE_LAYER:
@@ -155,7 +163,7 @@ def fit_mesh(
         random = torch.Generator().manual_seed(seed)
         learner = teach(Siren.random((width,) * 2, (schedule.omega, OMEGA), random))
         learned = 0.4 if detail else 0.92
-        follow(
+        train(
             learner,
             schedule,
             sub_progress(progress, 0.15, learned),

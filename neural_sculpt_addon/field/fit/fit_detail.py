@@ -56,7 +56,7 @@ SIDE_DENSITY = 2.0  # samples for each h^2
 SIDE_FROM, SIDE_TO = 0.3, 1.5  # of the samples beside the mesh, h
 SIDE_WEIGHT, EMPTY_WEIGHT = 0.3, 0.2  # weights, where a sample on the mesh has 1
 SLOPE_WEIGHT = 0.5  # weight, times h
-AGREES = 0.3  # share of a distance by which f may miss it before another part may be near
+MISS_SHARE = 0.3  # share of a distance by which f may miss it before another part may be near
 DOUBTED_SAMPLES = 4  # samples in cells where it may
 BELIEVED = 0.5  # |f| / h, below which f is not believed where no sample of the mesh is
 NO_BOUND = 0.005  # |f| at a sample that may bound nothing
@@ -249,7 +249,7 @@ def _rows(
     side = rng.uniform(SIDE_FROM, SIDE_TO, chosen.sum()) * rng.choice([-h, h], chosen.sum())
     beside = on.points[chosen] + side[:, None].astype(np.float32) * on.normals[chosen]
     value = evaluated(beside)
-    doubted = np.abs(value - side) > AGREES * np.abs(side)
+    doubted = np.abs(value - side) > MISS_SHARE * np.abs(side)
     puzzling = np.unique(linear(cells_of(beside[doubted], level), level))
     empty = np.concatenate([np.setdiff1d(reached, cells), np.repeat(puzzling, DOUBTED_SAMPLES)])
     apart = centres(places(empty, level), level)

@@ -44,7 +44,7 @@ from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
 
-SURFACE_SAMPLES = 8192  # of the mesh; more measure more steadily, and take longer
+MEASURED_SAMPLES = 8192  # of the mesh's surface; more measure more steadily, and take longer
 VOLUME_SAMPLES = 16384  # in the box, where signs are compared: likewise
 SIGN_CLEARANCE = 0.015  # model units from the mesh, within which a sign is not judged
 SAMPLES_OF_PIECE = 16  # samples of each piece of the mesh at least,
@@ -112,7 +112,7 @@ def report(
 ) -> Report:
     """Quality of `field`, which `proxy` shows, against the `mesh`; see the module's docstring."""
     progress(0.2, "Measuring the field")
-    samples = _measured(field, proxy, distance.surface(SURFACE_SAMPLES, rng))
+    samples = _measured(field, proxy, distance.surface(MEASURED_SAMPLES, rng))
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
     wrong = volume[(values(field, volume) < 0) != distance.inside(volume)]
     truth = distance(wrong, lambda part, text: progress(0.2 + 0.5 * part, text))

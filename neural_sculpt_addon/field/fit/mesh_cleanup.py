@@ -25,7 +25,7 @@ MOST_FACES = 2_000_000  # more than the finest level of a field can hold
 CLUSTERS = 1000  # cells along the longest side where there are more; fewer until there are not,
 COARSER = 0.8  # by this ratio
 SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
-PRECISION = 2000  # coordinates must tell apart this many places along the longest side
+LEAST_PLACES = 2000  # coordinates must tell apart this many places along the longest side
 CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a volume
 BULKY = 0.02  # volume / area^1.5, above which an open piece has an outer side; a sphere has 0.09
 
@@ -146,7 +146,7 @@ def _normalised(
             "The mesh is {} units large. Give it a sensible size and apply the scale.",
             f"{longest:.0e}",
         )
-    if longest < PRECISION * resolution * farthest:
+    if longest < LEAST_PLACES * resolution * farthest:
         raise SculptError(
             "The mesh is so far from its origin that its shape is lost in rounding."
             " Move the mesh back to the object's origin."

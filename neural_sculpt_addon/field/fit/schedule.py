@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How long a fit learns, and what it tells meanwhile.
+"""Schedule of a fit: how many steps, at which learning rate, and the loop that takes them.
 
-The learning rate falls along a cosine to zero. A fit that is ended early falls to zero, too, within
-a few steps more: weights at a high rate still tremble around their best.
+The learning rate falls along a cosine to zero, for at a high rate the weights tremble around their
+best. So when the artist ends a fit early, it falls to zero within SETTLING steps.
 """
 
 import math
@@ -15,9 +15,9 @@ from ...common.progress import Progress
 from ...common.text import Text
 from ..network import Siren
 
-SETTLING = 120  # steps after an early end
+SETTLING = 120  # steps after an early end: fewer leave the weights trembling, more are waited for
 PREVIEW_SECONDS = 0.6  # between two previews
-SMOOTHING = 0.95  # share of the older steps in the error that is told
+SMOOTHING = 0.95  # weight of the steps before in the running mean of the error that is told
 
 Preview = Callable[[Siren, float], None]
 """Called with a copy of the network as it is now, and its error in model units."""
@@ -25,12 +25,14 @@ Preview = Callable[[Siren, float], None]
 
 @dataclass(frozen=True)
 class Schedule:
-    """How long to learn.
+    """The constants of a fit by steps.
 
-    steps, batch, samples: how many, of how many samples each, of how many in all
-    rate:                  of the first step
-    omega:                 of a new network's first layer; a high one holds more detail, but needs
-                           more steps to calm down far from the surface
+    steps:   number of steps
+    batch:   samples of a step
+    samples: samples that are drawn once for all steps
+    rate:    learning rate of the first step
+    omega:   of a new network's first layer; a high one holds more detail, but needs more steps to
+             calm down far from the surface
     """
 
     steps: int
@@ -50,16 +52,18 @@ class Learner(Protocol):
         ...
 
 
-def follow(
+def train(
     learner: Learner,
     schedule: Schedule,
     progress: Progress,
     preview: Preview = lambda *_: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Take the steps of the schedule, or as many as the artist waits for.
+    """Take the steps of the schedule, or fewer where the artist ends them.
 
-    enough: looked at before every step; once it is true, the learner settles where it is
+    enough: asked before every step; once it is true, the learning rate falls to zero and all ends
+
+    Cancelled when `progress` raises it.
     """
     error, shown = math.nan, time.monotonic()
     for step in range(schedule.steps):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Connected components of a triangle mesh, and what they enclose."""
+"""Connected components of a triangle mesh, and the signed volume of each."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,10 @@ class Components(NamedTuple):
 
 
 def find_components(triangles: NDArray[np.int32], vertices: int) -> Components:
-    """The components of `triangles` (F, 3) among so many vertices."""
+    """The components of a mesh of `triangles` (F, 3) and so many `vertices`.
+
+    A vertex of no triangle is a component of its own.
+    """
     a, b, c = triangles.T
     edges = np.concatenate([a, b]), np.concatenate([b, c])
     graph = coo_array((np.ones(len(edges[0]), bool), edges), shape=(vertices, vertices))
@@ -30,7 +33,11 @@ def signed_volumes(
     labels: NDArray[np.int32],
     count: int,
 ) -> NDArray[np.float64]:
-    """Signed volume of each of `count` components (count,): negative where normals point inward."""
+    """Signed volume (count,) that each component encloses, in cubed units of the vertices (V, 3):
+    negative where its normals point inward. Of an open one it depends on the origin.
+
+    labels, count: (V,) and their number, as of `Components`
+    """
     a, b, c = vertices[triangles].astype(float).swapaxes(0, 1)  # (F, 3) each
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
     volumes = np.zeros(count)

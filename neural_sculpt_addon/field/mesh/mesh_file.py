@@ -36,22 +36,22 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     Vertices are as precise as the file has them: float32 or float64.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise SculptError(f"{path.name}: meshes are read from {', '.join(SUFFIXES)} files.")
+        raise SculptError("{}: meshes are read from {} files.", path.name, ", ".join(SUFFIXES))
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise SculptError(f"{path.name} is larger than 2 GiB; decimate the mesh first.")
+            raise SculptError("{} is larger than 2 GiB; decimate the mesh first.", path.name)
         mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
         vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
         vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
         triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
     except OSError as error:
-        raise SculptError(f"{path} cannot be read: {error.strerror or error}.") from error
+        raise SculptError("{} cannot be read: {}.", path, error.strerror or error) from error
     except DAMAGE as error:
-        raise SculptError(f"{path.name} is no readable mesh ({error!s:.100}).") from error
+        raise SculptError("{} is no readable mesh ({}).", path.name, f"{error!s:.100}") from error
     if not len(triangles):
-        raise SculptError(f"{path.name} holds no triangles; choose a mesh with a surface.")
+        raise SculptError("{} holds no triangles; choose a mesh with a surface.", path.name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise SculptError(f"{path.name} is damaged: a triangle has a corner that is not there.")
+        raise SculptError("{} is damaged: a triangle has a corner that is not there.", path.name)
     return vertices, triangles
 
 
@@ -74,7 +74,7 @@ def write(path: Path, proxy: Proxy | Refined) -> None:
     SculptError when it cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise SculptError(f"{path.name}: meshes are written as {', '.join(SUFFIXES)} files.")
+        raise SculptError("{}: meshes are written as {} files.", path.name, ", ".join(SUFFIXES))
     mesh = trimesh.Trimesh(
         proxy.vertices, proxy.triangles, vertex_normals=proxy.normals, process=False
     )

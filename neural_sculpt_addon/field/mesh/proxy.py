@@ -26,6 +26,7 @@ from scipy.sparse import csc_array
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
+from ...common.text import Text
 from ..evaluate import values, values_and_gradients
 from ..field import Field
 from ..geometry import lengths
@@ -44,10 +45,12 @@ RELAXATION = 0.7  # share of the way to the mean of the neighbours
 LONGEST_STEP = 0.5  # longest Newton step, in cells
 LEAST_STEP = 0.02  # a vertex that moved less, in cells, needs no further step
 NEWTON_STEPS = 3
-HALVINGS = 10  # of a lattice edge, for what Newton steps lose
+BISECTIONS = 10  # of a lattice edge, where Newton steps lose the surface
 FLAT = 1e-6  # a gradient below this has no direction
 ROUNDING = 1e-3  # cells; of places that are multiples of a power of two
-NO_SURFACE = "The field has no surface in its box. Undo the last stroke or choose another model."
+NO_SURFACE = Text(
+    "The field has no surface in its box. Undo the last stroke or choose another model."
+)
 FEWEST_CELLS, MOST_CELLS = 4, 1024  # per axis; the lattice of the most takes 6 GB
 BATCH = 1 << 13  # vertices between two looks at `progress`; some 5 ms, in wide networks 20
 
@@ -168,7 +171,7 @@ def check_cells(cells: int) -> None:
     """Refuse a resolution that makes no proxy. SculptError."""
     if not FEWEST_CELLS <= cells <= MOST_CELLS:
         raise SculptError(
-            f"The resolution is {cells} cells per axis; choose {FEWEST_CELLS} to {MOST_CELLS}."
+            "The resolution is {} cells per axis; choose {} to {}.", cells, FEWEST_CELLS, MOST_CELLS
         )
 
 
@@ -284,7 +287,7 @@ def _onto_edges(mesh: RawMesh, lost: NDArray[np.intp], active: ActiveCells, fiel
     inside = active.values[0].take(cell)[:, None] < 0  # the lower end
     along = np.eye(3, dtype=np.float32).take(edges % 3, axis=0)  # (P, 3)
     points = edge_centres(edges, active.cells)
-    for number in range(2, HALVINGS + 2):
+    for number in range(2, BISECTIONS + 2):
         same = (values(field, points)[:, None] < 0) == inside
         points += np.where(same, along, -along) * np.float32(active.spacing / 2**number)
     _, gradient = values_and_gradients(field, points)

@@ -26,7 +26,7 @@ AGREES, ENGULFS = 0.97, (HIDES, 3.0)
 of detail that is there: the first if it leans more than 14 degrees, the second if it does not. Of
 seven million triangles fifteen were turned over by what lay between their corners, all of these."""
 
-TINY = np.float32(1e-30)
+NOT_ZERO = np.float32(1e-30)
 
 
 def shapes(
@@ -36,7 +36,9 @@ def shapes(
     their qualities (F,), 1 of an equilateral one and 0 of one without area."""
     across = np.cross(b - a, c - a)
     squares = sum(np.einsum("fa,fa->f", edge, edge) for edge in (b - a, c - b, a - c))
-    return across, 2 * np.sqrt(np.float32(3)) * lengths(across)[:, 0] / np.maximum(squares, TINY)
+    return across, 2 * np.sqrt(np.float32(3)) * lengths(across)[:, 0] / np.maximum(
+        squares, NOT_ZERO
+    )
 
 
 def facing(
@@ -51,7 +53,7 @@ def facing(
     across: (F, 3), see `shapes`
     """
     _, gradient = values_and_gradients(field, (a + b + c) / 3)
-    size = np.maximum(lengths(across) * lengths(gradient), TINY)[:, 0]
+    size = np.maximum(lengths(across) * lengths(gradient), NOT_ZERO)[:, 0]
     return np.einsum("fa,fa->f", across, gradient) / size
 
 
@@ -89,7 +91,7 @@ def find_doubtful(
     across:           (F, 3), see `shapes`
     """
     sides = [np.einsum("fa,fa->f", across, normal) for normal in normals]
-    lean = np.minimum.reduce(sides) / np.maximum(lengths(across)[:, 0], TINY)
+    lean = np.minimum.reduce(sides) / np.maximum(lengths(across)[:, 0], NOT_ZERO)
     doubtful = lean < LEANS
     others = np.flatnonzero(~doubtful)
     a, b, c = (corner.take(others, axis=0) for corner in corners)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of the surface, uniform by area: drawn on a proxy, then projected onto f = 0."""
+"""Samples of the surface, uniform by area: drawn on a proxy, then projected onto f = 0.
+
+Model space.
+"""
 
 from typing import NamedTuple
 
@@ -26,7 +29,7 @@ class Samples(NamedTuple):
 
 
 class SurfaceMesh(NamedTuple):
-    """Triangles (T, 3) between samples of a surface, of which some may be in none."""
+    """Triangles (T, 3) whose corners are samples of a surface; some samples are corners of none."""
 
     vertices: Samples
     triangles: NDArray[np.int32]
@@ -36,27 +39,30 @@ class SurfaceMesh(NamedTuple):
         return SurfaceMesh(self.vertices, self.triangles[chosen])
 
     def points(self) -> NDArray[np.float32]:
-        """Where the triangles' own vertices are (N, 3)."""
+        """The points (N, 3) that are a corner of a triangle."""
         return self.vertices.points[np.unique(self.triangles)]
 
 
 def sample_surface(
     field: Field, proxy: Proxy, count: int, seed: int, check: Check = go_on
 ) -> Samples:
-    """`count` points, uniform by area, on the zero set of which `proxy` is the proxy."""
+    """`count` samples of the surface f = 0 of a field whose proxy is `proxy`, uniform by area.
+
+    check: called between pieces of the work; Cancelled when it raises that
+    """
     mesh = trimesh.Trimesh(proxy.vertices, proxy.triangles, process=False)
     drawn = trimesh.sample.sample_surface(mesh, count, seed=seed)[0]
 
-    def bring(part: slice) -> Samples:
+    def projected(part: slice) -> Samples:
         found = project(field, drawn[part])
         return Samples(found.points, found.normals)
 
-    return in_pieces(bring, count, check)
+    return in_pieces(projected, count, check)
 
 
 def spatial_order(points: NDArray[np.floating]) -> NDArray[np.intp]:
-    """The order of `points` (N, 3) in [-1, 1]^3 along Morton's curve: every k-th one of them, from
-    any start, is spread as evenly as all are."""
+    """The order (N,) of `points` (N, 3) in [-1, 1]^3 along Morton's curve, on which neighbours are
+    near each other in space. So every k-th point in this order is a sample of the whole."""
     cells = np.clip((points + 1) * 512, 0, 1023).astype(np.int64)  # (N, 3)
     code = np.zeros(len(points), np.int64)
     for bit in range(10):

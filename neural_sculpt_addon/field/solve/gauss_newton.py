@@ -21,7 +21,7 @@ from .unknowns import Activations, Directions, Layers
 
 STEPS, ITERATIONS = 12, 7  # of Gauss-Newton, and of conjugate gradients in each
 LEAST_DAMPING, MOST_DAMPING = 0.25, 300.0  # lambda; the diagonal of J^T J is nearly 1
-HALVINGS = 5  # of a step
+STEP_HALVINGS = 5  # of a step
 BLOCK = 1024  # residuals of a task for one thread: its matrices fit the cache
 PROGRESS_TEXT = "Sculpting"
 
@@ -77,7 +77,7 @@ def _search_line(
     On a coarsely fitted network a first full step can lead far out of the linear range.
     """
     best, least = layers, before
-    for halving in range(HALVINGS + 1):
+    for halving in range(STEP_HALVINGS + 1):
         check()
         tried = layers.moved(0.5**halving * solution.x, directions)
         residuals = parallel(tried.residual, activations)

@@ -41,7 +41,7 @@ PRESERVE_SAMPLES = 10_000
 BOX_SAMPLES = 10_000
 LEARNING_RATE = 1e-4
 HUBER = 1.5e-3  # of |f| around zero, model space
-PART = 2048  # samples
+BATCH = 2048  # samples between two looks at `progress`
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def solve(problem: Problem, progress: Progress = silent, epochs: int = 100) -> S
     50 epochs are the paper's speed setting, 100 its quality setting.
     """
     device = problem.field.network.device
-    size = PART if device.type == "cpu" else PRESERVE_SAMPLES + BOX_SAMPLES
+    size = BATCH if device.type == "cpu" else PRESERVE_SAMPLES + BOX_SAMPLES
     generator = torch.Generator().manual_seed(problem.seed)
     targets = [tube.target for tube in problem.tubes()]
     tube = [

@@ -15,6 +15,7 @@ import os
 import shutil
 from collections.abc import Iterable
 from enum import StrEnum
+from itertools import chain
 from pathlib import Path
 
 from ...common.errors import SculptError
@@ -125,13 +126,12 @@ def create(
 def cannot_install(folder: Path, error: OSError) -> SculptError:
     """What keeps the worker from being installed into `folder`, and what to do."""
     remedy = (
-        "free some gigabytes"
+        Text("Free some gigabytes, or choose another folder.")
         if error.errno == errno.ENOSPC
-        else "stop the worker and check that you may write there"
+        else Text("Stop the worker and check that you may write there, or choose another folder.")
     )
     return SculptError(
-        f"The worker cannot be installed in {folder} ({error.strerror}): {remedy}, or choose"
-        " another folder."
+        "The worker cannot be installed in {} ({}). {}", folder, error.strerror, remedy
     )
 
 
@@ -161,7 +161,7 @@ def _first_resolved(
 ) -> list[str]:
     """Make in `folder` an empty environment of the first Python that can hold the worker; the
     packages that it will get."""
-    reasons: dict[str, str] = {}
+    reasons: dict[str, UnsuitableError] = {}
     for candidate in candidates:
         version = ".".join(map(str, candidate.version[:2]))
         if version in reasons:  # builds differ from one minor version to the next, not within one
@@ -170,10 +170,10 @@ def _first_resolved(
         try:
             return _resolve(folder, candidate.python, progress)
         except UnsuitableError as reason:
-            reasons[version] = str(reason)
+            reasons[version] = reason
     if not reasons:
         raise SculptError(NO_PYTHON)
-    told = "; ".join(f"Python {version} {reason}" for version, reason in reasons.items())
+    told = Text("; ".join(["Python {} {}"] * len(reasons)), *chain.from_iterable(reasons.items()))
     raise SculptError(
         "No Python here can hold the worker: {}. Name a Python that has PyTorch (in the"
         " preferences or as {}), or set PIP_EXTRA_INDEX_URL to an index with CPU builds"

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ..child import clean_environ, no_window
 
 OLDEST = (3, 11)
@@ -78,12 +79,12 @@ def identify(python: Path | str) -> Environment:
     return _probe(Path(python), ())
 
 
-def lack(environment: Environment) -> str:
+def lack(environment: Environment) -> Text:
     """What keeps an environment from being ready, as the end of a sentence."""
     if environment.version[:2] < OLDEST:
         found, oldest = (".".join(map(str, v[:2])) for v in (environment.version, OLDEST))
-        return f"is Python {found}, older than {oldest}"
-    return "lacks " + ", ".join(environment.missing)
+        return Text("is Python {}, older than {}", found, oldest)
+    return Text("lacks {}", ", ".join(environment.missing))
 
 
 def candidate_pythons() -> Iterator[Environment]:
@@ -162,8 +163,8 @@ def _probe(python: Path, modules: Iterable[str]) -> Environment:
             tuple(answer["missing"]),
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise SculptError(f"{python} cannot be run ({error}); choose another Python.") from error
+        raise SculptError("{} cannot be run ({}); choose another Python.", python, error) from error
     except (ValueError, IndexError, KeyError, TypeError) as error:
         raise SculptError(
-            f"{python} did not answer as a Python 3 does; choose another Python."
+            "{} did not answer as a Python 3 does; choose another Python.", python
         ) from error

@@ -108,4 +108,4 @@ def explain(output: str, log: Path) -> SculptError:
         if re.search(pattern, output):
             return UnsuitableError(sentence)
     last = next((line for line in reversed(output.splitlines()) if line.strip()), "no output")
-    return UnsuitableError(f"failed with “{last.strip()}” (see {log})")
+    return UnsuitableError("failed with “{}” (see {})", last.strip(), log)

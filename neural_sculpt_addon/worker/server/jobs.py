@@ -110,7 +110,7 @@ class Jobs:
         return Payload({"report": self._edits[revision].report(progress=progress)})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
-        """state, resolution, triangles -> <proxy>, made anew; if `updated`, from the last one."""
+        """state, resolution, triangles -> <proxy>, made anew; if `updated`, from a kept one."""
         if job.fields.get("updated", False):
             state = self._store.state(job, sub_progress(progress, 0.0, 0.5))
             return Payload(

@@ -59,7 +59,10 @@ def read(job: Payload, name: str, wanted: type[T]) -> T:
     value = job.fields.get(name)
     if type(value) is not wanted:
         raise SculptError(
-            f"The job's {name!r} must be of type {wanted.__name__}, not {value!r:.100}."
+            "The job's {} must be of type {}, not {}.",
+            repr(name),
+            wanted.__name__,
+            f"{value!r:.100}",
         )
     return value
 
@@ -67,7 +70,7 @@ def read(job: Payload, name: str, wanted: type[T]) -> T:
 def read_array(job: Payload, name: str) -> np.ndarray:
     """An array of the job. SculptError when there is none."""
     if name not in job.arrays:
-        raise SculptError(f"The job lacks the array {name!r}.")
+        raise SculptError("The job lacks the array {}.", repr(name))
     return job.arrays[name]
 
 
@@ -76,7 +79,9 @@ def read_numbers(job: Payload, name: str, count: int) -> np.ndarray:
     values = job.fields.get(name)
     numbers = values if isinstance(values, list) else [values]
     if len(numbers) != count or any(type(each) not in (int, float) for each in numbers):
-        raise SculptError(f"The job's {name!r} must be {count} numbers, not {values!r:.60}.")
+        raise SculptError(
+            "The job's {} must be {} numbers, not {}.", repr(name), count, f"{values!r:.60}"
+        )
     return np.array(numbers, float)
 
 

@@ -30,7 +30,7 @@ from typing import Any
 
 from ...common.errors import Cancelled, SculptError
 from ...common.progress import Progress, interruptible
-from ...common.text import to_json
+from ...common.text import Text, to_json
 from .. import pulse
 from ..install.environment import Device
 from ..mailbox import Inbox, Outbox
@@ -147,14 +147,19 @@ class Server:
             return _error(job.job, error.text)
         except MemoryError:
             return _error(
-                job.job, "The worker ran out of memory; try a lower resolution.", "MemoryError"
+                job.job,
+                Text("The worker ran out of memory; try a lower resolution."),
+                "MemoryError",
             )
         except Exception as error:  # a defect in one job must not take the worker with it
             logger.exception("%s failed", job.kind)
             return _error(
                 job.job,
-                f"The worker failed ({type(error).__name__}: {error!s:.100}). Please report this"
-                " with the worker's log.",
+                Text(
+                    "The worker failed ({}: {}). Please report this with the worker's log.",
+                    type(error).__name__,
+                    f"{error!s:.100}",
+                ),
                 traceback.format_exc(),
             )
         logger.info("%s took %.2f s", job.kind, time.monotonic() - started)

@@ -3,17 +3,23 @@
 
     resolution: cells per axis;  triangles: refined to so many at most, 0 or none where not refined
 
-The last mesh is kept: the next one is updated from it where both states have the same base.
+The last meshes are kept, and the next one is updated from that of the nearest state: of those of
+the same base the one that has the fewest other layers. That is the state on which a stroke was
+drawn, after undo, too, and where another object has the same base. So the new mesh has the very
+vertices of the one in Blender, but for those that the stroke reaches.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, sub_progress
+from .cache import Cache
 from .payload import Payload, read
+from .store import proxy_bytes
 
 if TYPE_CHECKING:
-    from ...field.edit.layers import State
+    from ...field.edit.layers import State, Term
     from ...field.field import Field
     from ...field.mesh.proxy import Proxy
     from ...field.mesh.refinement.refine import Refined
@@ -21,22 +27,42 @@ if TYPE_CHECKING:
 MOST_TRIANGLES = 10_000_000
 """Triangles that a job can ask for."""
 
+MESH_BYTES = 64 << 20
+"""Bytes of the coarse meshes that are kept, and of the refined ones, which take some 7 MB for
+100,000 triangles."""
 
-class _Last(NamedTuple):
-    """The last refined mesh, of `most` triangles or fewer."""
+M = TypeVar("M")
 
-    state: "State"
-    refined: "Refined"
-    most: int
+
+class _Meshes(Generic[M]):
+    """The last meshes of states, each with its layers."""
+
+    def __init__(self, size: Callable[[M], int]) -> None:
+        """There is none yet; one takes `size`(mesh) bytes."""
+        self._kept: Cache[tuple[object, ...], tuple[Sequence[Term], M]]
+        self._kept = Cache(MESH_BYTES, lambda kept: size(kept[1]))
+
+    def nearest(self, state: "State", *how: int) -> "tuple[Sequence[Term], M] | None":
+        """Layers and mesh of the nearest state of the same base, of meshes that were made in this
+        way; of several the newest."""
+        from ...field.edit.layers import distance
+
+        made = [kept for (*known, _), kept in self._kept.items() if known == [state.base, *how]]
+        return min(reversed(made), key=lambda kept: distance(kept[0], state.terms), default=None)
+
+    def keep(self, mesh: M, state: "State", *how: int) -> None:
+        """Remember a mesh."""
+        layers = tuple((term.layer.id, term.strength) for term in state.terms)
+        self._kept[state.base, *how, layers] = state.terms, mesh
 
 
 class ProxyMaker:
-    """Makes the meshes of states, and keeps the last one."""
+    """Makes the meshes of states, and keeps the last ones."""
 
     def __init__(self) -> None:
         """There is no mesh yet."""
-        self._coarse: tuple[State, Proxy] | None = None
-        self._refined: _Last | None = None
+        self._coarse: _Meshes[Proxy] = _Meshes(proxy_bytes)
+        self._refined: _Meshes[Refined] = _Meshes(_refined_bytes)
 
     def state(self, state: "State", job: Payload, progress: Progress) -> "Proxy | Refined":
         """The mesh of a state."""
@@ -48,37 +74,40 @@ class ProxyMaker:
         if not most:
             return proxy
         progress = sub_progress(progress, 0.5, 1.0)
-        field, last = state.preparation.field, self._refined
-        if last is not None and (last.state.base, last.most) == (state.base, most):
-            if last.state is state and last.refined.coarse is proxy:
-                return last.refined
-            changed = reached(last.state.terms, state.terms)
-            refined = again(field, proxy, last.refined, changed, most, progress)
-        else:
+        field, how = state.preparation.field, (proxy.active.cells, most)
+        last = self._refined.nearest(state, *how)
+        if last is None:
             refined = refine(field, proxy, most, progress=progress)
-        self._refined = _Last(state, refined, most)
+        elif last[1].coarse is proxy:
+            refined = last[1]
+        else:
+            terms, mesh = last
+            refined = again(field, proxy, mesh, reached(terms, state.terms), most, progress)
+        self._refined.keep(refined, state, *how)
         return refined
 
     def _proxy(self, state: "State", job: Payload, progress: Progress) -> "Proxy":
-        """The proxy of a state, which the state itself has at the usual resolution.
-
-        At another one the last proxy is updated, if both states have the same base.
-        """
-        from ...field.edit.layers import reached
+        """The proxy of a state, which the state itself has at the usual resolution."""
+        from ...field.edit.layers import distance, reached
         from ...field.mesh.proxy import extract, update
         from ...field.problem.prepare import CELLS
 
-        cells = read(job, "resolution", int)
+        cells, field = read(job, "resolution", int), state.preparation.field
         if cells == CELLS:
             return state.preparation.proxy
-        shown, last = self._coarse or (state, state.preparation.proxy)
-        if shown.base == state.base and last.active.cells == cells:
-            changed = reached(shown.terms, state.terms)
-            proxy = update(last, state.preparation.field, changed, progress)
-        else:
-            proxy = extract(state.preparation.field, cells, progress)
-        self._coarse = state, proxy
+        terms, proxy = self._coarse.nearest(state, cells) or ((), None)
+        if proxy is None:
+            proxy = extract(field, cells, progress)
+        elif distance(terms, state.terms):
+            proxy = update(proxy, field, reached(terms, state.terms), progress)
+        self._coarse.keep(proxy, state, cells)
         return proxy
+
+
+def _refined_bytes(refined: "Refined") -> int:
+    """Memory that a refined mesh takes with the proxy that it refines."""
+    mesh = [refined.vertices, refined.normals, refined.triangles, refined.parents, *refined.splits]
+    return proxy_bytes(refined.coarse) + sum(array.nbytes for array in mesh)
 
 
 def refined(field: "Field", proxy: "Proxy", job: Payload, progress: Progress) -> "Proxy | Refined":
@@ -94,7 +123,8 @@ def _most(job: Payload) -> int:
     most = job.fields.get("triangles", 0)
     if type(most) is not int or not 0 <= most <= MOST_TRIANGLES:
         raise SculptError(
-            f"A proxy is refined to at most {MOST_TRIANGLES:,} triangles, not to {most!r:.60}."
-            " Choose fewer."
+            "A proxy is refined to at most {} triangles, not to {}. Choose fewer.",
+            f"{MOST_TRIANGLES:,}",
+            f"{most!r:.60}",
         )
     return most

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from ...field.edit.layers import Layer, Memo, Solved, State, Term
     from ...field.field import Field
+    from ...field.mesh.proxy import Proxy
     from ...field.problem.prepare import Preparation
 
     Base = tuple[str, Field]
@@ -144,16 +145,19 @@ class Store:
 def read_strength(value: object) -> float:
     """The strength of a layer. SculptError unless it is a number from 0 to 1."""
     if type(value) not in (int, float) or not 0 <= value <= 1:  # type: ignore[operator]
-        raise SculptError(f"A layer's strength is a number from 0 to 1, not {value!r:.60}.")
+        raise SculptError("A layer's strength is a number from 0 to 1, not {}.", f"{value!r:.60}")
     return float(value)  # type: ignore[arg-type]
 
 
 def preparation_bytes(preparation: "Preparation") -> int:
     """Memory that a field, its proxy and its samples take."""
-    field, proxy = preparation.field, preparation.proxy
+    return _field_bytes(preparation.field) + proxy_bytes(preparation.proxy) + SAMPLE_BYTES
+
+
+def proxy_bytes(proxy: "Proxy") -> int:
+    """Memory that a proxy takes, but for what an update starts from, which is much of the same."""
     mesh = [proxy.vertices, proxy.normals, proxy.triangles, proxy.edges]
-    arrays = [proxy.active.index, proxy.active.values, *mesh]
-    return _field_bytes(field) + sum(array.nbytes for array in arrays) + SAMPLE_BYTES
+    return sum(array.nbytes for array in (proxy.active.index, proxy.active.values, *mesh))
 
 
 def _field_bytes(field: "Field") -> int:
@@ -184,7 +188,7 @@ def _find(job: Payload, name: object, known: Cache[str, V], make: Callable[[byte
     from ...field.edit.layers import digest
 
     if not isinstance(name, str):
-        raise SculptError(f"An id must be a str, not {name!r:.60}.")
+        raise SculptError("An id must be a str, not {}.", f"{name!r:.60}")
     if name in known:
         return known[name]
     if name not in job.arrays:

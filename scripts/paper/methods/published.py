@@ -76,7 +76,7 @@ class Published:
             box = 2 * self._random.random((BOX, 3)) - 1
             on, held = ([_tensor(array) for array in pair] for pair in (tube, kept))
             parts = paper.weigh(on, held, _tensor(box))
-            parts = [some for whole in parts for some in whole.split(paper.PART)]
+            parts = [some for whole in parts for some in whole.split(paper.BATCH)]
         self._learn(watch, parts)
 
     def _surface(self, watch: Stopwatch) -> Samples:

@@ -236,7 +236,7 @@ class ThreeDns:
             on = np.concatenate([chain.points[kept], targets])
             normals = np.concatenate([chain.normals[kept], turned])
             box = random.uniform(-HALF_EXTENT, HALF_EXTENT, (self.box, 3))
-            parts = [p for whole in _weighed(on, normals, box) for p in whole.split(paper.PART)]
+            parts = [p for whole in _weighed(on, normals, box) for p in whole.split(paper.BATCH)]
             adam.step(paper.derivatives(network, parts, lambda _: None), RATE)
         return shape.network.with_parameters([p.detach() for p in parameters])
 

@@ -35,6 +35,7 @@ native_edits = harness.module("blender.scene.mesh.native_edits")
 sculpt_steps = harness.module("blender.scene.sculpt_steps")
 undo_step = harness.module("blender.scene.undo_step")
 properties = harness.module("blender.scene.properties")
+proxy_mesh = harness.module("blender.scene.mesh.proxy_mesh")
 ops = bpy.ops.neural_sculpt
 
 OPERATIONS = 20
@@ -194,15 +195,34 @@ class Sequence:
         self.last = now, place
         pairs = enumerate(zip(past, self.steps, strict=False))
         new = next((step for step, (one, two) in pairs if one != two), len(past))
-        if place < new:
+        if place < new and self._keeps_steps(before, now):
+            for step in range(place, self.first, -1):
+                if not sculpt_steps.is_native(self.steps[step]):
+                    break
+                self.possible[step] = [now] if step == place else []
+        elif place < new:
             known = [before, *self.possible.get(place, ())]
             same(now, known, "was changed without a step in the history")
         taken_back = self.possible.get(new - 1, [])  # what the steps that gave way were done to
         between = [] if several(before, now) else [*taken_back, before, now]
         for step in range(new, place + 1):
             self.possible[step] = [now] if step == place else between
+        if new <= place:  # what lies ahead of new steps: borders alone, which hold what is there
+            self.possible.update({step: [now] for step in range(place + 1, count)})
         for step in [step for step in self.possible if step >= count]:
             del self.possible[step]
+
+    def _keeps_steps(self, before: Scene, now: Scene) -> bool:
+        """Whether brush strokes have come in, from Blender 5.0 on, without steps of ours: those of
+        the brushes stand for them, and the meshes stay."""
+        changed = [name for name in now if not now[name].same(before.get(name, now[name]))]
+        return (
+            bool(changed)
+            and now.keys() == before.keys()
+            and sculpt_steps.is_native(self.steps[-1])
+            and all(comes_in(before[name], name) for name in changed)
+            and all(close(before[name].positions, now[name].positions) for name in changed)
+        )
 
     def _look_after_step(self) -> None:
         """See that undo or redo has led to what the scene was there."""
@@ -368,6 +388,7 @@ class Sequence:
     def piece(self) -> None:
         """One brush stroke that has its result gets a little nearer to the scene."""
         self.session.poll_once()
+        self._look()
 
     def boolean(self) -> None:
         """Unite two fields, of which one is hidden then."""
@@ -536,9 +557,9 @@ def differing(now: Scene, other: Scene) -> list[str]:
 
 
 def check_sum(ob: Object) -> None:
-    """A mesh that no other tool changed is the sum of its field."""
+    """A mesh that no other tool changed is the sum of its field, unless it waits to be renewed."""
     assert ob.data.name in bpy.data.meshes
-    if ob.data.is_editmode or native_edits.edited(ob):
+    if ob.data.is_editmode or native_edits.edited(ob) or proxy_mesh.STRETCHED in ob.data:
         return
     group = ob.neural_sculpt
     total = np.frombuffer(group.base_weights, "<i4")

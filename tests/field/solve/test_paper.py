@@ -14,9 +14,9 @@ from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.projection import find_surface
 from neural_sculpt_addon.field.solve.paper import (
+    BATCH,
     BOX_SAMPLES,
     HUBER,
-    PART,
     PRESERVE_SAMPLES,
     WEIGHTS,
     derivatives,
@@ -174,6 +174,6 @@ def test_a_cancel_is_heard_between_small_parts_of_a_step(sculpted):
     samples = PRESERVE_SAMPLES + BOX_SAMPLES
     samples += sum(len(tube.target.points) for tube in sculpted.problem.tubes())
     first = [fraction for fraction, message in seen if message == "Epoch 1 of 10"]
-    assert len(first) >= samples / PART
+    assert len(first) >= samples / BATCH
     assert len(seen) == len(first) + 1
     np.testing.assert_allclose(first, 0.1 * np.arange(1, len(first) + 1) / len(first))

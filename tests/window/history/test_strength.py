@@ -24,7 +24,7 @@ class Strength(WindowCase):
 
         That it rests is no release here, be the computer as busy as it may.
         """
-        self.enterContext(patch.object(module("blender.panels.strength"), "REST", SECONDS))
+        self.enterContext(patch.object(module("blender.panels.strength"), "RESTS_AFTER", SECONDS))
         yield from self.add()
         path = self.arc()
         yield from self.draw(path)

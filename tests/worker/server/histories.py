@@ -55,7 +55,8 @@ class Object:
     def edit(self, jobs: Jobs, stroke: dict[str, Any], **more: Any) -> Payload:
         """A stroke by the local solver, which becomes part of the history."""
         following = str(int(self.revision) + 1)
-        fields = self.fields(stroke=stroke, solver="local", result_revision=following, **more)
+        given = {"result_revision": following, **more}
+        fields = self.fields(stroke=stroke, solver="local", **given)
         result = run(jobs, JobKind.EDIT, fields, self.bytes)
         self.add(stroke, result)
         return result

@@ -62,6 +62,26 @@ def test_undo_and_a_muted_stroke_show_what_was_before():
     assert np.mean([row.tobytes() in known for row in result.arrays["vertices"]]) > 0.9
 
 
+@pytest.mark.parametrize("cells", [RESOLUTION, CELLS])
+@pytest.mark.parametrize("is_undone", [True, False])
+def test_where_a_stroke_does_not_reach_the_vertices_are_those_of_its_own_state(cells, is_undone):
+    """Whether the mesh that was made last is that of a stroke which was undone, or another object's
+    of the same base."""
+    jobs, ob, other = Jobs(CPU), Object(primitive("sphere")), Object(primitive("sphere"))
+    job = {"resolution": cells, "triangles": MANY}
+    ob.edit(jobs, stroke(x=0.4, y=0.3, radius=0.04, intensity=0.015), **job)
+    shown = run(jobs, JobKind.MESH, ob.fields(updated=True, **job), ob.bytes).arrays["vertices"]
+    if is_undone:
+        other.layers, other.revision, other.bytes = ob.layers, ob.revision, {**ob.bytes}
+    beside = stroke(x=-0.3, radius=0.05, intensity=0.02)
+    other.edit(jobs, beside, result_revision="another", **job)
+    vertices = ob.edit(jobs, stroke(x=0.4, radius=0.05, intensity=0.02), **job).arrays["vertices"]
+    far = np.linalg.norm(vertices - [0.4, 0, 0.447], axis=1) > 0.25
+    known = {row.tobytes() for row in shown}
+    assert all(row.tobytes() in known for row in vertices[far])
+    assert not all(row.tobytes() in known for row in vertices[~far])
+
+
 def test_a_budget_is_kept():
     jobs, ob = Jobs(CPU), Object(primitive("sphere"))
     count = len(extract(primitive("sphere"), RESOLUTION).triangles)

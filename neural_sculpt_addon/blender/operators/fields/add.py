@@ -18,7 +18,7 @@ from ..job_operator import REGISTER, Outcome, fail
 from ..jobs.install_worker import launch_when_installed
 
 PRIMITIVES = ("SPHERE", "TORUS", "BOX", "CAPSULE", "SUZANNE")
-"""The ready-made networks of the field room, which Blender's process cannot import."""
+"""The names in `field/primitives.py`, which Blender's process cannot import, in capitals."""
 
 FILE = "FILE"
 
@@ -48,14 +48,14 @@ class NEURAL_SCULPT_OT_add(Operator):
     filter_glob: StringProperty(default="*.safetensors;*.pth", options={"HIDDEN"})
 
     def invoke(self, context: Context, event: Event) -> Outcome:
-        """Ask for the file when one is needed."""
+        """Open the file browser for a field from a file."""
         if self.kind == FILE and not self.filepath:
             context.window_manager.fileselect_add(self)
             return {"RUNNING_MODAL"}
         return self.execute(context)
 
     def execute(self, context: Context) -> Outcome:
-        """Make the field in the worker; the object appears when it is there."""
+        """Have the worker load the field; its object is added when the worker has answered."""
         shown = preferences.new_proxy()
         matrix = Matrix.Translation(context.scene.cursor.location)
         if self.kind == FILE:

@@ -91,11 +91,11 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         return True
 
     def cancel(self, context: Context) -> None:
-        """Leave no trace in the window."""
+        """End the preview."""
         boolean_preview.end(context.active_object)
 
     def execute(self, context: Context) -> Outcome:
-        """Combine in the worker."""
+        """Have the worker combine both; the result is an entry of the history."""
         ob, other = active_field(context), _other(context)
         assert other is not None
         target, source = ob.session_uid, other.session_uid
@@ -126,6 +126,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         return outcome
 
     def _settings(self, ob: Object) -> dict[str, Any]:
+        """The settings as fields of a request; the blend radius in model units."""
         return {"operation": self.operation.lower(), "blend": self.blend / world_scale(ob)}
 
 
@@ -145,12 +146,13 @@ def _request(target: int, source: int, **fields: Any) -> Request:
 
 
 def _with_other(asked: Request, ob: Object, other: Object) -> Request:
-    """The request with the other solid as it is now."""
+    """The request with the other solid as it is now: the state of a field and the matrix from its
+    model space to that of `ob`, or the triangles of a mesh in the model space of `ob`."""
     if is_field(other) and not native_edits.edited(other):
-        there = states.request(other)
+        known = states.request(other)
         to_model = ob.matrix_world.inverted_safe() @ other.matrix_world
         matrix = np.array(to_model).ravel().tolist()
-        fields = {**asked.fields, "other": there.fields, "matrix": matrix}
-        return replace(asked, fields=fields, held=asked.held | there.held)
+        fields = {**asked.fields, "other": known.fields, "matrix": matrix}
+        return replace(asked, fields=fields, held=asked.held | known.held)
     vertices, triangles = read_in(other, bpy.context, ob.matrix_world)
     return replace(asked, arrays={"vertices": vertices, "triangles": triangles})

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the active field: its network, a mesh of any resolution, or a level set.
+"""Export the active field: as a field file, a mesh of any resolution, or a level set.
 
-Worker and field make the arrays; Blender's own exporters write meshes, its OpenVDB level sets.
+The worker writes field files, and makes the arrays of the others. Blender's own exporters write
+meshes, and its OpenVDB level sets.
 """
 
 from collections.abc import Iterator
@@ -14,12 +15,12 @@ from bpy.types import Context, Event, Mesh, Object, Operator
 
 from ....common.errors import SculptError
 from ....common.text import Text
+from ....worker.answers import PROXY
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene.mesh import proxy_mesh
 from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
-from ...scene.results import PROXY
 from ...scene.undo_step import in_window
 from ...session import states
 from ...session.job import Job, Request
@@ -39,8 +40,8 @@ FORMATS = (
 JOB_KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
 JOB_KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
 """What the worker makes for a file of each suffix."""
-WITH_TEXT = {".ply", ".stl"}  # whose default is binary
-DEFAULT_RESOLUTION = 256
+WITH_TEXT = {".ply", ".stl"}  # formats that can be text, but are binary unless asked
+DEFAULT_RESOLUTION = 256  # twice the proxy's: a file is made once and kept
 
 
 class NEURAL_SCULPT_OT_export(Operator):
@@ -121,7 +122,7 @@ class NEURAL_SCULPT_OT_export(Operator):
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
-        """Have the worker make what the suffix says, and write it."""
+        """Have the worker make what the suffix of the file asks for, and write it."""
         path = Path(bpy.path.abspath(self.filepath))
         kind = JOB_KINDS.get(path.suffix.lower())
         if kind is None:

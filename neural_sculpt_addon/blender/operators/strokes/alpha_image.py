@@ -42,7 +42,7 @@ class NEURAL_SCULPT_OT_alpha_image(Operator):
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
-        """Reduce it to what an alpha holds, and choose that."""
+        """Reduce the image to the pixels of an alpha, and choose that."""
         if self.image:
             if (image := bpy.data.images.get(self.image)) is None:
                 raise SculptError("There is no image {}. Choose another one.", f"{self.image:.100}")
@@ -71,7 +71,7 @@ def _grey_of_file(path: str) -> NDArray[np.float32]:
 
 
 def _grey(image: Image) -> NDArray[np.float32]:
-    """Grey values (H, W), the first row on top: luminance, where it is opaque."""
+    """Grey values (H, W), the first row on top: luminance, times alpha where the image has it."""
     width, height = image.size  # pyright: ignore[reportGeneralTypeIssues]
     if not width * height * image.channels:
         raise SculptError("{} has no pixels. Choose another image.", f"{image.name:.100}")

@@ -19,7 +19,7 @@ from ..job_operator import (
     reports_errors,
 )
 
-MOST_BYTES = 64 * 2**20
+LARGEST_FILE = 64 * 2**20
 """Bytes of a stroke file at most: a thousand strokes with as many points as one can have."""
 
 
@@ -64,8 +64,8 @@ def _text(path: Path) -> str:
     """The text of a file. SculptError when it cannot be read or is too large."""
     try:
         with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
             raise SculptError("{} is larger than any stroke file. Choose another one.", path.name)
         return content.decode("utf-8")
     except (OSError, ValueError) as error:

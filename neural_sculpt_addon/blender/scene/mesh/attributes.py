@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an artist puts on a mesh beside its shape: attributes, UV maps, colors, the material of each
-face, vertex groups. A proxy is made anew after each stroke, and its mesh loses all of that.
+"""Attributes of a mesh that an artist has put there: UV maps, colors, the material of each face,
+vertex groups and any others. A stroke brings another proxy, whose mesh has none of them; here they
+are read and written.
 
-Left out are attributes of the shape and its shading, those of edges, for a new proxy has other
-edges, and those that Blender keeps for itself under names that begin with a dot; `brush_attributes`
-has some of these.
+Left out are attributes of the shape and of its shading; those of edges, for the new proxy has
+others; and Blender's own, whose names begin with a dot. `brush_attributes` has some of the latter.
 """
 
 from collections.abc import Callable, Generator
@@ -52,7 +52,11 @@ OF_SHAPE = {"position", "custom_normal", "sharp_face", "crease_vert", "bevel_wei
 
 @dataclass(eq=False)
 class AttributeLayer:
-    """An attribute with its values (N, W), one row for each vertex, face or corner."""
+    """An attribute with its values (N, W), one row for each element of its domain.
+
+    kind:   one of TYPES, Blender's `data_type`
+    domain: POINT, FACE or CORNER
+    """
 
     kind: str
     domain: str
@@ -76,7 +80,7 @@ class Roles:
 
 @dataclass(eq=False)
 class Attributes:
-    """All of a mesh that has been read.
+    """What was read of a mesh.
 
     groups:  vertex groups, whose weights (V, G) are -1 where a vertex is in none
     """
@@ -89,7 +93,7 @@ class Attributes:
 
 
 def domains(ob: Object, mesh: Mesh) -> set[str]:
-    """Where there is something to read, vertex groups included."""
+    """The domains that have something to read; vertex groups count as POINT."""
     found = {domain for _, _, domain in _listed(mesh)}
     return found | {POINT} if ob.vertex_groups else found
 

@@ -52,14 +52,14 @@ SEEN_OFF = 5e-4
 """Distance, model units, from which on a vertex that a brush moved is seen to be off the field: a
 quarter of a pixel where the field's box is 1000 wide."""
 
-ROUNDING = 1e-7
+UNDO_ROUNDING = 1e-7
 """Error of vertices, model units, after Blender up to 4.5 has taken back a stroke of its
 brushes."""
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:
-    """Whether vertices (V, 3) are where they were, up to ROUNDING."""
-    return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= ROUNDING
+    """Whether vertices (V, 3) are where they were, up to UNDO_ROUNDING."""
+    return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= UNDO_ROUNDING
 
 
 def find_place(ob: Object, proxy: TrackedProxy) -> None:

@@ -21,13 +21,13 @@ from ..quality import find_poor
 from .edge_middles import Middles, find_middles
 from .subdivide import Edges, Subdivision, divided, ends_of, names, open_edges
 
-HALVINGS = 4
+EDGE_HALVINGS = 4
 """How often an edge is halved at most."""
 
 LONGEST_WAY = 0.5
 """Edges: the longest way of a new vertex from the middle of its own."""
 
-FARTHEST = 0.49
+MOST_STRAY = 0.49
 """Edges: from how far off an edge stays, for what is there has little to do with it."""
 
 AWAY = -0.5
@@ -89,8 +89,8 @@ class EdgeGrowth:
         """Split the edges of `parts` whose middles are farther than `limit` from the surface, some
         times. None if that takes more than `most` triangles."""
         done, count = [], 0
-        for turn in range(HALVINGS):
-            share = sub_progress(progress, turn / HALVINGS, (turn + 1) / HALVINGS)
+        for turn in range(EDGE_HALVINGS):
+            share = sub_progress(progress, turn / EDGE_HALVINGS, (turn + 1) / EDGE_HALVINGS)
             edges = open_edges(parts)
             middles = find_middles(
                 *(self.field, self.vertices, self.normals, edges, limit, self.known is not None),
@@ -121,7 +121,7 @@ class EdgeGrowth:
         low, high = (self.vertices.take(end, axis=0) for end in ends.T)
         way = lengths(points - (low + high) / 2)
         stray = (way / np.maximum(lengths(high - low), FLAT))[:, 0]
-        stays = lost | (stray >= FARTHEST)
+        stays = lost | (stray >= MOST_STRAY)
         for end in ends.T:
             stays |= np.einsum("sa,sa->s", self.normals.take(end, axis=0), normals) <= AWAY
         chosen, points, normals = chosen[~stays], points[~stays], normals[~stays]

@@ -18,7 +18,7 @@ from ..proxy import BATCH
 from ..quality import HIDES, may_hide
 from .subdivide import Edges
 
-PLACES = np.array([0.35, 0.65], np.float32)
+ASKED_AT = np.array([0.35, 0.65], np.float32)
 """Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
 
 JOINS = -0.6
@@ -71,7 +71,7 @@ def find_middles(
     for begin in range(0, len(straight), BATCH):
         progress(begin / len(straight), "Refining the mesh")
         part = straight[begin : begin + BATCH]
-        places = low[part] + PLACES[:, None, None] * along[part]  # (2, N, 3)
+        places = low[part] + ASKED_AT[:, None, None] * along[part]  # (2, N, 3)
         value = values(field, places.reshape(-1, 3)).reshape(places.shape[:2])
         off[part] = np.maximum(off[part], np.abs(value).max(axis=0))
     return Middles(points, off)
