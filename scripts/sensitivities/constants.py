@@ -21,6 +21,15 @@ from typing import Any, NamedTuple
 
 PACKAGE = "neural_sculpt_addon.field"
 
+LEVELS = {
+    "solve.resolution.LEAST_FINEST",
+    "fit.fit_detail.FIT_COARSEST",
+    *(f"fit.fit_repair.{name}" for name in ("HIDDEN_LEVEL", "REPAIR_COARSEST", "REPAIR_FINEST")),
+    *(f"edit.absorption.{name}" for name in ("LARGEST_CELLS", "CLEARED")),
+    "edit.patch.FINEST_PATCH",
+}
+"""Levels: with one less cells are twice as large, with one more half."""
+
 
 class Constant(NamedTuple):
     """Where a constant stands.
@@ -45,6 +54,15 @@ def find(name: str) -> Constant:
     place = next(number for number, word in enumerate(words) if word.isupper())
     module = ".".join([PACKAGE, *words[:place]])
     return Constant(module, words[place], "".join(words[place + 1 :]))
+
+
+def others(name: str) -> Iterator[float]:
+    """Half of a constant and twice, of whole numbers whole ones."""
+    value = find(name).value
+    for other in (value - 1, value + 1) if name in LEVELS else (value / 2, value * 2):
+        whole = round(other) if isinstance(value, int) else other
+        if whole != value:
+            yield whole
 
 
 @contextmanager

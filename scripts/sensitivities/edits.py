@@ -16,9 +16,7 @@ RATIOS = ("tube_mean", "tube_p95", "reverse_p95", "normal_deg", "rim_mean")
 def cases(count: int, seed: int, more: int) -> list[Case]:
     """Strokes of any brush."""
     ready = [packed(SHAPES[number % len(SHAPES)]) for number in range(count)]
-    return [
-        partial(_solved, on, drawn(on, seed, number, more)) for number, on in enumerate(ready)
-    ]
+    return [partial(_solved, on, drawn(on, seed, number, more)) for number, on in enumerate(ready)]
 
 
 def _solved(on: Preparation, stroke: Stroke) -> Made:

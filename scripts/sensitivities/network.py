@@ -61,7 +61,6 @@ SUBJECT = Subject(
         "solve.gauss_newton": ("STEPS", "ITERATIONS", "LEAST_DAMPING", "MOST_DAMPING", "HALVINGS"),
         "solve.least_squares": ("RIDGE",),
         "solve.unknowns": ("INPUTS",),
-        "problem.prepare": ("SHELL", "SAFE"),
     },
     ratios=RATIOS,
     highest=("tube_p95",),

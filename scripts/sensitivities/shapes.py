@@ -136,9 +136,7 @@ SMOOTH = {"ripples": ripples, "knot": knot, "bracket": bracket}
 
 SOLIDS = {
     "opened": Solid(opened, lambda p: (_radius(p) < 1) & (p[:, 2] < 0.9)),
-    "hollow": Solid(
-        hollow, lambda p: (_radius(p) < 1) & (_radius(p) > 0.6) | (_radius(p) < 0.3)
-    ),
+    "hollow": Solid(hollow, lambda p: (_radius(p) < 1) & (_radius(p) > 0.6) | (_radius(p) < 0.3)),
     "stack": Solid(
         stack,
         _within(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from neural_sculpt_addon.common.errors import SculptError
 
-from .constants import changed, find
+from .constants import changed, find, others
 from .subject import Case, Subject
 
 REPEATED = 3  # times with other samples
@@ -29,9 +29,7 @@ class Outcome:
     refused: int
 
 
-def lines(
-    subject: Subject, names: Sequence[str], count: int, seed: int
-) -> Iterator[str]:
+def lines(subject: Subject, names: Sequence[str], count: int, seed: int) -> Iterator[str]:
     """The lines of the table as Markdown, as they are found."""
     headings = (
         *("constant", "value", ALWAYS, *subject.ratios),
@@ -56,16 +54,8 @@ def _outcomes(
         yield "other samples", "", _done(subject.cases(len(cases), seed, more))
     for name in names:
         value = find(name).value
-        for other in others(value):
+        for other in others(name):
             yield f"`{name}`", f"{value:g} → {other:g}", _done(cases, name, other, usual)
-
-
-def others(value: float) -> Iterator[float]:
-    """Half of a value and twice, of whole numbers whole ones."""
-    for other in (value / 2, value * 2):
-        whole = round(other) if isinstance(value, int) else other
-        if whole != value:
-            yield whole
 
 
 def _done(
