@@ -7,7 +7,8 @@
     fit_meshes, fit_networks, fit_details a fit: what a mesh bounds, what a network learns, detail
     refinement                            the proxy and its refinement
     subject, constants, table             what they have in common
-    strokes, shapes                       held out: no benchmark has them
+    fits                                  what the last two of fits have in common
+    strokes, shapes, solids               held out: no benchmark has them
     left_out                              numbers that no table has, and why
 
 A subject has one module with its cases, its constants and its measures, as SUBJECT. They need the

@@ -118,7 +118,8 @@ def _goal(on: Preparation, dab: Dab) -> Goal:
     there = dab(fine.vertices, fine.normals)
     away = np.linalg.norm(fine.vertices - dab.center, axis=1)
     moves, stays = away < dab.radius, (away > dab.radius) & (away < NEAR * dab.radius)
-    normals = igl.per_vertex_normals(there.astype(float), fine.triangles.astype(np.int64))
+    triangles = fine.triangles.astype(np.int64)
+    normals = np.asarray(igl.per_vertex_normals(there.astype(float), triangles), np.float32)
     return Goal(Samples(there[moves], normals[moves]), fine.vertices[stays])
 
 

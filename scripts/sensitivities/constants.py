@@ -70,10 +70,7 @@ def changed(name: str, value: float) -> Iterator[None]:
     """Another value of a constant in all of its copies, until the block ends."""
     constant = find(name)
     usual: Any = getattr(importlib.import_module(constant.module), constant.name)
-    other = value
-    if constant.part:
-        replaced = dataclasses.replace if dataclasses.is_dataclass(usual) else type(usual)._replace
-        other = replaced(usual, **{constant.part: value})
+    other = _replaced(usual, constant.part, value) if constant.part else value
     with ExitStack() as usual_values:
         for module, local in holders(constant):
             usual_values.callback(setattr, module, local, usual)
@@ -100,8 +97,10 @@ def defaulted(module: ModuleType, name: str) -> Iterator[tuple[FunctionType, lis
     """The functions of a module that have `name` as a default, and the parameters that do."""
     for node, function in _functions(sources()[module].body, module):
         given = node.args.posonlyargs + node.args.args
-        pairs = list(zip(reversed(given), reversed(node.args.defaults), strict=False))
-        pairs += zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True)
+        pairs = [
+            *zip(reversed(given), reversed(node.args.defaults), strict=False),
+            *zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True),
+        ]
         chosen = [one.arg for one, default in pairs if is_named(default, name)]
         if chosen:
             yield inspect.unwrap(function), chosen
@@ -128,6 +127,13 @@ def _functions(body: list[ast.stmt], owner: Any) -> Iterator[tuple[ast.FunctionD
             yield node, getattr(owner, node.name)
         elif isinstance(node, ast.ClassDef):
             yield from _functions(node.body, getattr(owner, node.name))
+
+
+def _replaced(whole: Any, part: str, value: float) -> Any:
+    """A tuple or data class with another value of a field."""
+    if dataclasses.is_dataclass(whole) and not isinstance(whole, type):
+        return dataclasses.replace(whole, **{part: value})
+    return whole._replace(**{part: value})
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from neural_sculpt_addon.field.fit.fit_detail import refine
 from neural_sculpt_addon.field.fit.fit_repair import repaired
 
 from . import fits
-from .shapes import SMOOTH
+from .shapes import SHAPES
 from .subject import Case, Made, Subject, layer_bits
 
 PRESET = TOLERANCES[Quality.DRAFT]
@@ -21,7 +21,7 @@ PRESET = TOLERANCES[Quality.DRAFT]
 
 def cases(count: int, seed: int, more: int) -> list[Case]:
     """Meshes, with random samples of the seed."""
-    names = list(SMOOTH)
+    names = list(SHAPES)
     some = [(names[number % len(names)], seed + 100 * number) for number in range(count)]
     for name, number in some:
         fits.learned(name, number)
@@ -40,45 +40,18 @@ SUBJECT = Subject(
     count=3,
     constants={
         "fit.fit_detail": (
-            *(
-                "FIT_COARSEST",
-                "MISSED_SHARE",
-                "DENSITY",
-                "PROBE_DENSITY",
-                "SIDE_DENSITY",
-                "SIDE_FROM",
-            ),
-            *(
-                "SIDE_TO",
-                "SIDE_WEIGHT",
-                "EMPTY_WEIGHT",
-                "SLOPE_WEIGHT",
-                "AGREES",
-                "DOUBTED_SAMPLES",
-            ),
-            *("BELIEVED", "NO_BOUND", "DOUBTED", "ROW_REACH", "SIDE_CLEARANCE", "HEAVIER"),
-            *("HEAVIER_RINGS", "GROSS", "ITERATIONS", "DAMPED", "LEFT_OUT"),
+            *("FIT_COARSEST", "MISSED_SHARE", "DENSITY", "PROBE_DENSITY", "SIDE_DENSITY"),
+            *("SIDE_FROM", "SIDE_TO", "SIDE_WEIGHT", "EMPTY_WEIGHT", "SLOPE_WEIGHT", "AGREES"),
+            *("DOUBTED_SAMPLES", "BELIEVED", "NO_BOUND", "DOUBTED", "ROW_REACH"),
+            *("SIDE_CLEARANCE", "HEAVIER", "HEAVIER_RINGS", "GROSS", "ITERATIONS", "DAMPED"),
+            "LEFT_OUT",
         ),
         "fit.fit_repair": (
             *("NEAR_MESH", "NO_PIECE", "FACES", "ASKED", "ASKED_OF_PIECE", "HIDDEN_LEVEL"),
-            *(
-                "HIDDEN_RINGS",
-                "HIDDEN_LOW",
-                "LARGE_COEFFICIENT",
-                "ON_ITS_SIDE",
-                "PLACES_IN_BALL",
-                "WRONG_SHARE",
-            ),
-            *("TINY", "REPAIR_COARSEST", "REPAIR_FINEST", "CELLS_TO_STRAY", "SPLINE_REACH"),
-            *(
-                "ROWS_PER_CELL",
-                "MOST_WRONG_CELLS",
-                "REPAIRED_CELLS",
-                "ROUNDS",
-                "LOOKED",
-                "FEW_STRAYS",
-                "HELPED",
-            ),
+            *("HIDDEN_RINGS", "HIDDEN_LOW", "LARGE_COEFFICIENT", "ON_ITS_SIDE"),
+            *("PLACES_IN_BALL", "WRONG_SHARE", "TINY", "REPAIR_COARSEST", "REPAIR_FINEST"),
+            *("CELLS_TO_STRAY", "SPLINE_REACH", "ROWS_PER_CELL", "MOST_WRONG_CELLS"),
+            *("REPAIRED_CELLS", "ROUNDS", "LOOKED", "FEW_STRAYS", "HELPED"),
         ),
     },
     ratios=(*fits.ERRORS, "coefficients"),

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a mesh bounds before it is fitted (docs/method.md, section 5): cleaned, openings closed, what
-is inside left out. The meshes have something wrong on purpose, and it is known what they bound."""
+"""What a mesh bounds before it is fitted (docs/method.md, section 5).
+
+Meshes with something wrong on purpose are cleaned, their openings closed, what is inside left out.
+"""
 
 from functools import partial
 
@@ -11,7 +13,7 @@ from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.fit.mesh_open import Open, prepare
 from neural_sculpt_addon.field.fit.mesh_pieces import find_pieces
 
-from .shapes import SOLIDS, Solid
+from .solids import SOLIDS, Solid
 from .subject import Case, Made, Subject, array_bits
 
 POINTS = 20_000

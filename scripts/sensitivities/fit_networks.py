@@ -13,7 +13,7 @@ from neural_sculpt_addon.field.fit.fit import TOLERANCES, Quality
 from neural_sculpt_addon.field.fit.fit_detail import refine
 
 from . import fits
-from .shapes import SMOOTH
+from .shapes import SHAPES
 from .subject import Case, Made, Subject, array_bits
 
 RATIOS = (*fits.ERRORS, "coefficients", "detailed_error")
@@ -21,7 +21,7 @@ RATIOS = (*fits.ERRORS, "coefficients", "detailed_error")
 
 def cases(count: int, seed: int, more: int) -> list[Case]:
     """Meshes, with random samples of the seed."""
-    names = list(SMOOTH)
+    names = list(SHAPES)
     numbers = ((names[number % len(names)], seed + 100 * number + more) for number in range(count))
     return [partial(_learned, name, number) for name, number in numbers]
 

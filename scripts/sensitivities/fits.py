@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What both subjects of fits need: meshes ready to be learned, networks beneath detail, measures."""
+"""Fits: meshes ready to be learned, networks beneath detail, and how well a field holds a mesh."""
 
 from functools import cache
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from neural_sculpt_addon.field.network import Siren
 from neural_sculpt_addon.field.projection import project
 from neural_sculpt_addon.field.threads import one_thread
 
-from .shapes import SMOOTH
+from .shapes import SHAPES
 
 WIDTH = 128  # of networks, as usual
 MEASURED = 20_000  # samples of a mesh, and of the box
@@ -42,9 +42,9 @@ class Target(NamedTuple):
 
 @cache
 def target(name: str) -> Target:
-    """The mesh of that name in `shapes.SMOOTH`."""
+    """The mesh of that name in `shapes.SHAPES`."""
     rng = np.random.default_rng(0)
-    distance = MeshDistance(clean(*SMOOTH[name]()), rng)
+    distance = MeshDistance(clean(*SHAPES[name]()), rng)
     volume = rng.uniform(-1, 1, (MEASURED, 3))
     return Target(distance, distance.surface(MEASURED, rng), volume, distance(volume).value)
 

@@ -111,7 +111,7 @@ def test_a_part_of_a_constant_changes_alone():
     assert fit.BENEATH_DETAIL is usual
     closeness = brushed.CLOSE_ENOUGH
     with constants.changed("edit.brushed.CLOSE_ENOUGH.slope", 7.0):
-        assert brushed.CLOSE_ENOUGH == (closeness.distance, 7.0)
+        assert tuple(brushed.CLOSE_ENOUGH) == (closeness.distance, 7.0)
     assert brushed.CLOSE_ENOUGH is closeness
 
 
