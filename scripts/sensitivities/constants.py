@@ -14,7 +14,7 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib.util import resolve_name
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
@@ -131,9 +131,8 @@ def _functions(body: list[ast.stmt], owner: Any) -> Iterator[tuple[ast.FunctionD
 
 def _replaced(whole: Any, part: str, value: float) -> Any:
     """A tuple or data class with another value of a field."""
-    if dataclasses.is_dataclass(whole) and not isinstance(whole, type):
-        return dataclasses.replace(whole, **{part: value})
-    return whole._replace(**{part: value})
+    replaced = getattr(whole, "_replace", None) or partial(dataclasses.replace, whole)
+    return replaced(**{part: value})
 
 
 @contextmanager
