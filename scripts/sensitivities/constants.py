@@ -12,6 +12,7 @@ import dataclasses
 import importlib
 import inspect
 import pkgutil
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache, partial
@@ -82,14 +83,22 @@ def changed(name: str, value: float) -> Iterator[None]:
 
 def holders(constant: Constant) -> list[tuple[ModuleType, str]]:
     """The modules that have it by name, and the names: its own first."""
-    found = [(importlib.import_module(constant.module), constant.name)]
+    own = importlib.import_module(constant.module), constant.name
+    return [own, *_importers()[constant.module, constant.name]]
+
+
+@cache
+def _importers() -> dict[tuple[str, str], list[tuple[ModuleType, str]]]:
+    """The modules that import something by its name, and the names that it has there; by the module
+    that it comes from and its name there."""
+    found = defaultdict[tuple[str, str], list[tuple[ModuleType, str]]](list)
     for module, tree in sources().items():
         for node in tree.body:
             if isinstance(node, ast.ImportFrom):
                 source = "." * node.level + (node.module or "")
-                if resolve_name(source, module.__package__) == constant.module:
-                    names = [one for one in node.names if one.name == constant.name]
-                    found += [(module, one.asname or one.name) for one in names]
+                source = resolve_name(source, module.__package__)
+                for one in node.names:
+                    found[source, one.name].append((module, one.asname or one.name))
     return found
 
 
@@ -101,14 +110,13 @@ def defaulted(module: ModuleType, name: str) -> Iterator[tuple[FunctionType, lis
             *zip(reversed(given), reversed(node.args.defaults), strict=False),
             *zip(node.args.kwonlyargs, node.args.kw_defaults, strict=True),
         ]
-        chosen = [one.arg for one, default in pairs if is_named(default, name)]
+        chosen = [
+            one.arg
+            for one, default in pairs
+            if isinstance(default, ast.Name) and default.id == name
+        ]
         if chosen:
             yield inspect.unwrap(function), chosen
-
-
-def is_named(node: ast.AST | None, name: str) -> bool:
-    """Whether a piece of source is that name and nothing else."""
-    return isinstance(node, ast.Name) and node.id == name
 
 
 @cache
