@@ -43,6 +43,11 @@ class Constant(NamedTuple):
     part: str
 
     @property
+    def title(self) -> str:
+        """What a table calls it: without the rooms that it stands in."""
+        return ".".join(filter(None, (self.module.rpartition(".")[2], self.name, self.part)))
+
+    @property
     def value(self) -> Any:
         """The number that it is now."""
         whole = getattr(importlib.import_module(self.module), self.name)

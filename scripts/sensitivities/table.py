@@ -36,7 +36,7 @@ def lines(subject: Subject, names: Sequence[str], count: int, seed: int) -> Iter
         *(f"highest {name}" for name in subject.highest),
         *(*subject.sums, "refused", "changed"),
     )
-    yield f"| {' | '.join(headings)} |"
+    yield f"| {' | '.join(headings).replace('_', ' ')} |"
     yield "|---" * len(headings) + "|"
     cases = subject.cases(count, seed, 0)
     _done(cases)  # what is drawn once is drawn now
@@ -53,9 +53,10 @@ def _outcomes(
     for more in range(1, REPEATED + 1):
         yield "other samples", "", _done(subject.cases(len(cases), seed, more))
     for name in names:
-        value = find(name).value
+        constant = find(name)
+        value = constant.value
         for other in others(name):
-            yield f"`{name}`", f"{value:g} → {other:g}", _done(cases, name, other, usual)
+            yield f"`{constant.title}`", f"{value:g} → {other:g}", _done(cases, name, other, usual)
 
 
 def _done(

@@ -144,6 +144,6 @@ def test_a_table_tells_means_of_ratios_and_sums_of_what_cases_make():
         ("other samples", "", "1.41", "4", "0", "0 |"),
         ("other samples", "", "1.73", "4", "0", "0 |"),
         ("other samples", "", "2.00", "4", "0", "0 |"),
-        ("`solve.local.GAP`", "1.5 → 0.75", "0.25", "4", "0", "2 |"),
-        ("`solve.local.GAP`", "1.5 → 3", "4.00", "4", "0", "2 |"),
+        ("`local.GAP`", "1.5 → 0.75", "0.25", "4", "0", "2 |"),
+        ("`local.GAP`", "1.5 → 3", "4.00", "4", "0", "2 |"),
     ]
