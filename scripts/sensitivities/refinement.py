@@ -78,9 +78,7 @@ SUBJECT = Subject(
     count=3,
     constants={
         "mesh.refinement.refine": ("EDGE_TOLERANCE",),
-        "mesh.refinement.edge_growth": (
-            *("HALVINGS", "LONGEST_WAY", "FARTHEST", "AWAY", "LEAN", "NEWTON_STEPS"),
-        ),
+        "mesh.refinement.edge_growth": ("HALVINGS", "FARTHEST", "AWAY", "LEAN", "NEWTON_STEPS"),
         "mesh.refinement.edge_middles": ("BESIDE", "JOINS"),
         "mesh.quality": ("POOR", "LEANS", "HIDES", "AGREES", "ENGULFS"),
         "mesh.proxy": ("RELAXATION", "LONGEST_STEP", "LEAST_STEP", "NEWTON_STEPS", "HALVINGS"),
