@@ -82,6 +82,13 @@ class Grid:
         bricks.reshape(-1)[flat[home] * _HALO**3 + spot] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
 
+    def has_brick(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Whether there is a brick at each of `points` (N, 3): where there is none, no node reaches
+        them."""
+        table = self.table.cpu().numpy()
+        bricks = np.clip(cells_of(points, self.level) // BRICK, 0, len(table) - 1)
+        return table[tuple(bricks.T)] >= 0
+
     def reaches(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Whether a node that is not zero reaches each of `points` (N, 3) of the box."""
         table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy()

@@ -288,4 +288,8 @@ def test_a_grid_says_where_its_nodes_reach():
     away = np.abs(middles[:, None] - reaching).max(axis=2).min(axis=1)
     wanted = away < 1.5 * spacing(level)
     np.testing.assert_array_equal(grid.reaches(points), wanted)
+    near = grid.has_brick(points)
+    assert near[wanted].all() and not near.all()
+    beyond = np.float32([[5, 5, 5], [-5, 0, 0]])
+    assert not grid.has_brick(beyond).any()
     assert 0.001 < wanted.mean() < 0.9

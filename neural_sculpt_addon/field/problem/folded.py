@@ -170,21 +170,34 @@ class Folded:
 
     def walls(self, apart: float, random: np.random.Generator) -> tuple[Samples, Samples]:
         """Samples of the walls that open where the displacement jumps, before and after it, `apart`
-        from each other in the mean. Samples of the surface leave these walls empty."""
-        before, after, _, triangles = self.under
+        from each other in the mean. Samples of the surface leave these walls empty.
+
+        Over folds of other strokes most walls bound nothing, at no corner and not in their middle:
+        these get none.
+        """
+        before, after, bounds, triangles = self.under
         walls = triangles[steep(before, after, triangles).any(axis=1)]
         corners = after.points[walls]  # (W, 3, 3)
         turned = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         twice = np.linalg.norm(turned, axis=1)
+        normal = (turned / np.maximum(twice, np.finfo(float).tiny)[:, None]).astype(np.float32)
+
+        def at(chosen: NDArray[np.intp], share: Array) -> tuple[Samples, Samples]:
+            """Places (K, 3) in the chosen walls, by shares (K, 3) of their corners."""
+            part = share.astype(np.float32)[:, :, None]
+            start, goal = (
+                Samples(np.sum(part * some.points[walls[chosen]], axis=1), normal[chosen])
+                for some in (before, after)
+            )
+            return start, goal
+
+        bounding = bounds[walls].any(axis=1)
+        unsure = np.flatnonzero(~bounding)
+        bounding[unsure] = self.bounding(*at(unsure, np.full((len(unsure), 3), 1 / 3)))
         count = np.floor(twice / 2 / apart**2 + random.uniform(size=len(walls))).astype(int)
-        count[twice == 0] = 0
+        count[(twice == 0) | ~bounding] = 0
         chosen = np.repeat(np.arange(len(walls)), count)
-        share = random.dirichlet((1, 1, 1), len(chosen)).astype(np.float32)[:, :, None]
-        normal = (turned[chosen] / twice[chosen, None]).astype(np.float32)
-        start, goal = (
-            Samples(np.sum(share * some.points[walls[chosen]], axis=1), normal)
-            for some in (before, after)
-        )
+        start, goal = at(chosen, random.dirichlet((1, 1, 1), len(chosen)))
         bounds = self.bounding(start, goal)
         return start.where(bounds), goal.where(bounds)
 

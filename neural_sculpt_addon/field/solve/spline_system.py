@@ -125,20 +125,25 @@ def solve_level(
     values = len(rows.points)
     weight = np.square(np.append(rows.weights, rows.steep))
     residuals = np.append(rows.residuals, rows.slopes)
-    parts = -(-len(residuals) // PIECE)
+    near = np.flatnonzero(numbers.has_brick(rows.points))
+    place = np.full(values, -1)
+    place[near] = np.arange(len(near))
+    at = place[rows.at]
+    steep = np.flatnonzero(at >= 0)
+    parts = -(-(len(near) + len(steep)) // PIECE)
 
     def piece(number: int) -> _Piece:
-        """Every point whose number leaves this remainder by `parts`, so that all pieces have about
-        as many slope rows."""
-        sloped = np.flatnonzero(rows.at % parts == number)
-        at, along = rows.at[sloped] // parts, rows.along[sloped]
-        matrix, value, slope = _matrix(numbers, rows.points[number::parts], at, along, len(index))
-        some = np.append(number + parts * value, values + sloped[slope])
+        """Every point near a node whose number among these leaves this remainder by `parts`, so
+        that all pieces have about as many slope rows."""
+        sloped = steep[at[steep] % parts == number]
+        points, along = rows.points[near[number::parts]], rows.along[sloped]
+        matrix, value, slope = _matrix(numbers, points, at[sloped] // parts, along, len(index))
+        some = np.append(near[number + parts * value], values + sloped[slope])
         return _Piece(matrix, matrix.T, weight[some], some)
 
     pieces = list(_each(piece, range(parts), check))
     c = np.zeros(len(index), np.float32)
-    if len(index) and len(residuals):
+    if pieces:
         c = quantised(_solve(pieces, residuals, iterations, settled, damped, left_out, check))
 
     def take_away(piece: _Piece) -> None:

@@ -19,43 +19,86 @@ EDGE = Profile("linear")
 RADIUS, LEVEL = 0.1, 6
 
 
-def section(intensity):
-    """The meridian of a ball of radius 1/2 with a belt: (N, 2), distance from the axis and height;
-    and that of its crease."""
+BLADE = Profile(table=(0, 1, 0, 1, 0))  # falls to both sides of the middle, where it is thin
+
+
+def belt(latitude, brush):
+    """How far a ball of radius 1/2 with a belt reaches at each latitude."""
+    across = 2 * 0.5 * np.sin(latitude / 2) / brush.radius
+    return 0.5 + brush.intensity * brush.profile(across)
+
+
+def section(brush):
+    """The meridian of that ball: (N, 2), distance from the axis and height."""
     latitude = np.linspace(-0.6, 0.6, 200_001)
-    across = np.minimum(np.abs(2 * 0.5 * np.sin(latitude / 2)) / RADIUS, 1)
-    radius = 0.5 + intensity * (1 - across)
-    return radius[:, None] * np.stack([np.cos(latitude), np.sin(latitude)], axis=1)
+    return belt(latitude, brush)[:, None] * np.stack([np.cos(latitude), np.sin(latitude)], axis=1)
 
 
-def inside(points, intensity):
+def inside(points, brush):
     """Which points (N, 2) of that half plane are inside of it."""
-    length = np.hypot(*points.T)
-    across = np.minimum(2 * 0.5 * np.abs(np.sin(np.arctan2(*points.T[::-1]) / 2)) / RADIUS, 1)
-    return length < 0.5 + intensity * (1 - across)
+    return np.hypot(*points.T) < belt(np.arctan2(*points.T[::-1]), brush)
+
+
+def girdled(brush):
+    """A stroke around the equator."""
+    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
+    circle = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    return Stroke(circle, brush, closed=True)
+
+
+def around(problem, displaced, near, level, random):
+    """Middles (N, 2), in the half plane, of the cells around points `near` (M, 3), and what f shall
+    be there (N,)."""
+    active, nothing = (
+        distinct(cells_of(near.astype(np.float32), level), level),
+        np.empty(0, np.int32),
+    )
+    rows = EditedSurface(problem, displaced, active, nothing, nothing, level, random).rows
+    some = rows.weights == np.float32(AROUND_WEIGHT)
+    points = rows.points[some].astype(float)
+    return np.stack([np.hypot(*points[:, :2].T), points[:, 2]], axis=1), rows.targets[some]
+
+
+def distance(points, brush):
+    """Signed distance (N,) of points (N, 2) of the half plane."""
+    return KDTree(section(brush)).query(points)[0] * np.where(inside(points, brush), -1, 1)
 
 
 @pytest.mark.parametrize("intensity", [-0.12, 0.12])
 def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, intensity):
     """Under the bottom of a groove and above a ridge, with sides of 50 degrees."""
-    turn = np.linspace(0, 2 * np.pi, 65)[:-1]
-    circle = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
-    problem = pose(preparation, Stroke(circle, Brush(RADIUS, intensity, EDGE), closed=True))
+    brush = Brush(RADIUS, intensity, EDGE)
+    problem = pose(preparation, girdled(brush))
     random, h = np.random.default_rng(0), spacing(LEVEL)
     displaced = problem.displaced_surface(600, 60, random, RADIUS / 30, h, h)
     assert displaced.swept is None
-    near = random.uniform(-3 * h, 3 * h, (30_000, 3)) + (0.5 + intensity) / 0.5 * circle[:1]
-    active = distinct(cells_of(near.astype(np.float32), LEVEL), LEVEL)
-    nothing = np.empty(0, np.int32)
-    rows = EditedSurface(problem, displaced, active, nothing, nothing, LEVEL, random).rows
-    around = rows.weights == np.float32(AROUND_WEIGHT)
-    points, targets = rows.points[around].astype(float), rows.targets[around]
-    half = np.stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]], axis=1)
-    true = KDTree(section(intensity)).query(half)[0] * np.where(inside(half, intensity), -1, 1)
+    near = random.uniform(-3 * h, 3 * h, (30_000, 3))
+    near[:, 0] += 0.5 + intensity
+    half, targets = around(problem, displaced, near, LEVEL, random)
+    true = distance(half, brush)
     beyond = np.abs(half[:, 1]) < (half[:, 0] - 0.5 - intensity) * np.sign(intensity) / 2
     assert beyond.sum() > 10
     assert (np.sign(targets) == np.sign(true))[beyond].all()
     np.testing.assert_allclose(targets[beyond], true[beyond], atol=0.5 * h)
+
+
+@pytest.mark.parametrize("intensity", [-0.13, 0.13])
+def test_beside_blades_and_slits_the_side_is_that_of_both_walls(preparation, intensity):
+    """Two grooves of 80 degrees with a blade between them, or two ridges with a slit, also at their
+    rims, where the nearest surface is one that stays."""
+    brush, level = Brush(0.06, intensity, BLADE), 8
+    problem = pose(preparation, girdled(brush))
+    random, h = np.random.default_rng(0), spacing(level)
+    displaced = problem.displaced_surface(2000, 90, random, h / 2.5, h, h)
+    assert displaced.swept is None
+    radius, height = random.uniform((0.5 - 0.15, -0.07), (0.5 + 0.15, 0.07), (100_000, 2)).T
+    turn = random.uniform(-0.3, 0.3, len(radius))
+    near = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
+    half, targets = around(problem, displaced, near, level, random)
+    true = distance(half, brush)
+    clear = (np.abs(true) > 0.3 * h) & (np.abs(true) < 3 * h)
+    assert clear.sum() > 5_000
+    assert (np.sign(targets) != np.sign(true))[clear].mean() < 6e-4
 
 
 def test_finer_samples_of_a_carve_through_a_thin_part_are_none_behind_it():
