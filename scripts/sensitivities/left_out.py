@@ -42,7 +42,6 @@ WHY = {
         "mesh.proxy": ("FLAT", "ROUNDING"),
         "problem.fold": ("PRECISION", "BOUND", "ORDER"),
         "problem.folded": ("BURIED",),
-        "solve.loose": ("HALF",),
         "projection": ("SMALLEST_GRADIENT",),
     },
     "what is asked for, and what the artist is told: another value is another wish": {
