@@ -16,7 +16,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..evaluate import values
 from ..field import Field, Sampled
-from ..fit.fit_detail import EMPTY_WEIGHT, FIT_COARSEST, SIDE_WEIGHT, SLOPE_WEIGHT, among
+from ..fit.fit_detail import (
+    EMPTY_WEIGHT,
+    FIT_COARSEST,
+    SIDE_FROM,
+    SIDE_TO,
+    SIDE_WEIGHT,
+    SLOPE_WEIGHT,
+    among,
+)
 from ..geometry import search_tree, unit
 from ..levels import cells_of, centres, children, dilated, linear, places
 from ..solve.spline_system import Rows
@@ -124,5 +132,7 @@ def apart(reached: NDArray[np.int32], points: Array, level: int) -> Array:
 def beside(points: Array, wanted: Array, h: float, rng: np.random.Generator) -> Array:
     """Points (K, 3) beside some of `points` (N, 3), whose gradients are `wanted` (N, 3)."""
     some = slice(None, None, MOVED_PER_SIDE)
-    side = rng.uniform(0.3, 1.5, len(points[some])) * rng.choice([-h, h], len(points[some]))
+    side = rng.uniform(SIDE_FROM, SIDE_TO, len(points[some])) * rng.choice(
+        [-h, h], len(points[some])
+    )
     return points[some] + side[:, None].astype(np.float32) * unit(wanted[some])

@@ -67,8 +67,8 @@ SCHEDULES = {
 """Schedules of fits without detail."""
 
 BENEATH_DETAIL = Schedule(200, 384, 20_000, 1.5e-3)
-"""Schedule of fits with detail, of all presets: twice as many steps save neither a level nor
-coefficients."""
+"""Schedule of fits with detail, of all presets: half as many steps or twice the rate leave islands;
+twice as many steps, for nearly twice the time, save an eighth of the coefficients and no error."""
 WIDE_LAYER = 256
 """Units of a layer from which on a fit with detail takes the draft's schedule: after fewer steps so
 wide a network is rough, and more finely so than detail can mend."""

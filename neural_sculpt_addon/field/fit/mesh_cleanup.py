@@ -20,7 +20,7 @@ from .mesh_winding import facing
 
 LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
 SMALLER = 1.25  # at most, so that the origin stays where it is: cells are larger by as much
-WELD_CELLS = 1 << 20  # along the longest side: vertices that share one become one
+WELD_CELLS = 1 << 20  # along the longest side: vertices in one become one; no more fit a key
 MOST_FACES = 2_000_000  # more than the finest level of a field can hold
 CLUSTERS = 1000  # cells along the longest side where there are more; fewer until there are not,
 COARSER = 0.8  # by this ratio

@@ -21,9 +21,9 @@ HIDES = 1.5
 to ask about all that are longer than a cell takes twice as many places, and finds 2 % more edges
 that are off."""
 
-AGREES, ENGULFS = 0.97, (HIDES, 3.0)
+AGREES, ENGULFS = 0.97, 3.0
 """A triangle that leans less is asked about, too, if its longest edge has so many cells of a level
-of detail that is there: the first if it leans more than 14 degrees, the second if it does not. Of
+of detail that is there: HIDES if it leans more than 14 degrees, ENGULFS if it does not. Of
 seven million triangles fifteen were turned over by what lay between their corners, all of these."""
 
 NOT_ZERO = np.float32(1e-30)
@@ -97,7 +97,7 @@ def find_doubtful(
     a, b, c = (corner.take(others, axis=0) for corner in corners)
     squares = [np.einsum("fa,fa->f", edge, edge) for edge in (b - a, c - b, a - c)]
     longest = np.sqrt(np.maximum.reduce(squares))
-    cells = np.where(lean.take(others) < AGREES, *np.array(ENGULFS, np.float32))
+    cells = np.where(lean.take(others) < AGREES, *np.array([HIDES, ENGULFS], np.float32))
     doubtful[others] = may_hide(field, (a + b + c) / 3, longest / cells)
     return doubtful
 

@@ -24,11 +24,10 @@ from .subdivide import Edges, Subdivision, divided, ends_of, names, open_edges
 EDGE_HALVINGS = 4
 """How often an edge is halved at most."""
 
-LONGEST_WAY = 0.5
-"""Edges: the longest way of a new vertex from the middle of its own."""
-
 MOST_STRAY = 0.49
-"""Edges: from how far off an edge stays, for what is there has little to do with it."""
+"""Lengths of an edge: the longest step of its new vertex, and from how far off the edge stays, for
+what is there has little to do with it. With half as much meshes are a twentieth farther off on
+average, at thin places; twice as much makes no difference."""
 
 AWAY = -0.5
 """Cosine of normals, 120 degrees, below which two points are on different sides of something thin:
@@ -211,7 +210,7 @@ class EdgeGrowth:
             for begin in range(0, len(left), BATCH):
                 progress((step + begin / len(left)) / NEWTON_STEPS, "Refining the mesh")
                 part = left[begin : begin + BATCH]
-                reach = LONGEST_WAY * lengths(along[part])
+                reach = MOST_STRAY * lengths(along[part])
                 points[part], off[begin : begin + BATCH], normals[part] = _onto(
                     self.field, points[part], along[part], reach
                 )

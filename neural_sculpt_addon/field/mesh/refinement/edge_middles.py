@@ -18,8 +18,9 @@ from ..proxy import BATCH
 from ..quality import HIDES, may_hide
 from .subdivide import Edges
 
-ASKED_AT = np.array([0.35, 0.65], np.float32)
-"""Where on an edge f is asked where detail may hide: a groove may cross it beside its middle."""
+OFF_MIDDLE = 0.15
+"""Lengths of an edge, on both sides of its middle, where f is asked where detail may hide: a groove
+may cross the edge beside it."""
 
 JOINS = -0.6
 """Cosine of the normals at both ends, 127 degrees, below which an edge joins two sides of something
@@ -71,7 +72,8 @@ def find_middles(
     for begin in range(0, len(straight), BATCH):
         progress(begin / len(straight), "Refining the mesh")
         part = straight[begin : begin + BATCH]
-        places = low[part] + ASKED_AT[:, None, None] * along[part]  # (2, N, 3)
+        share = np.array([0.5 - OFF_MIDDLE, 0.5 + OFF_MIDDLE], np.float32)
+        places = low[part] + share[:, None, None] * along[part]  # (2, N, 3)
         value = values(field, places.reshape(-1, 3)).reshape(places.shape[:2])
         off[part] = np.maximum(off[part], np.abs(value).max(axis=0))
     return Middles(points, off)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Strokes by the local solver, each on an unedited field (docs/method.md, sections 2 to 4)."""
+
+from functools import partial
+
+from neural_sculpt_addon.field.edit.edit import Edit, sculpt
+from neural_sculpt_addon.field.problem.prepare import Preparation
+from neural_sculpt_addon.stroke.stroke import Stroke
+
+from .strokes import SHAPES, drawn, packed
+from .subject import Case, Made, Subject, layer_bits
+
+RATIOS = ("tube_mean", "tube_p95", "reverse_p95", "normal_deg", "rim_mean")
+
+
+def cases(count: int, seed: int, more: int) -> list[Case]:
+    """Strokes of any brush."""
+    ready = [packed(SHAPES[number % len(SHAPES)]) for number in range(count)]
+    return [partial(_solved, on, drawn(on, seed, number, more)) for number, on in enumerate(ready)]
+
+
+def _solved(on: Preparation, stroke: Stroke) -> Made:
+    edit = sculpt(on, stroke)
+    return Made(layer_bits(edit.layer or {}), partial(_measured, edit))
+
+
+def _measured(edit: Edit) -> dict[str, float]:
+    report = edit.report()
+    return {
+        **{name: report[name] for name in RATIOS},
+        "met": report["tolerance_met"],
+        "pieces": report["components_after"] != report["components_before"],
+    }
+
+
+SUBJECT = Subject(
+    cases=cases,
+    count=9,
+    constants={
+        "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
+        "solve.local": (
+            *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
+            *("HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER_NODES", "FINER"),
+            *("COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
+        ),
+        "solve.edit_rows": (
+            *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "SLOPE_WEIGHT", "NORMAL_BIAS", "NEAR"),
+            *("STEEPEST", "TRIES", "MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES"),
+        ),
+        "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "CONVERGED"),
+        "projection": ("ARRIVED", "ON_SURFACE"),
+        "problem.pose": ("GUIDED",),
+        "problem.problem": ("THINNED", "INNER", "MOST_STRETCH"),
+        "problem.copies": ("STEP", "BEND"),
+        "problem.fold": (
+            *("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR_CROSSING", "CLIFF", "ACCURACY_SCALE"),
+        ),
+        "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES", "MOST_CUT"),
+        "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
+        "edit.edit": ("REPAIRS",),
+    },
+    ratios=RATIOS,
+    highest=("tube_p95",),
+    sums=("met", "pieces"),
+)
