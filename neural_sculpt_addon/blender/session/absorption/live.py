@@ -61,7 +61,7 @@ class LiveResults(BrushResults):
     def take(self) -> bool:
         """Normals may be behind then."""
         taken = super().take()
-        settling.wait_for_rest()
+        settling.wait_for_rest(begins=taken)
         return taken
 
     def may_come(self, job: Job) -> bool:
