@@ -174,7 +174,7 @@ class Renewal(BrushCase):
     def half_way(self) -> int:
         """Absorb a stroke, and begin with another proxy; how many meshes there were before."""
         meshes = len(bpy.data.meshes)
-        self.absorb("Clay", -20)
+        self.absorb("Clay", -60)
         self.pump(lambda: go_on() is not None and len(bpy.data.meshes) > meshes)
         return meshes
 
