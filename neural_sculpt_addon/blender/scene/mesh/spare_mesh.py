@@ -77,7 +77,8 @@ class SpareMesh:
     def _find_normals(self, mesh: Mesh) -> None:
         """The vertices' own come before those that are to be shown: with these Blender finds its
         own no earlier than it needs them."""
-        _ = mesh.vertex_normals[0].vector
+        for normal in mesh.vertex_normals[:1]:
+            _ = normal.vector
 
     def _finish(self, mesh: Mesh) -> None:
         proxy_mesh.shade(mesh, self._new)
