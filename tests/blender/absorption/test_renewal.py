@@ -181,12 +181,12 @@ class Renewal(BrushCase):
     def test_what_is_painted_between_two_pieces(self) -> None:
         meshes = self.half_way()
         brush("Mask", 60)
-        masked = self.masked()
+        masked = self.masked()  # vertices, some of which Clay had moved off the field
         self.assertGreater(len(masked), 10)
         self.look()
         self.rest()
         self.assertNotIn(module("blender.scene.mesh.proxy_mesh").STRETCHED, self.ob().data)
-        self.assertLess(farthest(masked, self.masked()), 1e-5)
+        self.assertLess(farthest(masked, self.masked()), 5e-3)  # a third of the way between two
         self.assertEqual(len(bpy.data.meshes), meshes)
 
     def test_a_stroke_between_two_pieces(self) -> None:
