@@ -88,6 +88,22 @@ def instrument() -> None:
 
     live.look, session.hear = looked, heard
     bpy.app.handlers.depsgraph_update_post.insert(0, ends)
+    time_evaluations()
+
+
+def time_evaluations() -> None:
+    """Time what Blender does anew after each change, among it what it does for its brushes."""
+    began = [0.0, 0.0]
+
+    def begins(*_: object) -> None:
+        began[:] = time.perf_counter(), time.thread_time()
+
+    def ends(*_: object) -> None:
+        clock, work = time.perf_counter() - began[0], time.thread_time() - began[1]
+        times["evaluation"].append((1000 * clock, 1000 * work))
+
+    bpy.app.handlers.depsgraph_update_pre.append(begins)
+    bpy.app.handlers.depsgraph_update_post.insert(0, ends)
 
 
 def kept(bring: Any, is_kept: bool) -> Any:

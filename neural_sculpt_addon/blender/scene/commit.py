@@ -23,6 +23,7 @@ from . import stroke_list, succession
 from .mesh import attributes, proxy_mesh
 from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
+from .mesh.spare_mesh import SpareMesh
 from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
 from .proxy_properties import ShownAs
 from .results import ObjectState, bytes_of, computed, edited, geometry_of, next_geometry
@@ -219,13 +220,11 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     push_undo("Remesh Proxy")
 
 
-def renew_proxy(ob: Object, result: Message) -> None:
+def renew_proxy(ob: Object, spare: SpareMesh) -> None:
     """Replace the proxy by another one of the same field, which nobody asked for: undo passes over
     it. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
-    geometry = next_geometry(ob, result, field_of(ob).smooth)
-    begin_change()
-    _fill(ob, geometry)
+    spare.show(ob)
     push_undo(RENEWED)
 
 

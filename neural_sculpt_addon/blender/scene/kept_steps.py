@@ -22,7 +22,7 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from . import sculpt_steps, stroke_list
-from .mesh import proxy_mesh
+from .mesh import proxy_mesh, spare_mesh
 from .mesh.preview import preview
 from .properties import field_of, find, is_field
 from .sculpt_steps import Step
@@ -37,13 +37,40 @@ EXACT = bpy.app.version >= (5, 0, 0)
 vertices."""
 
 
+MOST_CHANGES = 16
+"""Changes that normals are kept as: more take longer to apply, fewer have all normals, 12 bytes a
+vertex, kept for fewer steps at once."""
+
+
+@dataclass(frozen=True)
+class Normals:
+    """The normals of a proxy, as `base` (V, 3) and what strokes have changed since, in order: which
+    vertices (P,), and their normals (P, 3). Steps share what they have in common."""
+
+    base: Vectors
+    changes: tuple[tuple[NDArray[np.intp], Vectors], ...] = ()
+
+    def changed(self, some: NDArray[np.intp], normals: Vectors) -> "Normals":
+        """The same with other normals (P, 3) at some vertices (P,)."""
+        whole = len(self.changes) == MOST_CHANGES
+        base, before = (self.all(), ()) if whole else (self.base, self.changes)
+        return Normals(base, (*before, (some, normals)))
+
+    def all(self) -> Vectors:
+        """Those of all vertices (V, 3)."""
+        every = self.base.copy()
+        for some, normals in self.changes:
+            every[some] = normals
+        return every
+
+
 @dataclass(frozen=True)
 class FieldAt:
     """What a field is at a step of Blender's history, beside its vertices.
 
     layers:  bytes by id, of those that came with kept steps
     filled:  fingerprint of the vertices
-    normals: (V, 3); None of a mesh that has none of its own
+    normals: None of a mesh that has none of its own
     """
 
     entries: tuple[Entry, ...]
@@ -52,7 +79,7 @@ class FieldAt:
     report: str
     filled: str
     stretched: bool
-    normals: Vectors | None
+    normals: Normals | None
 
 
 class _State:
@@ -72,6 +99,9 @@ def field_at(ob: Object, step: Step) -> FieldAt:
     if known is not None and known.revision == group.revision:
         return known
     unsettled = _unsettled.get(ob.session_uid)
+    normals = None if unsettled is None else unsettled.normals
+    if unsettled is None and (shown := proxy_mesh.normals_of(mesh)) is not None:
+        normals = Normals(shown)
     return FieldAt(
         entries=tuple(stroke_list.readable(ob)),
         layers={},
@@ -79,7 +109,7 @@ def field_at(ob: Object, step: Step) -> FieldAt:
         report=group.report,
         filled=mesh.get(proxy_mesh.FILLED, ""),
         stretched=proxy_mesh.STRETCHED in mesh,
-        normals=proxy_mesh.normals_of(mesh) if unsettled is None else unsettled.normals,
+        normals=normals,
     )
 
 
@@ -93,10 +123,7 @@ def grown(
 ) -> FieldAt:
     """The field with one entry more, whose stroke gave the vertices `some` (P,) other normals
     (P, 3)."""
-    group, mesh, every = field_of(ob), proxy_mesh.mesh_of(ob), before.normals
-    if every is not None:
-        every = every.copy()
-        every[some] = normals
+    group, mesh, old = field_of(ob), proxy_mesh.mesh_of(ob), before.normals
     return FieldAt(
         entries=(*before.entries, entry),
         layers={**before.layers, entry.layer: layer},
@@ -104,7 +131,7 @@ def grown(
         report=group.report,
         filled=mesh[proxy_mesh.FILLED],
         stretched=proxy_mesh.STRETCHED in mesh,
-        normals=every,
+        normals=None if old is None else old.changed(some, normals.copy()),
     )
 
 
@@ -175,27 +202,51 @@ def is_settled() -> bool:
     return not _unsettled
 
 
-def settle() -> None:
-    """Write the normals that are behind. Blender then evaluates the mesh."""
+def note_pushed() -> None:
+    """A step was pushed before the normals that are behind were written."""
+    for target, field in _unsettled.items():
+        if (ob := find(target)) is not None:
+            _know_pushed(ob, field)
+
+
+def settle(aside: bool = False) -> None:
+    """Write the normals that are behind. Blender then evaluates the mesh.
+
+    aside: in Sculpt Mode into another mesh, which takes the place of this one: Blender then need
+           not find the vertices' own normals anew, a third of what it does. Not within its handlers
+    """
     for target, field in [*_unsettled.items()]:
         ob = find(target)
         if ob is not None and proxy_mesh.why_locked(ob):
             continue
         del _unsettled[target]
-        if ob is None or proxy_mesh.mesh_of(ob).get(proxy_mesh.FILLED) != field.filled:
+        if ob is None or not _know_pushed(ob, field):
             continue
-        step = sculpt_steps.active()
-        if step is not None and not sculpt_steps.is_native(
-            step
-        ):  # pushed before the normals were written
-            know(ob, step, field)
         with preview.hidden():
             mesh = proxy_mesh.mesh_of(ob)
             now = proxy_mesh.normals_of(mesh)
-            if now is None or field.normals is None or now.shape != field.normals.shape:
+            if now is None or field.normals is None or now.shape != field.normals.base.shape:
                 continue
-            if not np.array_equal(now, field.normals):
-                proxy_mesh.put_normals(mesh, field.normals)
+            wanted = field.normals.all()
+            if np.array_equal(now, wanted):
+                continue
+            if aside and ob.mode == "SCULPT" and mesh.users == 1:
+                spare = mesh.copy()
+                proxy_mesh.put_normals(spare, wanted)
+                spare_mesh.put(ob, spare)
+            else:
+                proxy_mesh.put_normals(mesh, wanted)
+
+
+def _know_pushed(ob: Object, field: FieldAt) -> bool:
+    """Remember a field at the active step if that is an ordinary one, which lacks its normals;
+    whether the proxy shows this field."""
+    if proxy_mesh.mesh_of(ob).get(proxy_mesh.FILLED) != field.filled:
+        return False
+    step = sculpt_steps.active()
+    if step is not None and not sculpt_steps.is_native(step):
+        know(ob, step, field)
+    return True
 
 
 def forget() -> None:

@@ -13,10 +13,18 @@ def begin_change() -> None:
     """Prepare for a change that `push_undo` will make an undo step of, so that Ctrl Z takes it back
     as a whole."""
     kept_steps.settle()
+    begin_border()
+
+
+def begin_border() -> bool:
+    """Push a border in Sculpt Mode, where the next change needs one; whether it did."""
     with in_window():
         sculpting = bpy.context.mode == "SCULPT"
-    if sculpting and sculpt_steps.needs_border():
-        push_undo(sculpt_steps.BORDER)
+    if not sculpting or not sculpt_steps.needs_border():
+        return False
+    push_undo(sculpt_steps.BORDER)
+    kept_steps.note_pushed()
+    return True
 
 
 def push_undo(label: str) -> None:

@@ -113,13 +113,12 @@ class Jobs:
         """state, resolution, triangles -> <proxy>, made anew; if `updated`, from a kept one."""
         if job.fields.get("updated", False):
             state = self._store.state(job, sub_progress(progress, 0.0, 0.5))
-            return Payload(
-                {}, proxy_arrays(self._shown.state(state, job, sub_progress(progress, 0.5, 1.0)))
-            )
+            shown = self._shown.state(state, job, sub_progress(progress, 0.5, 1.0))
+            return Payload({}, proxy_arrays(shown, in_order=True))
         field = self._store.field(job)
         proxy = _extract(field, job, sub_progress(progress, 0.0, 0.5))
         shown = refined(field, proxy, job, sub_progress(progress, 0.5, 1.0))
-        return Payload({}, proxy_arrays(shown))
+        return Payload({}, proxy_arrays(shown, in_order=True))
 
     def fit(self, job: Task, progress: Progress) -> Payload:
         """primitive, or preset, detail, width, open, thickness, seed, keep_origin, resolution
@@ -313,7 +312,7 @@ class Jobs:
         else:
             name, data = self._store.keep_base(field)
             shown = refined(field, proxy, job, share)
-        arrays = {"field": as_array(data), **proxy_arrays(shown)}
+        arrays = {"field": as_array(data), **proxy_arrays(shown, in_order=True)}
         return Payload({"id": name, **fields}, arrays)
 
     def _one_more(

@@ -85,15 +85,21 @@ def read_numbers(job: Payload, name: str, count: int) -> np.ndarray:
     return np.array(numbers, float)
 
 
-def proxy_arrays(proxy: "Proxy | Refined") -> dict[str, np.ndarray]:
-    """A proxy as it travels."""
+def proxy_arrays(proxy: "Proxy | Refined", in_order: bool = False) -> dict[str, np.ndarray]:
+    """A proxy as it travels; `in_order` where it will stay and nobody waits for it: Blender's
+    brushes like neighbours to be near (see `spatial_order`)."""
     from ...field.mesh.edges import find_edges
+    from ...field.mesh.spatial_order import spatial_order
 
-    edges, corner_edges = find_edges(proxy.triangles)
+    vertices, normals, triangles = proxy.vertices, proxy.normals, proxy.triangles
+    if in_order:
+        order, triangles = spatial_order(vertices, triangles)
+        vertices, normals = vertices[order], normals[order]
+    edges, corner_edges = find_edges(triangles)
     return {
-        "vertices": proxy.vertices,
-        "normals": proxy.normals,
-        "triangles": proxy.triangles,
+        "vertices": vertices,
+        "normals": normals,
+        "triangles": triangles,
         "edges": edges,
         "corner_edges": corner_edges,
     }

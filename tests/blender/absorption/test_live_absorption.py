@@ -103,9 +103,9 @@ class BrushCase(SculptCase):
 
     def rest(self) -> None:
         """What the timer does when the artist rests."""
-        module("blender.scene.kept_steps").settle()
         go_on = module("blender.session.absorption.renewal").go_on
         self.pump(lambda: go_on() is None)
+        module("blender.scene.kept_steps").settle(aside=True)
 
     def assert_is(self, sculpted: np.ndarray) -> None:
         """The proxy is what was sculpted (V, 3), on the field."""

@@ -14,6 +14,7 @@ from mathutils.bvhtree import BVHTree
 from test_live_absorption import KEPT, BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
+go_on = module("blender.session.absorption.renewal").go_on
 
 
 class Renewal(BrushCase):
@@ -140,6 +141,68 @@ class Renewal(BrushCase):
         self.assertGreater(len(masked), 10)
         self.rest()
         self.assertLess(farthest(masked, self.masked()), 1e-5)
+
+    def test_what_hangs_on_the_mesh_stays_and_nothing_is_left_over(self) -> None:
+        ob, mesh = self.ob(), self.ob().data
+        mesh.name, mesh["number"] = "Head", 7
+        mesh.materials.append(bpy.data.materials.new("Clay"))
+        ob.vertex_groups.new(name="All").add(range(len(mesh.vertices)), 0.5, "REPLACE")
+        color = mesh.color_attributes.new("Color", "BYTE_COLOR", "CORNER")
+        color.data.foreach_set("color", np.ones(4 * len(mesh.loops), np.float32))
+        driver = ob.driver_add("location", 0).driver
+        target = driver.variables.new().targets[0]
+        target.id_type, target.id, target.data_path = "MESH", mesh, '["number"]'
+        push_undo("Dress")
+        self.look()
+        meshes = len(bpy.data.meshes)
+        before = len(mesh.vertices)
+        self.absorb("Grab", 0)
+        self.rest()
+        ob, mesh = self.ob(), self.ob().data
+        self.assertNotEqual(len(mesh.vertices), before)
+        self.assertEqual((mesh.name, mesh["number"], mesh.users), ("Head", 7, 1))
+        self.assertEqual([each.name for each in mesh.materials], ["Clay"])
+        self.assertEqual(ob.animation_data.drivers[0].driver.variables[0].targets[0].id, mesh)
+        self.assertEqual([group.name for group in ob.vertex_groups], ["All"])
+        self.assertTrue(all(vertex.groups[0].weight == 0.5 for vertex in mesh.vertices))
+        self.assertEqual(mesh.color_attributes["Color"].data_type, "BYTE_COLOR")
+        colors = np.empty(4 * len(mesh.loops), np.float32)
+        mesh.color_attributes["Color"].data.foreach_get("color", colors)
+        self.assertTrue((colors == 1).all())
+        self.assertEqual(len(bpy.data.meshes), meshes)
+
+    def half_way(self) -> int:
+        """Absorb a stroke, and begin with another proxy; how many meshes there were before."""
+        meshes = len(bpy.data.meshes)
+        self.absorb("Clay", -60)
+        self.pump(lambda: go_on() is not None and len(bpy.data.meshes) > meshes)
+        return meshes
+
+    def test_what_is_painted_between_two_pieces(self) -> None:
+        meshes = self.half_way()
+        brush("Mask", 60)
+        masked = self.masked()  # vertices, some of which Clay had moved off the field
+        self.assertGreater(len(masked), 10)
+        self.look()
+        self.rest()
+        self.assertNotIn(module("blender.scene.mesh.proxy_mesh").STRETCHED, self.ob().data)
+        self.assertLess(farthest(masked, self.masked()), 5e-3)  # a third of the way between two
+        self.assertEqual(len(bpy.data.meshes), meshes)
+
+    def test_a_stroke_between_two_pieces(self) -> None:
+        meshes = self.half_way()
+        self.absorb("Clay", 60)
+        self.rest()
+        self.assertEqual(self.names(), ["Clay", "Clay"])
+        self.assertEqual(len(bpy.data.meshes), meshes)
+
+    def test_undo_between_two_pieces(self) -> None:
+        before = state(self.ob())
+        meshes = self.half_way()
+        self.assertEqual(self.look_again(undo), before)
+        self.rest()
+        self.assertEqual(state(self.ob()), before)
+        self.assertEqual(len(bpy.data.meshes), meshes)
 
     def masked(self) -> np.ndarray:
         """The vertices that are masked."""

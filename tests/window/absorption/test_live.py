@@ -136,6 +136,16 @@ class Live(WindowCase):
         self.assertEqual(state(field()), before)
         self.assertEqual(self.names(), [])
 
+    def test_changes_are_heard_of_without_a_window(self) -> Steps:
+        """As while a file is saved, of which Blender draws a picture."""
+        yield from self.add()
+        handlers = bpy.app.handlers.depsgraph_update_post
+        ours = [each for each in handlers if each.__module__.startswith(EXTENSION)]
+        self.assertGreater(len(ours), 0)
+        with bpy.context.temp_override(window=None):
+            for handler in ours:
+                handler(bpy.context.scene)
+
     def test_a_stroke_undone_before_it_is_absorbed_leaves_nothing(self) -> Steps:
         """Blender up to 4.5 rounds what it takes back, which must not count as sculpted."""
         make_native_brushes("Clay")

@@ -13,6 +13,7 @@ from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.mesh.spatial_order import spatial_order
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.field.projection import project
@@ -87,8 +88,12 @@ def test_a_proxy_at_another_resolution_follows_what_was_shown(edited):
 def test_a_worker_that_knows_nothing_makes_the_same_of_a_state(edited):
     _, ob, _ = edited
     fields = ob.fields(resolution=CELLS)
-    shown = run(Jobs(CPU), JobKind.MESH, fields, ob.bytes).arrays["vertices"]
-    assert np.array_equal(shown, extract(field_of(ob), CELLS).vertices)
+    shown = run(Jobs(CPU), JobKind.MESH, fields, ob.bytes).arrays
+    made = extract(field_of(ob), CELLS)
+    order, triangles = spatial_order(made.vertices, made.triangles)
+    assert np.array_equal(shown["triangles"], triangles)
+    assert np.array_equal(shown["vertices"], made.vertices[order])
+    assert np.array_equal(shown["normals"], made.normals[order])
 
 
 def test_what_is_missing_is_named_and_what_was_sent_once_is_known(edited):

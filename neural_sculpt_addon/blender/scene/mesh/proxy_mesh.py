@@ -118,6 +118,13 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     With 100,000 triangles this takes some 4 ms. Without the edges Blender would find them itself,
     in 9 ms more.
     """
+    shape(mesh, new)
+    shade(mesh, new)
+    mesh.update()
+
+
+def shape(mesh: Mesh, new: Geometry) -> None:
+    """Replace the triangles, up to `Mesh.update`, and nothing of what hangs on them is left."""
     mesh.clear_geometry()
     mesh.vertices.add(len(new.vertices) // 3)
     mesh.edges.add(len(new.edges) // 2)
@@ -129,6 +136,10 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     _write(mesh, ".corner_edge", "value", new.corner_edges)
     # Blender copies these one by one, and from a memoryview twice as fast as from an array
     mesh.polygons.foreach_set("loop_start", new.starts.data)
+
+
+def shade(mesh: Mesh, new: Geometry) -> None:
+    """Give new triangles their normals and what brushes painted, and mark them as the field's."""
     if new.flat is not None:
         mesh.attributes.new("sharp_face", "BOOLEAN", "FACE")
         _write(mesh, "sharp_face", "value", new.flat)
@@ -139,7 +150,6 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     mesh[FILLED] = new.filled
     if STRETCHED in mesh:
         del mesh[STRETCHED]
-    mesh.update()
 
 
 def move(

@@ -61,7 +61,7 @@ class LiveResults(BrushResults):
     def take(self) -> bool:
         """Normals may be behind then."""
         taken = super().take()
-        settling.wait_for_rest()
+        settling.wait_for_rest(begins=taken)
         return taken
 
     def may_come(self, job: Job) -> bool:
@@ -259,6 +259,8 @@ def _note(*_: object) -> None:
     at_work = is_at_work()
     if (session.jobs or proxies.have_strokes()) and not at_work:
         session.watcher.work_came()  # a mode may have been left in which results wait
+    if bpy.context.window is None:  # while a file is saved, Blender draws a picture of it
+        return
     ob = bpy.context.active_object
     if ob is None or ob.mode != "SCULPT":
         settling.leave_sculpt_mode()

@@ -12,8 +12,13 @@ REST = 2.0
 """Seconds since the last stroke, or since undo and redo: a shorter pause is one between strokes."""
 
 
-def wait_for_rest() -> None:
-    """Settle after a rest that begins now, if there is anything to settle."""
+def wait_for_rest(begins: bool = True) -> None:
+    """Settle after a rest, if there is anything to settle.
+
+    begins: whether that begins now, even if one has begun before
+    """
+    if not begins and bpy.app.timers.is_registered(_settle):
+        return
     if not kept_steps.is_settled() or renewal.is_due():
         stop()
         bpy.app.timers.register(_settle, first_interval=REST)
@@ -35,5 +40,7 @@ def stop() -> None:
 def _settle() -> float | None:
     if is_at_work() or proxies.have_strokes():
         return REST
-    kept_steps.settle()
-    return renewal.go_on()
+    again = renewal.go_on()
+    if again is None:
+        kept_steps.settle(aside=True)
+    return again

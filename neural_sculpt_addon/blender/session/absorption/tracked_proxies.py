@@ -114,11 +114,17 @@ class TrackedProxies:
         """Whether strokes of any of them are on their way into the field."""
         return any(proxy.count for proxy in self._proxies.values())
 
-    def track(self, ob: Object, positions: Vectors) -> TrackedProxy:
+    def track(
+        self, ob: Object, positions: Vectors, corners: NDArray[np.int32] | None = None
+    ) -> TrackedProxy:
         """From now on track what brushes do to a proxy of triangles, whose vertices are these
-        (V, 3), as the field made them."""
+        (V, 3), as the field made them.
+
+        corners: (3, F), where they are known; otherwise they are read
+        """
         mesh = proxy_mesh.mesh_of(ob)
-        corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
+        if corners is None:
+            corners = np.ascontiguousarray(proxy_mesh.corners_of(mesh).T)
         filled, step = mesh.get(proxy_mesh.FILLED, ""), sculpt_steps.active()
         proxy = TrackedProxy(filled, positions, positions, corners, step)
         self._proxies[ob.session_uid] = proxy
