@@ -22,7 +22,7 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from . import sculpt_steps, stroke_list
-from .mesh import proxy_mesh, spare_mesh
+from .mesh import proxy_mesh
 from .mesh.preview import preview
 from .properties import field_of, find, is_field
 from .sculpt_steps import Step
@@ -209,12 +209,8 @@ def note_pushed() -> None:
             _know_pushed(ob, field)
 
 
-def settle(aside: bool = False) -> None:
-    """Write the normals that are behind. Blender then evaluates the mesh.
-
-    aside: in Sculpt Mode into another mesh, which takes the place of this one: Blender then need
-           not find the vertices' own normals anew, a third of what it does. Not within its handlers
-    """
+def settle() -> None:
+    """Write the normals that are behind. Blender then evaluates the mesh."""
     for target, field in [*_unsettled.items()]:
         ob = find(target)
         if ob is not None and proxy_mesh.why_locked(ob):
@@ -228,13 +224,7 @@ def settle(aside: bool = False) -> None:
             if now is None or field.normals is None or now.shape != field.normals.base.shape:
                 continue
             wanted = field.normals.all()
-            if np.array_equal(now, wanted):
-                continue
-            if aside and ob.mode == "SCULPT" and mesh.users == 1:
-                spare = mesh.copy()
-                proxy_mesh.put_normals(spare, wanted)
-                spare_mesh.put(ob, spare)
-            else:
+            if not np.array_equal(now, wanted):
                 proxy_mesh.put_normals(mesh, wanted)
 
 

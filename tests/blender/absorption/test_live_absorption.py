@@ -105,7 +105,7 @@ class BrushCase(SculptCase):
         """What the timer does when the artist rests."""
         go_on = module("blender.session.absorption.renewal").go_on
         self.pump(lambda: go_on() is None)
-        module("blender.scene.kept_steps").settle(aside=True)
+        module("blender.scene.kept_steps").settle()
 
     def assert_is(self, sculpted: np.ndarray) -> None:
         """The proxy is what was sculpted (V, 3), on the field."""

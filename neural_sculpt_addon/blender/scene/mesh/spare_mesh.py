@@ -49,8 +49,13 @@ class SpareMesh:
 
     def show(self, ob: Object) -> None:
         """Let an object show it, when all pieces are done, in place of a mesh that no other object
-        uses and that is no more."""
-        put(ob, self._found())
+        uses and that is no more: with its name, and wherever Blender refers to that. Nothing is
+        evaluated before all of this is done, and so it is once."""
+        spare, old = self._found(), mesh_of(ob)
+        name = old.name
+        old.user_remap(spare)
+        bpy.data.meshes.remove(old)
+        spare.name = name
 
     def drop(self) -> None:
         """It is not wanted any more."""
@@ -83,17 +88,6 @@ class SpareMesh:
     def _finish(self, mesh: Mesh) -> None:
         proxy_mesh.shade(mesh, self._new)
         self.corners = np.ascontiguousarray(self._new.corners.reshape(-1, 3).T)
-
-
-def put(ob: Object, spare: Mesh) -> None:
-    """Put a mesh that nobody uses in the place of an object's own, which is no more: with its name,
-    and wherever Blender refers to that. Nothing is evaluated before all of this is done, and so it
-    is once."""
-    old = mesh_of(ob)
-    name = old.name
-    old.user_remap(spare)
-    bpy.data.meshes.remove(old)
-    spare.name = name
 
 
 def _find(uid: int) -> Mesh | None:

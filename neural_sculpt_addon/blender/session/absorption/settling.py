@@ -42,5 +42,5 @@ def _settle() -> float | None:
         return REST
     again = renewal.go_on()
     if again is None:
-        kept_steps.settle(aside=True)
+        kept_steps.settle()
     return again
