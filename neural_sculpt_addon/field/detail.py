@@ -91,13 +91,17 @@ class Grid:
 
     def reaches(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Whether a node that is not zero reaches each of `points` (N, 3) of the box."""
-        table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy()
-        cells = cells_of(points, self.level)
-        rows = table[tuple((cells // BRICK).T)]
+        table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy().ravel()
+        size, cells = len(table), cells_of(points, self.level)
+        x, y, z = (cells >> _SHIFT).T
+        rows = table.ravel().take((x * size + y) * size + z)
         found = rows >= 0
-        x, y, z = (cells[found] % BRICK).T
-        first = rows[found] * _HALO**3 + (x * _HALO + y) * _HALO + z
-        found[found] = bricks.ravel().take(first[:, None] + OFFSETS).any(axis=1)
+        left = np.flatnonzero(found)
+        x, y, z = (cells.take(left, axis=0) & (BRICK - 1)).T
+        first = rows.take(left) * _HALO**3 + ((x * _HALO + y) * _HALO + z)
+        zero = bricks.take(first + OFFSETS[len(OFFSETS) // 2]) == 0  # few have none of their own
+        left, first = left.compress(zero), first.compress(zero)
+        found[left] = bricks.take(first + OFFSETS[:, None]).any(axis=0)
         return found
 
     def nodes(self) -> Level:
@@ -161,29 +165,41 @@ def around(grids: Sequence[Grid], x: Tensor) -> Around:
 
     All grids together: so few points fit the cache that the number of operations decides.
     """
-    sizes, scales = _layout(tuple(grid.level for grid in grids), x.device)
-    ends = BRICK * sizes[:, :, None]  # no node reaches there, so points beyond see zeros, too
-    place = torch.minimum(((x.T + 1) * scales[:, None, None] + MARGIN).clamp_(min=0), ends)
-    cell = torch.minimum(place.to(torch.int64), ends - 1)  # (L, 3, N)
-    bx, by, bz = (cell >> _SHIFT).unbind(1)  # (L, N) each
+    sizes, scales, steps = _layout(tuple(grid.level for grid in grids), x.device)
+    ends = BRICK * sizes  # no node reaches there, so points beyond see zeros, too
+    place = ((x.T.contiguous()[:, None] + 1) * scales + MARGIN).clamp_(min=0)  # (3, L, N)
+    place = torch.minimum(place, ends)
+    cell = torch.minimum(place.to(torch.int32), ends - 1)
+    bx, by, bz = cell >> _SHIFT  # (L, N) each
     homes = (bx * sizes + by) * sizes + bz
-    rows = torch.stack([torch.take(g.table, home) for g, home in zip(grids, homes, strict=True)])
-    grid, point = torch.nonzero(rows >= 0, as_tuple=True)
-    cell, place = cell[grid, :, point].T, place[grid, :, point].T  # (3, M)
+    rows = torch.stack([_rows(g.table, home) for g, home in zip(grids, homes, strict=True)])
     ix, iy, iz = cell & (BRICK - 1)
-    base = rows[grid, point].to(torch.int64) * _HALO**3 + (ix * _HALO + iy) * _HALO + iz
-    index = base + torch.as_tensor(OFFSETS, device=x.device)[:, None]  # (27, M)
-    each = index.split((rows >= 0).sum(dim=1).tolist(), dim=1)
-    nodes = [torch.take(g.bricks, part) for g, part in zip(grids, each, strict=True)]
-    return Around(point, scales[grid], place - cell - 0.5, torch.cat(nodes, dim=1))
+    base = rows * _HALO**3 + ((ix * _HALO + iy) * _HALO + iz)
+    there = rows >= 0
+    pair = torch.nonzero(there.view(-1))[:, 0]  # (M,)
+    grid = pair // len(x)
+    offset = (place - cell - 0.5).view(3, -1).index_select(1, pair)
+    each = base.view(-1).index_select(0, pair).split(there.sum(dim=1).tolist())
+    nodes = [_rows(g.bricks, part + steps) for g, part in zip(grids, each, strict=True)]
+    scale = scales[:, 0].index_select(0, grid)
+    return Around(pair - grid * len(x), scale, offset, torch.cat(nodes, dim=1))
+
+
+def _rows(numbers: Tensor, index: Tensor) -> Tensor:
+    """The `numbers` at the places `index` of all, in its shape: `torch.take`, in a third of the
+    time."""
+    return numbers.reshape(-1).index_select(0, index.view(-1)).view(index.shape)
 
 
 @cache
-def _layout(levels: tuple[int, ...], device: torch.device) -> tuple[Tensor, Tensor]:
-    """Bricks along an axis (L, 1) and cells in a unit of length (L,) of the grids of `levels`."""
+def _layout(levels: tuple[int, ...], device: torch.device) -> tuple[Tensor, Tensor, Tensor]:
+    """Bricks along an axis (L, 1) and cells in a unit of length (L, 1) of the grids of `levels`;
+    OFFSETS (27, 1)."""
     with torch.inference_mode(False):  # autograd may come across them later
-        sizes = torch.tensor([[cells_per_axis(level) // BRICK] for level in levels], device=device)
-        return sizes, torch.tensor([1 / spacing(level) for level in levels], device=device)
+        sizes = [[cells_per_axis(level) // BRICK] for level in levels]
+        scales = torch.tensor([[1 / spacing(level)] for level in levels], device=device)
+        steps = torch.tensor(OFFSETS[:, None], dtype=torch.int32, device=device)
+        return torch.tensor(sizes, dtype=torch.int32, device=device), scales, steps
 
 
 def weights(offset: Tensor) -> Tensor:

@@ -31,6 +31,11 @@ def all_true(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return reduce(np.logical_and, flags.T)
 
 
+def any_true(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which rows (N,) of `flags` (N, 3) are true somewhere, as fast."""
+    return reduce(np.logical_or, flags.T)
+
+
 def angles(a: NDArray, b: NDArray) -> NDArray[np.float64]:
     """Angles (N,) between vectors a and b (N, 3), degrees: 90 where one of them is 0.
 

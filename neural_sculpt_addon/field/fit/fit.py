@@ -179,7 +179,7 @@ def fit_mesh(
         found = _without_strays(field, distance, cells, rng, part, detail and not enough())
         presets = Presets(TOLERANCES, preset)
         part = sub_progress(progress, 0.95, 1.0)
-        quality = report(found.field, found.proxy, mesh, distance, presets, rng, part)
+        quality = report(found, mesh, distance, presets, rng, part)
     told = [*notes, *_about(found), *quality.notes]
     measures = {**quality.measures, **mesh.repairs, "seconds": time.monotonic() - start}
     measures |= {"notes": told} if told else {}
@@ -207,7 +207,7 @@ def _without_strays(
 
 def _about(found: Repaired) -> list[str]:
     """A sentence about surface of the field where the mesh has none."""
-    if not found.left:
+    if not len(found.left.points):
         return []
     return ["The field has surface where the mesh has none. Choose a finer quality, or Detail."]
 

@@ -73,19 +73,19 @@ Points = NDArray[np.float32]
 Cells = NDArray[np.int32]
 
 
-class Repaired(NamedTuple):
-    """A field without strays, its proxy, and how many vertices of it are `left` beside the mesh."""
-
-    field: Field
-    proxy: Proxy
-    left: int
-
-
 class Strays(NamedTuple):
     """Places of a surface where the mesh has none, and how far that is."""
 
     points: Points  # (N, 3)
     away: NDArray[np.float64]  # (N,)
+
+
+class Repaired(NamedTuple):
+    """A field without strays, its proxy, and the strays that are left."""
+
+    field: Field
+    proxy: Proxy
+    left: Strays
 
 
 def repaired(
@@ -105,24 +105,25 @@ def repaired(
     """
     reached: Cells | None = None  # what has changed since it was looked at
     proxy = sketch(field, cells, sub_progress(progress, 0, 0.5))
-    strays = find_strays(proxy, distance)
+    strays, tiny = find_strays(proxy, distance), _find_tiny(field, proxy, distance)
     for number in range(ROUNDS if may_add else 0):
-        every = strays
+        every = join([strays, tiny])
         if number < LOOKED:
-            every = join([strays, _find_hidden(field, proxy, distance, rng, reached)])
+            every = join([every, _find_hidden(field, proxy, distance, rng, reached)])
         if not len(every.points):
             break
         check = partial(progress, 0.5 + 0.5 * number / ROUNDS, "Removing strays")
-        added = _around(field, distance, every, rng, check)
+        added = _around(field, distance, every, number // LOOKED, rng, check)
         field = field.plus(added)
         reached = support(added)
         proxy = update_sketch(proxy, field, reached, lambda *_, check=check: check())
         new = find_strays(proxy, distance, reached)
         elsewhere = ~_within(strays.points, reached)
         strays = join([Strays(strays.points[elsewhere], strays.away[elsewhere]), new])
+        tiny = _find_tiny(field, proxy, distance)
         if len(strays.points) > max(FEW_STRAYS, HELPED * len(every.points)):
             break
-    return Repaired(field, proxy, len(strays.points))
+    return Repaired(field, proxy, join([strays, tiny]))
 
 
 def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = None) -> Strays:
@@ -200,15 +201,16 @@ def _find_hidden(
     doubted = (value * np.sign(true) < ON_ITS_SIDE * np.abs(true)) & (np.abs(true) > h / 2)
     points, true = points[doubted], true[doubted]
     wrong = _worst_around(field, points, true, rng) < WRONG_SHARE * np.abs(true)
-    found = Strays(points[wrong], np.abs(true[wrong]))
-    tiny = tiny_places(field, proxy)
-    if len(tiny):
-        away = distance.away(tiny.astype(float))
-        far = away > NEAR_MESH * proxy.active.spacing
-        if reached is not None:
-            far &= _within(tiny, reached)
-        found = join([found, Strays(tiny[far], away[far])])
-    return _known(found, distance)
+    return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
+
+
+def _find_tiny(field: Field, proxy: Proxy, distance: MeshDistance) -> Strays:
+    """The pieces that pass between the points of the proxy's lattice, and that the mesh is not near
+    to: no films, for these begin and end at the mesh."""
+    points = tiny_places(field, proxy)
+    away = distance.away(points.astype(float))
+    far = away > NEAR_MESH * proxy.active.spacing
+    return Strays(points[far], away[far])
 
 
 def tiny_places(field: Field, proxy: Proxy) -> Points:
@@ -271,15 +273,18 @@ def _around(
     field: Field,
     distance: MeshDistance,
     strays: Strays,
+    finer: int,
     rng: np.random.Generator,
     check: Check,
 ) -> Coefficients:
-    """Detail that gives the field the mesh's distance around strays."""
+    """Detail that gives the field the mesh's distance around strays, on levels as coarse as the
+    mesh is far, or so many `finer`: where the distance jumps at the edge of a film, a coarse one
+    swings, and makes a stray of its own."""
     found: dict[int, Level] = {}
     order = np.argsort(-strays.away, kind="stable")
     strays = Strays(strays.points[order], strays.away[order])
     wanted = (
-        np.ceil(np.log2(CELLS_TO_STRAY / strays.away))
+        (np.ceil(np.log2(CELLS_TO_STRAY / strays.away)) + finer)
         .clip(REPAIR_COARSEST, REPAIR_FINEST)
         .astype(int)
     )

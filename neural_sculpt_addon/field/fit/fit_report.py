@@ -13,8 +13,8 @@ lost                              pieces of the mesh that the field has no surfa
 allowed, beyond                   the preset's tolerance, and the share of the mesh off by more
 thin, thin_off                    share of the mesh with the other side, or another part, nearer
                                   than a cell of the preset's finest level, and of this what is off
-worst                             places of the mesh that are off by most, at least APART, the worst
-                                  first
+worst                             places of the mesh that are off by most, and of the field where
+                                  the mesh has nothing; at least APART, the worst first
 
 What an artist should know of it becomes a sentence, with the preset that would do. See
 docs/method.md, section 9.
@@ -39,7 +39,7 @@ from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import FitTolerance
-from .fit_repair import TINY, tiny_places
+from .fit_repair import TINY, Repaired, tiny_places
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
@@ -102,15 +102,15 @@ class _Samples(NamedTuple):
 
 
 def report(
-    field: Field,
-    proxy: Proxy,
+    found: Repaired,
     mesh: CleanMesh,
     distance: MeshDistance,
     presets: Presets,
     rng: np.random.Generator,
     progress: Progress = silent,
 ) -> Report:
-    """Quality of `field`, which `proxy` shows, against the `mesh`; see the module's docstring."""
+    """Quality of the field of `found` against the `mesh`; see the module's docstring."""
+    field, proxy = found.field, found.proxy
     progress(0.2, "Measuring the field")
     samples = _measured(field, proxy, distance.surface(MEASURED_SAMPLES, rng))
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
@@ -124,8 +124,8 @@ def report(
     solid, cavity = _field_pieces(proxy)
     tiny, hollow = _tiny_pieces(field, proxy)
     solid, cavity = solid + tiny, cavity + hollow
-    places = np.concatenate([samples.surface.points, of_pieces.surface.points])
     error = np.concatenate([samples.error, of_pieces.error])
+    places = [samples.surface.points, of_pieces.surface.points, found.left.points]
     allowed = presets.tolerance.distance
     thin = _thin(distance, samples, presets.tolerance)
     measures = {
@@ -144,7 +144,7 @@ def report(
         "beyond": float((samples.error > allowed).mean()),
         "thin": float(thin.mean()),
         "thin_off": float((thin & (samples.error > allowed)).mean()),
-        "worst": _worst(places, error, allowed),
+        "worst": _worst(np.concatenate(places), np.append(error, found.left.away), allowed),
     }
     is_open = bool(mesh.repairs.get("openings"))
     is_joined = len(np.unique(mesh.pieces)) > len(pieces.solid)

@@ -165,7 +165,7 @@ def _decimate(
         a, b, c = faces.T
         faces = faces[(a != b) & (b != c) & (c != a)]
         cells *= COARSER
-    return points, faces
+    return (points, _without_flaps(faces)) if faces is not many else (points, faces)
 
 
 def _weld(
@@ -183,6 +183,16 @@ def _weld(
 
 def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
     return faces[areas(points[faces]) > SMALLEST_AREA]
+
+
+def _without_flaps(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Without faces that have the same three vertices as others of the opposite winding: merging
+    folds them, and where one of two stayed a closed mesh would be open."""
+    first = faces.argmin(axis=1)[:, None]
+    _, second, third = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1).T
+    side = np.where(second < third, 1, -1)
+    _, group = trimesh.grouping.unique_rows(np.sort(faces, axis=1))
+    return faces[side * np.bincount(group, side)[group] > 0]
 
 
 def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:

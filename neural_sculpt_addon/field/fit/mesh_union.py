@@ -28,6 +28,7 @@ BOTH_INSIDE = 0.8  # |mean winding number| of a face's sides, from which on both
 HIDDEN = 0.3  # |winding number| of either, from which on they are
 WHOLE = 0.2  # distance from a whole number, beyond which a winding number is that of an open wall
 UNCUT_EDGE = 0.025  # longest edge of faces that need no cut
+NEAR_CORNER = 1 / 16  # size of the triangles in a face's corners that are looked at by themselves
 MOST_PAIRS = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
 
 
@@ -68,24 +69,50 @@ def cut(
 
     winding: the winding number of the faces
     """
-    corners = vertices[faces]
+    corners, crossing = vertices[faces], np.zeros(len(faces), bool)
+    crossing[pairs] = True
+    whole = _divided(corners[~crossing], winding, progress)
     if len(pairs):
-        crossing = np.zeros(len(faces), bool)
-        crossing[pairs] = True
         points, pieces, *_ = _cut(corners[crossing], stitch_all=True)
         parts = _in_order(np.asarray(points)[np.asarray(pieces)])
-        corners = np.concatenate([corners[~crossing], parts])
-        corners = corners[areas(corners) > 0]
+        whole = np.concatenate([whole, parts])
+    corners = whole[areas(whole) > 0]
     sides = np.empty((2, len(corners)))
     for start in range(0, len(corners), BATCH):
         progress(start / len(corners), "Looking for inner walls")
         part = slice(start, start + BATCH)
         sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
-    inner = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (
-        np.abs(sides).min(axis=0) > HIDDEN
-    )  # (F,)
+    inner = _hidden(sides)  # (F,)
     open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
     return Parts(corners[~inner], corners[~open_wall])
+
+
+def _hidden(sides: Array) -> NDArray[np.bool_]:
+    """Which faces (F,) have the inside on both `sides` (2, F), by their winding numbers there."""
+    return (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
+
+
+def _divided(corners: Array, winding: Callable[[Array], Array], progress: Progress) -> Array:
+    """Faces (F, 3, 3), those that are partly hidden in quarters until these are small: parts that
+    touch in a face, but for rounding, do not cross it."""
+    done = []
+    while len(corners):
+        progress(0.0, "Looking for inner walls")
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        large = longest > UNCUT_EDGE
+        done.append(corners[~large])
+        corners = corners[large]
+        middles = (corners + np.roll(corners, -1, axis=1)) / 2  # (L, 3, 3)
+        outer = np.stack([corners, middles, np.roll(middles, 1, axis=1)], axis=2)
+        quarters = np.concatenate([outer, middles[:, None]], axis=1)  # (L, 4, 3, 3)
+        tips = corners[:, :, None] + NEAR_CORNER * (corners[:, None] - corners[:, :, None])
+        asked = np.concatenate([quarters, tips], axis=1)  # (L, 7, 3, 3)
+        sides = winding(_beside(asked.reshape(-1, 3, 3))).reshape(2, -1)
+        hidden = _hidden(sides).reshape(-1, 7)
+        mixed = hidden.any(axis=1) & ~hidden.all(axis=1)
+        done.append(corners[~mixed])
+        corners = quarters[mixed].reshape(-1, 3, 3)
+    return np.concatenate(done)
 
 
 def _in_order(corners: Array) -> Array:

@@ -226,6 +226,24 @@ class Carried(SphereCase):
             bpy.ops.neural_sculpt.remesh(resolution=resolution)
             self.check(edge)
 
+    def test_what_other_brushes_did_leaves_it(self) -> None:
+        """A hill that is pulled out of the sphere along its radii becomes a layer."""
+        decorate(self.ob())
+        push_undo("Decorate")
+        states, mesh, moved = [self.everything()], self.mesh(), vertices(self.ob())
+        near = np.linalg.norm(moved - moved[np.argmin(moved[:, 1])], axis=1)
+        moved *= (1 + 0.1 * np.exp(-((near / 0.2) ** 2)))[:, None]
+        mesh.attributes["position"].data.foreach_set("vector", moved.ravel())
+        mesh.update()
+        push_undo("Grab")
+        states.append(self.everything())
+        bpy.ops.neural_sculpt.absorb()
+        self.assertEqual(len(self.ob().neural_sculpt.strokes), 1)
+        self.assertFalse(np.array_equal(vertices(self.ob()), moved))
+        self.check(1.3 * EDGE)
+        states.append(self.everything())
+        self.undo_and_redo(states, self.everything)
+
     def test_in_sculpt_mode_and_while_it_is_painted(self) -> None:
         decorate(self.ob())
         push_undo("Decorate")

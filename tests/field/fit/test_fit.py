@@ -24,7 +24,7 @@ from neural_sculpt_addon.field.fit.fit_distance import (
 from neural_sculpt_addon.field.fit.fit_paper import paper_loss
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
-from neural_sculpt_addon.field.fit.mesh_open import Open, prepare
+from neural_sculpt_addon.field.fit.mesh_open import Open, openings, prepare
 from neural_sculpt_addon.field.fit.mesh_thicken import thicken
 from neural_sculpt_addon.field.levels import centres, places, spacing
 from neural_sculpt_addon.field.network import Siren
@@ -118,6 +118,16 @@ def test_more_faces_than_a_field_can_hold_are_merged(monkeypatch):
     x = box_points()
     value = MeshDistance(mesh, np.random.default_rng(0))(x).value
     assert value == pytest.approx(np.linalg.norm(x, axis=1) - 0.85, abs=0.02)
+
+
+def test_merging_folds_flaps_and_leaves_no_openings(monkeypatch):
+    """Rough as a scan, so that the vertices of some cells are a fold's both sides."""
+    monkeypatch.setattr(mesh_cleanup, "MOST_FACES", 2000)
+    monkeypatch.setattr(mesh_cleanup, "CLUSTERS", 40)
+    random = np.random.default_rng(0)
+    mesh = clean(SPHERE.vertices + 0.05 * random.normal(size=SPHERE.vertices.shape), SPHERE.faces)
+    assert mesh.repairs["decimated"] > 1000
+    assert openings(mesh).number == 0
 
 
 def test_an_open_piece_keeps_the_side_of_its_majority():

@@ -10,11 +10,20 @@ import trimesh
 
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit.fit import TOLERANCES, Quality, fit_mesh
-from neural_sculpt_addon.field.fit.fit_repair import find_strays, repaired
+from neural_sculpt_addon.field.fit.fit_repair import Repaired, find_strays, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
-from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, linear, quantised
+from neural_sculpt_addon.field.levels import (
+    Level,
+    cells_of,
+    centres,
+    dilated,
+    distinct,
+    linear,
+    places,
+    quantised,
+)
 from neural_sculpt_addon.field.mesh.proxy import extract
 
 CELLS = 128
@@ -38,7 +47,9 @@ def judged(field, vertices, faces, preset=Quality.DRAFT):
     distance = MeshDistance(mesh, np.random.default_rng(0))
     presets = Presets(TOLERANCES, preset)
     rng = np.random.default_rng(1)
-    return report(field, extract(field, CELLS), mesh, distance, presets, rng)
+    proxy = extract(field, CELLS)
+    found = Repaired(field, proxy, find_strays(proxy, distance))
+    return report(found, mesh, distance, presets, rng)
 
 
 def test_a_field_that_has_all_has_nothing_to_say(three):
@@ -132,7 +143,7 @@ def test_strays_are_taken_away_and_all_else_stays(three, center, level, height, 
     assert len(strays.points) > 10
     assert np.abs(strays.points - center).max() < reach
     found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
-    assert found.left == 0
+    assert not len(found.left.points)
     assert found.proxy.components.total == 3
     assert extract(found.field, 256).components.total == 3
     surface = distance.surface(4000, np.random.default_rng(2)).points
@@ -155,7 +166,7 @@ def test_an_island_over_a_film_is_taken_away_and_the_film_stays():
     spoiled = fit.field.plus({5: Level(nodes, quantised(np.full(len(nodes), -1.0)))})
     assert extract(spoiled, CELLS).components.total == 2
     found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
-    assert (found.left, found.proxy.components.total) == (0, 1)
+    assert (len(found.left.points), found.proxy.components.total) == (0, 1)
     before, now = (extract(field, CELLS).vertices for field in (fit.field, found.field))
     assert now.max(axis=0) == pytest.approx(before.max(axis=0), abs=0.01)
 
@@ -192,8 +203,40 @@ def test_without_detail_strays_are_only_counted(three):
     spoiled = three.field.plus({3: Level(node, quantised(np.array([2.0])))})
     distance = MeshDistance(clean(*merged(BALL, *PILLS)), np.random.default_rng(0))
     found = repaired(spoiled, distance, CELLS, np.random.default_rng(0), may_add=False)
-    assert found.left > 50
+    assert len(found.left.points) > 50
     assert found.field is spoiled
+
+
+def test_surface_where_the_mesh_has_none_is_one_of_the_worst_places(three):
+    """A void of radius 0.1 in the middle of the ball, which is 0.5 to 0.6 from the mesh."""
+    node = distinct(cells_of(np.zeros((1, 3)), 3), 3)
+    spoiled = three.field.plus({3: Level(node, quantised(np.array([2.0])))})
+    measures, _ = judged(spoiled, *merged(BALL, *PILLS))
+    assert np.linalg.norm(measures["worst"][0]) < 0.2
+
+
+def test_a_crumb_near_a_film_that_the_proxy_does_not_see_is_taken_away():
+    """A ball without its top, and one spline over the film, in the middle of a cell of the proxy:
+    it takes f below zero within 0.4 cells."""
+    vertices, faces = merged(BALL)
+    faces = faces[vertices[faces].mean(axis=1)[:, 2] < 0.2]
+    fit = fit_mesh(vertices, faces, preset="draft")
+    distance = MeshDistance(clean(vertices, faces), np.random.default_rng(0))
+    node = distinct(cells_of(np.array([[0, 0, 0.75]]), 6), 6)
+    center = centres(places(node, 6), 6)
+    assert not distance.known(center.astype(float))[0]
+    height = values(fit.field, center) / (0.75**3 - 0.75**2 * 0.4**2)
+    spoiled = fit.field.plus({6: Level(node, quantised(-height))})
+    assert values(spoiled, center)[0] < 0
+    proxy = extract(spoiled, CELLS)
+    assert proxy.components.total == 1
+    assert not len(find_strays(proxy, distance).points)
+    counted = repaired(spoiled, distance, CELLS, np.random.default_rng(0), may_add=False)
+    away = np.linalg.norm(counted.left.points - center, axis=1)
+    assert len(away) and away.max() < 0.6 * 2 / CELLS
+    found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
+    assert not len(found.left.points)
+    assert values(found.field, center)[0] > 0
 
 
 @pytest.mark.long

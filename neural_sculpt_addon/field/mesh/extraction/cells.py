@@ -168,7 +168,7 @@ class Search:
         around = np.unique(self.corners - self.corners.T)  # (27,)
 
         def unseen(points: NDArray[np.float32]) -> NDArray[np.bool_]:
-            return ~self.seen.take(self.cells_at(points)[:, None] + around).any(axis=1)
+            return ~self.seen.take(self.cells_at(points) + around[:, None]).any(axis=0)
 
         beside = self.cells_at(loose_places(self.field, unseen))[:, None] + around
         inner = np.unique(beside)

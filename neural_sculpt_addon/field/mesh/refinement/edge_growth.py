@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ....common.progress import Progress, sub_progress
 from ...evaluate import values_and_gradients
 from ...field import Field
-from ...geometry import lengths
+from ...geometry import any_true, lengths
 from ..proxy import BATCH, FLAT
 from ..quality import find_poor
 from .edge_middles import Middles, find_middles
@@ -170,7 +170,7 @@ class EdgeGrowth:
         looked_at = np.arange(len(parts.triangles))
         while len(looked_at) or not made:
             middle = edges.at_corners(number, looked_at)  # (L, 3)
-            marked = (middle >= 0).any(axis=1)
+            marked = any_true(middle >= 0)
             last[looked_at] = np.where(marked, len(made), -1)
             looked_at, middle = looked_at.compress(marked), middle.compress(marked, axis=0)
             given = parts.triangles.take(looked_at, axis=0), looked_at.astype(np.int32)
@@ -185,7 +185,7 @@ class EdgeGrowth:
             stays[-1] = False
             number[stays[:-1]] = -1
             made.append(found)
-            looked_at = np.flatnonzero(stays.take(edges.corners).any(axis=1))
+            looked_at = np.flatnonzero(any_true(stays.take(edges.corners)))
         valid = [each.where(last.take(each.parents) == turn) for turn, each in enumerate(made)]
         fine = Subdivision.together(valid)
         return parts.where(last < 0), fine._replace(parents=parts.parents.take(fine.parents))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ....common.progress import Progress
 from ...evaluate import values
 from ...field import Field
-from ...geometry import lengths
+from ...geometry import all_true, lengths
 from ..proxy import BATCH
 from ..quality import HIDES, may_hide
 from .subdivide import Edges
@@ -59,7 +59,7 @@ def find_middles(
     low, high = (vertices.take(end, axis=0) for end in edges.ends.T)
     along, points = high - low, (low + high) / 2
     first, second = (normals.take(end, axis=0) for end in edges.ends.T)
-    inner = (np.abs(points) < 1).all(axis=1)
+    inner = all_true(np.abs(points) < 1)
     inner &= np.einsum("na,na->n", first, second) > JOINS
     if border_stays:
         inner &= ~edges.alone

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...geometry import any_true, lengths
 from ...threads import join
 from ..edges import find_edges
 
@@ -98,25 +99,19 @@ def divided(
 
     The edges that are not marked are settled.
     """
-    marked = middles >= 0
-    count = marked.sum(axis=1)
-    # Turned until the only marked edge comes first, or the only one that is not marked last.
-    first = np.where(count == 1, marked.argmax(axis=1), (1 + (~marked).argmax(axis=1)) % 3)
-    turn = (first[:, None] + np.arange(3)) % 3
-    corners = np.take_along_axis(parts.triangles, turn, axis=1)
-    middles = np.take_along_axis(middles, turn, axis=1)
+    six = np.concatenate([parts.triangles, middles], axis=1)  # (F, 6)
+    one, two, three = (middles >= 0).view(np.int8).T
+    marks = one + 2 * two + 4 * three
     found = []
-    for number, pattern in ((1, _ONE), (2, _TWO), (3, _THREE)):
-        some = count == number
-        six = np.concatenate([corners[some], middles[some]], axis=1)  # (N, 6)
-        if number == 2:
-            a, b, c, d = (vertices.take(six[:, k], axis=0) for k in (0, 4, 3, 2))
-            other = ((c - d) ** 2).sum(axis=1) < ((a - b) ** 2).sum(axis=1)
-            found.append(_patterned(six[other], parts.parents[some][other], _TWO_OTHERWISE))
-            six, parents = six[~other], parts.parents[some][~other]
-        else:
-            parents = parts.parents[some]
-        found.append(_patterned(six, parents, pattern))
+    for mark, turn, pattern, *otherwise in _DIVISIONS:
+        some = np.flatnonzero(marks == mark)
+        turned = six.take(some, axis=0).take(_TURNS[turn], axis=1)
+        if otherwise:
+            a, b, c, d = (vertices.take(turned[:, k], axis=0) for k in (0, 4, 3, 2))
+            other = lengths(c - d)[:, 0] < lengths(a - b)[:, 0]
+            found.append(_patterned(turned[other], parts.parents[some[other]], *otherwise))
+            some, turned = some[~other], turned[~other]
+        found.append(_patterned(turned, parts.parents[some], pattern))
     return Subdivision.together(found)
 
 
@@ -135,7 +130,7 @@ def halved(
     """
     number = np.where(chosen, len(vertices) - 1 + np.cumsum(chosen), -1).astype(np.int32)
     number = number[of_corners]  # (T, 3)
-    marked = (number >= 0).any(axis=1)
+    marked = any_true(number >= 0)
     parts = Subdivision.whole(triangles[marked], np.flatnonzero(marked).astype(np.int32))
     parts = divided(parts, number[marked], np.concatenate([vertices, middles]))
     return np.concatenate([triangles[~marked], parts.triangles])
@@ -184,6 +179,17 @@ _ONE: _Pattern = (((0, 3, 2), (3, 1, 2)), ((0, 2), (1, 1)))
 _TWO: _Pattern = (((3, 1, 4), (0, 3, 4), (0, 4, 2)), ((2, 2),))
 _TWO_OTHERWISE: _Pattern = (((3, 1, 4), (3, 4, 2), (0, 3, 2)), ((2, 2),))
 _THREE: _Pattern = (((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)), ())
+
+_TURNS = [[*np.roll((0, 1, 2), -turn), *np.roll((3, 4, 5), -turn)] for turn in range(3)]
+"""Of six vertices, until the only marked edge comes first, or the only one that is not marked last.
+"""
+
+_DIVISIONS: list[tuple[int, int, _Pattern] | tuple[int, int, _Pattern, _Pattern]] = [
+    *((1 << turn, turn, _ONE) for turn in range(3)),
+    *((1 << turn | 1 << (turn + 1) % 3, turn, _TWO, _TWO_OTHERWISE) for turn in range(3)),
+    (7, 0, _THREE),
+]
+"""Marked edges, as bits; the turn; the pattern, and that along the other diagonal."""
 
 
 def _patterned(
