@@ -8,7 +8,7 @@ From this order that takes a quarter less than from the one in which a mesh was 
 import numpy as np
 from numpy.typing import NDArray
 
-CELLS = 1024
+ORDER_CELLS = 1024
 """Cells per axis in which middles of triangles are told apart: finer than triangles."""
 _SPREAD = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
 """Shifts and masks that put two free bits before each of a number's ten (Morton code)."""
@@ -23,7 +23,7 @@ def spatial_order(
     vertices:  (V, 3), model space; triangles: (F, 3)
     """
     middles = vertices[triangles].mean(axis=1)
-    cells = ((middles + 1) * (CELLS / 2)).clip(0, CELLS - 1).astype(np.int64)  # (F, 3)
+    cells = ((middles + 1) * (ORDER_CELLS / 2)).clip(0, ORDER_CELLS - 1).astype(np.int64)  # (F, 3)
     for shift, mask in _SPREAD:
         cells = (cells | cells << shift) & mask
     code = cells[:, 0] | cells[:, 1] << 1 | cells[:, 2] << 2
