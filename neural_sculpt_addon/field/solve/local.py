@@ -66,7 +66,7 @@ REPAIRS, HEAVIER = 8, 4.0
 """How often rows whose sign came out wrong are solved again, with nodes within two cells of them,
 and how much more they weigh each time. Few strokes have such rows; deep carves that fold do."""
 
-MISSED, TILTED, SHARE = 4e-4, 0.2, 0.15
+MISSED, TILTED, SHARE = 4e-4, 0.2, 0.2
 """Model units and slope (11 degrees) that a surface sample may be off, and the share of those of a
 cell that may be more: a cell with more gets nodes of one more level. They trade nodes and rows for
 closeness: half of TILTED is a sixth closer and takes a sixth longer."""

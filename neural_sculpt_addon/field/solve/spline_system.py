@@ -41,7 +41,7 @@ ITERATIONS, CONVERGED = 20, 0.003
 many rows determine few nodes, takes half of them. Three times the share makes edits a tenth less
 close."""
 
-PIECE = 1 << 15
+PIECE = 1 << 13
 """Rows of a piece, about. Each has its own sum over all nodes, to be added, and is handed to a
 thread in every iteration, so small ones cost more than they save."""
 
