@@ -31,7 +31,7 @@ WHY = {
         "mesh.proxy": ("BATCH",),
         "mesh.volume": ("BAND", "SLABS"),
         "problem.fold": ("WOUND",),
-        "mesh.spatial_order": ("ORDER_CELLS",),
+        "mesh.morton_order": ("ORDER_CELLS",),
         "solve.gauss_newton": ("BLOCK",),
         "solve.paper": ("BATCH",),
         "solve.spline_system": ("PIECE",),

@@ -87,13 +87,13 @@ def read_numbers(job: Payload, name: str, count: int) -> np.ndarray:
 
 def proxy_arrays(proxy: "Proxy | Refined", in_order: bool = False) -> dict[str, np.ndarray]:
     """A proxy as it travels; `in_order` where it will stay and nobody waits for it: Blender's
-    brushes like neighbours to be near (see `spatial_order`)."""
+    brushes like neighbours to be near (see `morton_order`)."""
     from ...field.mesh.edges import find_edges
-    from ...field.mesh.spatial_order import spatial_order
+    from ...field.mesh.morton_order import morton_order
 
     vertices, normals, triangles = proxy.vertices, proxy.normals, proxy.triangles
     if in_order:
-        order, triangles = spatial_order(vertices, triangles)
+        order, triangles = morton_order(vertices, triangles)
         vertices, normals = vertices[order], normals[order]
     edges, corner_edges = find_edges(triangles)
     return {

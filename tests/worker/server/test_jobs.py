@@ -12,8 +12,8 @@ from neural_sculpt_addon.field.edit.layers import digest
 from neural_sculpt_addon.field.evaluate import values, values_and_gradients
 from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.layer_bytes import layer_from_bytes
+from neural_sculpt_addon.field.mesh.morton_order import morton_order
 from neural_sculpt_addon.field.mesh.proxy import extract
-from neural_sculpt_addon.field.mesh.spatial_order import spatial_order
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.prepare import CELLS
 from neural_sculpt_addon.field.projection import project
@@ -90,7 +90,7 @@ def test_a_worker_that_knows_nothing_makes_the_same_of_a_state(edited):
     fields = ob.fields(resolution=CELLS)
     shown = run(Jobs(CPU), JobKind.MESH, fields, ob.bytes).arrays
     made = extract(field_of(ob), CELLS)
-    order, triangles = spatial_order(made.vertices, made.triangles)
+    order, triangles = morton_order(made.vertices, made.triangles)
     assert np.array_equal(shown["triangles"], triangles)
     assert np.array_equal(shown["vertices"], made.vertices[order])
     assert np.array_equal(shown["normals"], made.normals[order])

@@ -4,7 +4,7 @@
 import numpy as np
 import trimesh
 
-from neural_sculpt_addon.field.mesh.spatial_order import spatial_order
+from neural_sculpt_addon.field.mesh.morton_order import morton_order
 
 
 def shuffled(seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -26,7 +26,7 @@ def corners(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 def test_it_is_the_same_mesh():
     vertices, triangles = shuffled(5)
-    order, after = spatial_order(vertices, triangles)
+    order, after = morton_order(vertices, triangles)
     assert (after.dtype, after.shape) == (np.int32, triangles.shape)
     np.testing.assert_array_equal(np.sort(order), np.arange(len(vertices)))
     np.testing.assert_array_equal(corners(vertices[order], after), corners(vertices, triangles))
@@ -34,7 +34,7 @@ def test_it_is_the_same_mesh():
 
 def test_vertices_come_as_triangles_come_to_them():
     vertices, triangles = shuffled(6)
-    order, after = spatial_order(vertices, triangles)
+    order, after = morton_order(vertices, triangles)
     met = list(dict.fromkeys(after.ravel().tolist()))
     assert met == list(range(len(vertices) - 1))
     assert order[-1] == len(vertices) - 1
@@ -43,7 +43,7 @@ def test_vertices_come_as_triangles_come_to_them():
 def test_neighbours_are_near():
     """The way from triangle to triangle is that of a curve, and no longer across the sphere."""
     vertices, triangles = shuffled(7)
-    order, after = spatial_order(vertices, triangles)
+    order, after = morton_order(vertices, triangles)
     ways = [
         np.linalg.norm(np.diff(v[t].mean(axis=1), axis=0), axis=1).mean()
         for v, t in ((vertices, triangles), (vertices[order], after))
@@ -53,5 +53,5 @@ def test_neighbours_are_near():
 
 
 def test_there_may_be_nothing():
-    order, after = spatial_order(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
+    order, after = morton_order(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
     assert (order.shape, after.shape) == ((0,), (0, 3))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spatial order: triangles that are near to each other are near in memory, and so are vertices.
+"""Morton order: triangles that are near to each other are near in memory, and so are vertices.
 
 Blender's main thread sorts the triangles into boxes for its brushes whenever the mesh has changed.
 From this order that takes a quarter less than from the one in which a mesh was refined.
@@ -14,7 +14,7 @@ _SPREAD = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
 """Shifts and masks that put two free bits before each of a number's ten (Morton code)."""
 
 
-def spatial_order(
+def morton_order(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
     """Which vertex each of the next ones is (V,), and the triangles (F, 3) of these: in the order
