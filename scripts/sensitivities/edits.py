@@ -3,11 +3,11 @@
 
 from functools import partial
 
-from neural_sculpt_addon.field.edit.edit import Edit, sculpt
+from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.problem.prepare import Preparation
 from neural_sculpt_addon.stroke.stroke import Stroke
 
-from .strokes import SHAPES, drawn, packed
+from .strokes import SHAPES, drawn, measured, packed
 from .subject import Case, Made, Subject, layer_bits
 
 RATIOS = ("tube_mean", "tube_p95", "reverse_p95", "normal_deg", "rim_mean")
@@ -21,16 +21,7 @@ def cases(count: int, seed: int, more: int) -> list[Case]:
 
 def _solved(on: Preparation, stroke: Stroke) -> Made:
     edit = sculpt(on, stroke)
-    return Made(layer_bits(edit.layer or {}), partial(_measured, edit))
-
-
-def _measured(edit: Edit) -> dict[str, float]:
-    report = edit.report()
-    return {
-        **{name: report[name] for name in RATIOS},
-        "met": report["tolerance_met"],
-        "pieces": report["components_after"] != report["components_before"],
-    }
+    return Made(layer_bits(edit.layer or {}), partial(measured, edit, RATIOS))
 
 
 SUBJECT = Subject(

@@ -8,12 +8,12 @@ from functools import cache, partial
 
 from make_test_networks import SHAPES
 
-from neural_sculpt_addon.field.edit.edit import Edit, Solver, sculpt
+from neural_sculpt_addon.field.edit.edit import Solver, sculpt
 from neural_sculpt_addon.field.fit.fit import Quality, fit_mesh
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.stroke.stroke import Stroke
 
-from .strokes import drawn
+from .strokes import drawn, measured
 from .subject import Case, Made, Subject, array_bits
 
 DEEP = 0.1  # model units
@@ -37,16 +37,7 @@ def cases(count: int, seed: int, more: int) -> list[Case]:
 def _solved(on: Preparation, stroke: Stroke) -> Made:
     edit = sculpt(on, stroke, solver=Solver.NETWORK)
     weights = array_bits(*(tensor.numpy() for tensor in edit.field.network.parameters))
-    return Made(weights, partial(_measured, edit))
-
-
-def _measured(edit: Edit) -> dict[str, float]:
-    report = edit.report()
-    return {
-        **{name: report[name] for name in RATIOS},
-        "met": report["tolerance_met"],
-        "pieces": report["components_after"] != report["components_before"],
-    }
+    return Made(weights, partial(measured, edit, RATIOS))
 
 
 SUBJECT = Subject(

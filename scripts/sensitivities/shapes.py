@@ -4,18 +4,15 @@
 Vertices (V, 3), in any unit, and triangles (F, 3), counter-clockwise seen from outside.
 """
 
-from typing import Any
-
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
-
-Mesh = tuple[NDArray[np.float64], NDArray[Any]]
+from benchmarking.awkward_meshes import ball, box
+from benchmarking.damaged_meshes import Mesh, joined
 
 
 def ripples() -> Mesh:
     """A smooth ball whose waves become shorter from one end to the other."""
-    vertices, triangles = ball(1.0, 6)
+    vertices, triangles = ball(1.0, fine=6)
     x, y, z = vertices.T
     waves = np.sin(6 * (z + 1.6) ** 2.2) * np.cos(2 * np.arctan2(y, x))
     return vertices * (1 + 0.03 * waves[:, None]), triangles
@@ -43,16 +40,16 @@ def knot() -> Mesh:
     triangles = np.concatenate(
         [np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))]
     )
-    return joined(outward((tube.reshape(-1, 3), triangles)), moved(ball(0.25, 3), (0, 0, 0.2)))
+    return joined(outward((tube.reshape(-1, 3), triangles)), ball(0.25, at=(0, 0, 0.2), fine=3))
 
 
 def bracket() -> Mesh:
     """Two thin plates and a pin that stick into each other."""
-    pin = trimesh.creation.cylinder(0.2, 0.9, sections=48)
+    pin = trimesh.creation.cylinder(0.2, 0.9, sections=48).apply_translation((0.3, 0, 0.3))
     return joined(
         box((1.6, 1.0, 0.08)),
-        moved(box((0.08, 1.0, 0.9)), (-0.7, 0, 0.4)),
-        moved((np.array(pin.vertices), np.array(pin.faces)), (0.3, 0, 0.3)),
+        box((0.08, 1.0, 0.9), (-0.7, 0, 0.4)),
+        (pin.vertices, pin.faces),
     )
 
 
@@ -60,32 +57,8 @@ SHAPES = {"ripples": ripples, "knot": knot, "bracket": bracket}
 """What fits are measured by."""
 
 
-def ball(radius: float, subdivisions: int) -> Mesh:
-    """A sphere."""
-    mesh = trimesh.creation.icosphere(subdivisions, radius)
-    return np.array(mesh.vertices), np.array(mesh.faces)
-
-
-def box(size: tuple[float, ...]) -> Mesh:
-    """A box of twelve triangles."""
-    mesh = trimesh.creation.box(size)
-    return np.array(mesh.vertices), np.array(mesh.faces)
-
-
-def moved(mesh: Mesh, way: tuple[float, ...]) -> Mesh:
-    """A mesh elsewhere."""
-    return mesh[0] + way, mesh[1]
-
-
 def outward(mesh: Mesh) -> Mesh:
     """A closed mesh whose faces look outward."""
     a, b, c = np.moveaxis(mesh[0][mesh[1]], 1, 0)
     volume = np.einsum("fi,fi->", a, np.cross(b, c))
     return mesh[0], mesh[1] if volume > 0 else mesh[1][:, ::-1]
-
-
-def joined(*meshes: Mesh) -> Mesh:
-    """Several meshes as one."""
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
-    faces = [face + start for (_, face), start in zip(meshes, starts, strict=False)]
-    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)

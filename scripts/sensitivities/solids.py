@@ -5,9 +5,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from benchmarking.awkward_meshes import ball, box
+from benchmarking.damaged_meshes import Mesh, joined
 from numpy.typing import NDArray
-
-from .shapes import Mesh, ball, box, joined, moved
 
 
 class Solid(NamedTuple):
@@ -23,7 +23,7 @@ class Solid(NamedTuple):
 
 def opened() -> Mesh:
     """A ball with a hole, a third of it wound the other way."""
-    vertices, triangles = ball(1.0, 4)
+    vertices, triangles = ball(1.0)
     left = vertices[triangles].mean(axis=1)[:, 2] < 0.9
     turned = np.random.default_rng(8).random(len(triangles)) < 0.3
     return vertices, np.where(turned[:, None], triangles[:, ::-1], triangles)[left]
@@ -31,16 +31,15 @@ def opened() -> Mesh:
 
 def hollow() -> Mesh:
     """A ball with a cavity, and a ball in that."""
-    vertices, triangles = ball(0.6, 4)
-    return joined(ball(1.0, 4), (vertices, triangles[:, ::-1]), ball(0.3, 3))
+    return joined(ball(1.0), ball(0.6, -1), ball(0.3, fine=3))
 
 
 def stack() -> Mesh:
     """Boxes that stick into each other, one of them all inside of another."""
     return joined(
         box((1.0, 1.0, 1.0)),
-        moved(box((1.6, 0.4, 0.4)), (0.1, 0.05, 0.13)),
-        moved(box((0.3, 0.3, 1.7)), (-0.2, 0.1, 0.2)),
+        box((1.6, 0.4, 0.4), (0.1, 0.05, 0.13)),
+        box((0.3, 0.3, 1.7), (-0.2, 0.1, 0.2)),
         box((0.5, 0.5, 0.5)),
     )
 
@@ -48,9 +47,9 @@ def stack() -> Mesh:
 def crossed() -> Mesh:
     """Two balls of small triangles that stick into each other, of random vertices."""
     noise = np.random.default_rng(9).normal(0, 5e-4, (2562, 3))
-    vertices, triangles = ball(0.7, 4)
+    vertices, triangles = ball(0.7)
     mesh = vertices + noise, triangles
-    return joined(mesh, moved(mesh, (0.6, 0.1, 0.0)))
+    return joined(mesh, (mesh[0] + (0.6, 0.1, 0.0), triangles))
 
 
 def sheet() -> Mesh:
@@ -65,7 +64,7 @@ def sheet() -> Mesh:
 def finned() -> Mesh:
     """A ball with a small open sheet that stands on it."""
     fin = np.array([[0, 0, 0.97], [0.15, 0, 1.15], [-0.15, 0, 1.15]]), np.array([[0, 1, 2]])
-    return joined(ball(1.0, 4), fin)
+    return joined(ball(1.0), fin)
 
 
 def _within(*parts: tuple[tuple[float, ...], tuple[float, ...]]) -> Callable:

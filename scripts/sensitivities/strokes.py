@@ -4,6 +4,7 @@
 Every second one of them is carved so deep that many fold.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -12,6 +13,7 @@ from benchmarking import random_strokes
 from workshop import ROOT
 
 from neural_sculpt_addon.field.checkpoint import load
+from neural_sculpt_addon.field.edit.edit import Edit
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.stroke.stroke import Stroke
 
@@ -32,3 +34,14 @@ def drawn(on: Preparation, seed: int, number: int, more: int, deep: float = DEEP
     if number % FOLDED == FOLDED - 1:
         stroke = replace(stroke, brush=replace(stroke.brush, intensity=-deep))
     return replace(stroke, seed=stroke.seed + more)
+
+
+def measured(edit: Edit, ratios: Sequence[str]) -> dict[str, float]:
+    """The measures `ratios` of an edit's report, whether the tolerance is met, and whether the
+    number of pieces has changed."""
+    report = edit.report()
+    return {
+        **{name: report[name] for name in ratios},
+        "met": report["tolerance_met"],
+        "pieces": report["components_after"] != report["components_before"],
+    }

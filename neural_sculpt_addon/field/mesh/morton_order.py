@@ -17,8 +17,11 @@ _SPREAD = ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249))
 def morton_order(
     vertices: NDArray[np.float32], triangles: NDArray[np.int32]
 ) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """Which vertex each of the next ones is (V,), and the triangles (F, 3) of these: in the order
-    of a curve that fills the box, vertices as the triangles come to them.
+    """The indices (V,) of the vertices in their new order, and the triangles (F, 3) in theirs, with
+    the new numbers of their corners.
+
+    Triangles are sorted by the Morton codes of their middles, vertices by the first triangle that
+    has them.
 
     vertices:  (V, 3), model space; triangles: (F, 3)
     """
