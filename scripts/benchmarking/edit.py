@@ -49,6 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--hard", action="store_true", help="hard strokes")
     parser.add_argument("--points", action="store_true", help="one stroke of 8 to 512 points")
     parser.add_argument("--methods", default=",".join(METHODS), help="default: %(default)s")
+    parser.add_argument("--device", default="cpu", help="of PyTorch, as cuda (default: cpu)")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -71,36 +72,36 @@ def run(options: argparse.Namespace) -> None:
 
 def _cases(options: argparse.Namespace) -> "Iterator[Case]":
     if options.hard:
-        return _hard()
+        return _hard(options.device)
     if options.points:
-        return _more_points()
+        return _more_points(options.device)
     if not options.cases.is_file():
         sys.exit(f"There are no cases at {options.cases}; name a file with --cases.")
-    return _scored(options.cases)
+    return _scored(options.cases, options.device)
 
 
-def _scored(path: Path) -> "Iterator[Case]":
+def _scored(path: Path, device: str) -> "Iterator[Case]":
     from neural_sculpt_addon.field.checkpoint import load
     from neural_sculpt_addon.field.problem.prepare import prepare
     from neural_sculpt_addon.stroke.stroke import Stroke
 
     networks = path.parent.parent / "networks"
     for case in json.loads(path.read_text(encoding="utf-8"))["cases"]:
-        preparation = prepare(load(networks / f"{case['model']}.pth"))
+        preparation = prepare(load(networks / f"{case['model']}.pth").to(device))
         yield case["id"], preparation, Stroke.from_json(scored_cases.read_case(case))
 
 
-def _hard() -> "Iterator[Case]":
+def _hard(device: str) -> "Iterator[Case]":
     from neural_sculpt_addon.field.problem.prepare import prepare
 
     for model, field in random_strokes.fields():
-        preparation = prepare(field)
+        preparation = prepare(field.to(device))
         for name in random_strokes.HARD:
             stroke = random_strokes.hard(field, preparation.surface, name)
             yield f"{model}-{name}", preparation, stroke
 
 
-def _more_points() -> "Iterator[Case]":
+def _more_points(device: str) -> "Iterator[Case]":
     import numpy as np
 
     from neural_sculpt_addon.field.primitives import primitive
@@ -108,7 +109,7 @@ def _more_points() -> "Iterator[Case]":
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 
-    preparation = prepare(primitive("sphere"))
+    preparation = prepare(primitive("sphere").to(device))
     for count in (8, 16, 32, 64, 128, 256, 512):
         turn = np.linspace(0, 1, count)
         points = 0.6 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
