@@ -125,4 +125,4 @@ def overlay_colors() -> OverlayColors:
 def _preferences() -> NEURAL_SCULPT_AP_preferences | None:
     """None when the add-on was registered without being enabled."""
     addon = bpy.context.preferences.addons.get(ADDON)
-    return None if addon is None else addon.preferences  # pyright: ignore[reportReturnType]
+    return None if addon is None else addon.preferences

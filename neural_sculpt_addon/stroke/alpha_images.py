@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Built-in images of alphas, as formulas of x, to the right, and y, up, arrays in [-1, 1].
 
-Values are grey, clipped to [0, 1] by who asks. An image that is not black at its border has period
-2, so that a row of it along a stroke shows no seams.
+Values are grey, clipped to [0, 1] by the caller. An image that is not black at its border has
+period 2, so that a row of it along a stroke shows no seams.
 """
 
 from collections.abc import Callable, Mapping

@@ -135,7 +135,7 @@ class Stroke:
         """Equal when all data are equal."""
         return isinstance(other, Stroke) and self.to_json() == other.to_json()
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None  # pyright: ignore[reportAssignmentType] - Python's way to say that it has none
 
     @property
     def largest_factor(self) -> float:

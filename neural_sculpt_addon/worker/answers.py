@@ -8,6 +8,7 @@ triangles takes some 1 ms.
 """
 
 import math
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -192,7 +193,9 @@ def _require_within(indices: NDArray[Any], count: int, name: str) -> None:
 
 
 def _is_number(value: object) -> bool:
-    return type(value) in (int, float) and math.isfinite(value)  # pyright: ignore[reportArgumentType]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # an integer of JSON has any number of digits
 
 
 def _is_integer(value: object) -> bool:

@@ -114,6 +114,8 @@ def test_arrays_that_blender_cannot_show_are_refused(name, wrong):
         (JobKind.EDIT, "revision", ["a"]),
         (JobKind.EDIT, "revision", ""),
         (JobKind.EDIT, "seconds", "1"),
+        (JobKind.EDIT, "seconds", True),
+        (JobKind.EDIT, "seconds", 10**400),
         (JobKind.EDIT, "layer", ""),
         (JobKind.EDIT, "context", None),
         (JobKind.REPLAY, "layers", {}),

@@ -51,7 +51,7 @@ def _follow(ob: Object, like: Object) -> None:
     ob.parent_vertices = like.parent_vertices
     ob.matrix_parent_inverse = like.matrix_parent_inverse
     ob.matrix_world = place
-    bpy.context.view_layer.update()  # pyright: ignore[reportOptionalMemberAccess]
+    bpy.context.view_layer.update()
     size = max(np.abs(np.array(place)).max(), 1e-12)
     if np.abs(np.array(ob.matrix_world) - np.array(place)).max() > 1e-4 * size:
         ob.parent = None

@@ -2,7 +2,7 @@
 """Caller of the session: who asks for its jobs, an artist at a window or a script.
 
 An artist goes on working while a job is done, sees it on its way, and can do what a result has to
-wait for, such as leave Edit Mode. A script, which is what runs Blender in the background, stops
+wait for, such as leave Edit Mode. A script, such as one that Blender runs without a window, stops
 until its job has ended: its results wait for nothing, and nothing is shown to it.
 """
 

@@ -144,9 +144,10 @@ class Store:
 
 def read_strength(value: object) -> float:
     """The strength of a layer. SculptError unless it is a number from 0 to 1."""
-    if type(value) not in (int, float) or not 0 <= value <= 1:  # type: ignore[operator]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (is_number and 0 <= value <= 1):
         raise SculptError("A layer's strength is a number from 0 to 1, not {}.", f"{value!r:.60}")
-    return float(value)  # type: ignore[arg-type]
+    return float(value)
 
 
 def preparation_bytes(preparation: "Preparation") -> int:

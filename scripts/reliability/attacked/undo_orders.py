@@ -7,9 +7,9 @@
 In every other order the field takes in native strokes by itself, and in half of these each of them
 brings another proxy when the hand rests.
 
-FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. What
-started Blender does the lines that begin with `xdotool`. Of an order that fails, KEPT has a text,
-with what was done and Blender's history, and a picture of the window.
+FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. Lines
+that begin with `xdotool` are run by the program that started Blender. Of an order that fails, KEPT
+has a text, with what was done and Blender's history, and a picture of the window.
 """
 
 import faulthandler

@@ -59,9 +59,9 @@ class KeptResults(test_brush_results.BrushResults):
         super().test_the_worker_dies()
 
     # No step is taken back, nothing is half-way, and no stroke brings another proxy.
-    test_only_the_last_brings_another_proxy = None  # pyright: ignore[reportAssignmentType]
-    test_redo_has_the_rest_come_in_first = None  # pyright: ignore[reportAssignmentType]
-    test_a_file_that_is_saved_as_steps_are_taken_back = None  # pyright: ignore[reportAssignmentType]
+    test_only_the_last_brings_another_proxy = None
+    test_redo_has_the_rest_come_in_first = None
+    test_a_file_that_is_saved_as_steps_are_taken_back = None
 
     def test_a_stroke_between_them_follows(self) -> None:
         self.come_in(2)

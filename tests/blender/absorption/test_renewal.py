@@ -2,8 +2,6 @@
 """A stroke that stretches the proxy, or leaves it off the field, keeps its step and its vertices;
 the field's own proxy comes when the artist rests, and no press of Ctrl Z is about that alone."""
 
-# pyright: reportAttributeAccessIssue=false, reportOptionalMemberAccess=false
-
 from collections.abc import Callable
 from unittest.mock import patch
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the dialog Edit Stroke shows on the surface is of one state of the field, and none of it."""
+"""What the dialog Edit Stroke shows on the surface: it is in no mesh, and goes when the field is in
+another state."""
 
 from dataclasses import replace
 

@@ -154,7 +154,7 @@ def radial_settings(context: Context, ob: Object) -> Any:
     Sculpt Mode, which are None until that mode was entered once."""
     if hasattr(ob.data, "radial_symmetry"):
         return ob.data
-    return context.scene.tool_settings.sculpt  # pyright: ignore[reportOptionalMemberAccess]
+    return context.scene.tool_settings.sculpt
 
 
 def radial_of(context: Context, ob: Object) -> Counts:

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Preview of strokes: shown on the proxy at once, until the worker's result takes their place.
 
-Which strokes an object waits for is told to `want`, and to `draw` the one under the pen, which is
-one more of them and grows (`preview_strokes`). A mesh that shows some carries its true positions
-and normals with it (`preview_attributes`). `hide` brings all meshes back to these, before Blender
-saves or steps through its history, and before anything here pushes an undo step.
+`want` is told which strokes an object waits for, and `draw` how far the one under the pen is. What
+strokes make of meshes is computed by `preview_strokes`. A mesh that shows some carries its true
+positions and normals with it (`preview_attributes`). `hide` brings all meshes back to these, before
+Blender saves or steps through its history, and before anything here pushes an undo step.
 
 Nothing is shown in Edit Mode, nor in Sculpt Mode under another tool, whose steps in Blender's
 history would hold it: `refresh` looks at the modes.
