@@ -56,8 +56,8 @@ SUBJECT = Subject(
         "fit.mesh_open": ("ALIKE", "SHEET", "FEW_SHEETS", "PROPOSED", "WORTH", "PROBES"),
         "fit.mesh_thicken": ("SMOOTHED_SHARE", "LONGEST_OFFSET"),
         "fit.mesh_union": (
-            *("BESIDE_FACE", "BESIDE_THIN", "NEAR_CORNER", "CLOSEST", "BOTH_INSIDE", "HIDDEN"),
-            *("WHOLE", "UNCUT_EDGE", "MOST_PAIRS"),
+            *("BESIDE_FACE", "BESIDE_THIN", "PARALLEL", "NEAR_CORNER", "CLOSEST"),
+            *("BOTH_INSIDE", "HIDDEN", "WHOLE", "UNCUT_EDGE", "MOST_PAIRS"),
         ),
         "fit.mesh_distance": (
             *("PROBES", "WALLS", "ALL_SHEETS", "SCRAP", "FILM", "NEAR_FILM", "INSIDE_OUT"),

@@ -8,6 +8,9 @@ import numpy as np
 from benchmarking.awkward_meshes import ball, box
 from benchmarking.damaged_meshes import Mesh, joined
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+TURN = Rotation.from_rotvec((0.7, -0.4, 1.1)).as_matrix()  # of what touches
 
 
 class Solid(NamedTuple):
@@ -67,6 +70,12 @@ def finned() -> Mesh:
     return joined(ball(1.0), fin)
 
 
+def touching() -> Mesh:
+    """A box upon another one, turned: by rounding their faces cross here and there."""
+    vertices, triangles = joined(box((0.8, 0.9, 0.7)), box((0.5, 0.4, 0.3), (0.65, 0, 0)))
+    return vertices @ TURN.T, triangles
+
+
 def _within(*parts: tuple[tuple[float, ...], tuple[float, ...]]) -> Callable:
     """Which points are in one of some boxes, by their middles and sizes."""
 
@@ -96,4 +105,8 @@ SOLIDS = {
     "crossed": Solid(crossed, lambda p: (_radius(p) < 0.7) | (_radius(p, (0.6, 0.1, 0)) < 0.7)),
     "sheet": Solid(sheet, _within(((0, 0, 0), (2.1, 2.1, 0.1))), 0.1),
     "finned": Solid(finned, lambda p: _radius(p) < 1),
+    "touching": Solid(
+        touching,
+        lambda p: _within(((0, 0, 0), (0.8, 0.9, 0.7)), ((0.65, 0, 0), (0.5, 0.4, 0.3)))(p @ TURN),
+    ),
 }

@@ -28,6 +28,7 @@ BOTH_INSIDE = 0.8  # |mean winding number| of a face's sides, from which on both
 HIDDEN = 0.3  # |winding number| of either, from which on they are
 WHOLE = 0.2  # distance from a whole number, beyond which a winding number is that of an open wall
 UNCUT_EDGE = 0.025  # longest edge of faces that need no cut
+PARALLEL = 1e-3  # sine of the angle between faces, below which they touch rather than cross
 NEAR_CORNER = 1 / 16  # size of the triangles in a face's corners that are looked at by themselves
 MOST_PAIRS = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
 
@@ -71,12 +72,15 @@ def cut(
     """
     corners, crossing = vertices[faces], np.zeros(len(faces), bool)
     crossing[pairs] = True
-    whole = _divided(corners[~crossing], winding, progress)
+    apart, parts = corners[~crossing], np.empty((0, 3, 3))
     if len(pairs):
-        points, pieces, *_ = _cut(corners[crossing], stitch_all=True)
-        parts = _in_order(np.asarray(points)[np.asarray(pieces)])
-        whole = np.concatenate([whole, parts])
-    corners = whole[areas(whole) > 0]
+        points, pieces, _, owners, _ = _cut(corners[crossing], stitch_all=True)
+        parts = np.asarray(points)[np.asarray(pieces)]
+        touching = _touching(corners, pairs)[crossing][np.asarray(owners).ravel()]
+        apart = np.concatenate([apart, _in_order(parts[touching])])
+        parts = _in_order(parts[~touching])
+    corners = np.concatenate([_divided(apart, winding, progress), parts])
+    corners = corners[areas(corners) > 0]
     sides = np.empty((2, len(corners)))
     for start in range(0, len(corners), BATCH):
         progress(start / len(corners), "Looking for inner walls")
@@ -85,6 +89,15 @@ def cut(
     inner = _hidden(sides)  # (F,)
     open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
     return Parts(corners[~inner], corners[~open_wall])
+
+
+def _touching(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which faces (F, 3, 3) cross a parallel one, by the `pairs` (N, 2) that cross: rounding makes
+    parts that touch in a face do so, and then only here and there."""
+    one, other = np.moveaxis(unit(normals(corners))[pairs], 1, 0)
+    touching = np.zeros(len(corners), bool)
+    touching[pairs[np.linalg.norm(np.cross(one, other), axis=1) < PARALLEL]] = True
+    return touching
 
 
 def _hidden(sides: Array) -> NDArray[np.bool_]:

@@ -155,18 +155,22 @@ def test_cutting_gives_the_same_faces_in_the_same_order_each_time():
         assert np.array_equal(first.vertices[first.faces], other.vertices[other.faces])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_parts_that_touch_in_a_face_keep_the_rest_of_it(seed):
-    """A small box upon a large one, turned, so that rounding leaves their faces beside each other:
-    what bounds the two is their surfaces without twice the face in common."""
+@pytest.mark.parametrize("fine", (False, True))
+@pytest.mark.parametrize("seed", range(4))
+def test_parts_that_touch_in_a_face_keep_the_rest_of_it(seed, fine):
+    """A small box upon a large one, turned, so that rounding leaves their faces beside each other,
+    or has them cross here and there: what bounds the two is their surfaces without twice the face
+    in common."""
     random = np.random.default_rng(seed)
     large = random.uniform(0.6, 1.0, 3)
     small = large * random.uniform(0.3, 0.9, 3)
     parts = [box(large), box(small, ((large[0] + small[0]) / 2, 0, 0))]
+    if fine:
+        parts[1] = parts[1].subdivide().subdivide()
     whole = trimesh.util.concatenate(parts)
     whole.apply_transform(trimesh.transformations.random_rotation_matrix(random.random(3)))
     mesh = clean(whole.vertices, whole.faces)
     distance = MeshDistance(mesh, np.random.default_rng(0))
     kept = areas(distance.vertices[distance.faces]).sum() * mesh.scale**2
     expected = sum(part.area for part in parts) - 2 * small[1] * small[2]
-    assert kept == pytest.approx(expected, rel=0.005)
+    assert kept == pytest.approx(expected, rel=0.002)
