@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from sensitivities.subject import Subject
 
 SUBJECTS = (
-    *("edits", "network", "absorption", "fit_meshes", "fit_networks", "fit_details", "refinement"),
+    *("edits", "network", "absorption", "fit_meshes", "fit_networks", "fit_details"),
+    *("fit_repairs", "refinement"),
 )
 
 

@@ -25,7 +25,8 @@ PACKAGE = "neural_sculpt_addon.field"
 LEVELS = {
     "solve.resolution.LEAST_FINEST",
     "fit.fit_detail.FIT_COARSEST",
-    *(f"fit.fit_repair.{name}" for name in ("HIDDEN_LEVEL", "REPAIR_COARSEST", "REPAIR_FINEST")),
+    "fit.strays.HIDDEN_LEVEL",
+    *(f"fit.fit_repair.{name}" for name in ("REPAIR_COARSEST", "REPAIR_FINEST")),
     *(f"edit.absorption.{name}" for name in ("LARGEST_CELLS", "CLEARED")),
     "edit.patch.FINEST_PATCH",
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The detail of a fit, and what takes strays away (docs/method.md, section 5).
+"""The detail of a fit (docs/method.md, section 5).
 
 Each case begins with the same network, which has learned with the constants as they are.
 """
@@ -45,13 +45,6 @@ SUBJECT = Subject(
             *("DOUBTED_SAMPLES", "BELIEVED", "NO_BOUND", "DOUBTED", "ROW_REACH"),
             *("SIDE_CLEARANCE", "HEAVIER", "HEAVIER_RINGS", "GROSS", "ITERATIONS", "DAMPED"),
             "LEFT_OUT",
-        ),
-        "fit.fit_repair": (
-            *("NEAR_MESH", "NO_PIECE", "FACES", "ASKED", "ASKED_OF_PIECE", "HIDDEN_LEVEL"),
-            *("HIDDEN_RINGS", "HIDDEN_LOW", "LARGE_COEFFICIENT", "ON_ITS_SIDE"),
-            *("PLACES_IN_BALL", "WRONG_SHARE", "TINY", "REPAIR_COARSEST", "REPAIR_FINEST"),
-            *("CELLS_TO_STRAY", "SPLINE_REACH", "ROWS_PER_CELL", "MOST_WRONG_CELLS"),
-            *("REPAIRED_CELLS", "ROUNDS", "LOOKED", "FEW_STRAYS", "HELPED"),
         ),
     },
     ratios=(*fits.ERRORS, "coefficients"),

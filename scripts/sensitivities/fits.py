@@ -14,7 +14,7 @@ from neural_sculpt_addon.field.fit import fit, fit_distance
 from neural_sculpt_addon.field.fit.fit_report import deviation
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance, MeshSamples
-from neural_sculpt_addon.field.fit.schedule import train
+from neural_sculpt_addon.field.fit.schedule import Schedule, train
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.network import Siren
@@ -55,9 +55,9 @@ def learned(name: str, seed: int) -> Field:
     return learn(target(name).distance, seed)
 
 
-def learn(distance: MeshDistance, seed: int) -> Field:
-    """A network as a fit with detail learns it."""
-    schedule, rng = fit.BENEATH_DETAIL, np.random.default_rng(seed)
+def learn(distance: MeshDistance, seed: int, schedule: Schedule | None = None) -> Field:
+    """A network as a fit with detail learns it, or by another schedule."""
+    schedule, rng = schedule or fit.BENEATH_DETAIL, np.random.default_rng(seed)
     samples = fit_distance.sample(distance, schedule.samples, rng)
     random = torch.Generator().manual_seed(seed)
     network = Siren.random((WIDTH,) * 2, (schedule.omega, fit.OMEGA), random)

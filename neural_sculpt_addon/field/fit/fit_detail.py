@@ -10,8 +10,8 @@ tolerance in distance or normals. Its rows, all in cells that its nodes reach:
     beside it       f = signed distance, at 0.3 to 1.5 h
     in empty cells  f = signed distance on the first level, which puts right what the network got
                     wrong, islands included; on finer ones f as it is, so that nothing drifts
-    where f is doubted, signed distance: near zero in empty cells, and in cells where it is not as
-                    far from zero beside the mesh as it should be
+    where f is      f = signed distance: in empty cells where f is near zero, and around samples
+    doubted         beside the mesh where it misses their distance by a third
 
 Model space.
 """
@@ -290,5 +290,7 @@ def _rows(
 
 def among(cells: Cells, some: Cells) -> NDArray[np.bool_]:
     """Which of the cells (N,) are among `some`, which rise."""
+    if not len(some):
+        return np.zeros(len(cells), bool)
     place = np.searchsorted(some, cells)
     return some[np.minimum(place, len(some) - 1)] == cells

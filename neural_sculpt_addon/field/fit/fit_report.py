@@ -39,10 +39,11 @@ from ..mesh.components import signed_volumes
 from ..mesh.proxy import Proxy
 from ..projection import ARRIVED, Projection, project
 from .fit_detail import FitTolerance
-from .fit_repair import TINY, Repaired, tiny_places
+from .fit_repair import Repaired
 from .mesh_cleanup import CleanMesh
 from .mesh_distance import MeshDistance, MeshSamples
 from .mesh_pieces import Pieces, boxes, find_pieces
+from .strays import TINY, tiny_places
 
 MEASURED_SAMPLES = 8192  # of the mesh's surface; more measure more steadily, and take longer
 VOLUME_SAMPLES = 16384  # in the box, where signs are compared: likewise

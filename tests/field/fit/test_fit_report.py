@@ -10,10 +10,11 @@ import trimesh
 
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.fit.fit import TOLERANCES, Quality, fit_mesh
-from neural_sculpt_addon.field.fit.fit_repair import Repaired, find_strays, repaired
+from neural_sculpt_addon.field.fit.fit_repair import Repaired, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.fit.strays import find_strays
 from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
@@ -234,6 +235,23 @@ def test_a_crumb_near_a_film_that_the_proxy_does_not_see_is_taken_away():
     counted = repaired(spoiled, distance, CELLS, np.random.default_rng(0), may_add=False)
     away = np.linalg.norm(counted.left.points - center, axis=1)
     assert len(away) and away.max() < 0.6 * 2 / CELLS
+    found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
+    assert not len(found.left.points)
+    assert values(found.field, center)[0] > 0
+
+
+def test_a_crumb_in_the_middle_of_a_gap_is_taken_away():
+    """Two slabs, 0.3 apart, and one spline between them: of the level whose cells are half as long
+    as the crumb is far, no node lies two cells away from both."""
+    slabs = [
+        trimesh.creation.box((1.7, 0.4, 1)).apply_translation([0, y, 0]) for y in (-0.35, 0.35)
+    ]
+    fit = fit_mesh(*merged(*slabs), preset="draft")
+    distance = MeshDistance(clean(*merged(*slabs)), np.random.default_rng(0))
+    node = distinct(cells_of(np.array([[0.3, 0.001, 0.2]]), 6), 6)
+    center = centres(places(node, 6), 6)
+    spoiled = fit.field.plus({6: Level(node, quantised(-3 * values(fit.field, center)))})
+    assert values(spoiled, center)[0] < 0
     found = repaired(spoiled, distance, CELLS, np.random.default_rng(0))
     assert not len(found.left.points)
     assert values(found.field, center)[0] > 0
