@@ -31,7 +31,7 @@ SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a 
 FEW_SHEETS = 0.05  # share of the surface that may be sheets which get a thickness unasked
 PROPOSED = 0.02  # thickness as a share of the longest side: two cells of a proxy of 128
 WORTH = 0.02  # area of openings as a share of the surface, from which on a film gets a word
-PROBES = 20_000  # faces at most that tell which pieces are sheets
+SHEET_PROBES = 20_000  # faces at most that tell which pieces are sheets
 
 
 class Open(StrEnum):
@@ -143,7 +143,7 @@ def doubtful(sides: Array) -> NDArray[np.bool_]:
 def _sheets(mesh: CleanMesh, opened: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which of the `opened` faces (F,) belong to pieces that are sheets (F,)."""
     chosen = np.flatnonzero(opened)
-    chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), PROBES)).astype(int)]
+    chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), SHEET_PROBES)).astype(int)]
     corners = mesh.corners[chosen]
     middle, step = corners.mean(axis=1), BESIDE_FACE * unit(normals(corners))
     number = winding(mesh.vertices, mesh.triangles)

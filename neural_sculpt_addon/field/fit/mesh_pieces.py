@@ -21,7 +21,7 @@ from .mesh_winding import winding
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-PROBES = 20_000  # faces at most that tell whether parts are buried
+BURIED_PROBES = 20_000  # faces at most that tell whether parts are buried
 
 
 class Pieces(NamedTuple):
@@ -98,7 +98,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     """
     corners = mesh.corners
     low, high = boxes(corners, of_parts, len(volume))
-    chosen = np.linspace(0, len(corners) - 1, min(len(corners), PROBES)).astype(int)
+    chosen = np.linspace(0, len(corners) - 1, min(len(corners), BURIED_PROBES)).astype(int)
     middle = corners[chosen].mean(axis=1)
     step = BESIDE_FACE * unit(normals(corners[chosen]))
     number = winding(mesh.vertices, mesh.triangles)

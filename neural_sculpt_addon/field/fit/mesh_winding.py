@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-PROBES = 16  # faces of a piece at which it is asked what encloses it
+PROBES_OF_PIECE = 16  # faces of a piece at which it is asked what encloses it
 DISSENT = 0.1  # share of the probes that may say otherwise: pieces may touch
 
 
@@ -46,11 +46,11 @@ def facing(
     corners = points[sorted_faces]  # (F, 3, 3)
     low = np.minimum.reduceat(corners.min(axis=1), starts[:-1])  # (P, 3)
     high = np.maximum.reduceat(corners.max(axis=1), starts[:-1])
-    spread = (np.arange(PROBES) + 0.5) / PROBES
+    spread = (np.arange(PROBES_OF_PIECE) + 0.5) / PROBES_OF_PIECE
     probes = corners[starts[:-1, None] + (spread * counts[:, None]).astype(int)].mean(axis=2)
 
     result = np.zeros(len(volumes), np.int8)
-    number = np.zeros((len(volumes), PROBES), np.int64)  # of what is larger, at the probes
+    number = np.zeros((len(volumes), PROBES_OF_PIECE), np.int64)  # of what is larger, at the probes
     mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
     for place, piece in enumerate(order):
         around = np.quantile(number[piece], DISSENT, method="lower")
@@ -65,7 +65,7 @@ def facing(
             continue
         own = sorted_faces[starts[piece] : starts[piece + 1]]
         inside = np.abs(winding(points, own)(probes[near].reshape(-1, 3))) > 0.5
-        inside = inside.reshape(-1, PROBES)
+        inside = inside.reshape(-1, PROBES_OF_PIECE)
         number[near] += result[piece] * inside
         within = near[(inside.mean(axis=1) > 1 - DISSENT) & (mirrored[near] == 0)]
         mirrored[within] = mirrored[piece]

@@ -25,7 +25,7 @@ from .mesh_distance import MeshDistance
 NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
 NO_PIECE = 0.25
 """Cells that the vertices of a piece are off on average when the mesh has none there."""
-FACES = 0.5
+FACING_ALIKE = 0.5
 """Mean cosine between the normals of a piece and those of the mesh at its vertices. A piece with
 less is a crumb or a hollow beside the mesh."""
 ASKED, ASKED_OF_PIECE = 30_000, 64  # vertices that are asked: in all, and of each piece at least
@@ -100,7 +100,7 @@ def _facing_elsewhere(
         np.bincount(piece[chosen], minlength=count), 1
     )
     found = np.zeros(len(vertices), bool)
-    found[chosen] = mean[piece[chosen]] < FACES
+    found[chosen] = mean[piece[chosen]] < FACING_ALIKE
     return found
 
 

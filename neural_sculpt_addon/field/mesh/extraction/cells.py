@@ -35,7 +35,9 @@ from .loose_pieces import loose_places
 ROOT_BLOCKS = 16  # blocks per axis at least, before the first division
 BATCH = 1 << 14  # points between two looks at `progress`; some 8 ms, in wide networks 20
 WIDEST_LEVEL = 1 << 19  # blocks handled at once; bounds the memory of the descent
-CROSSED_MARGIN, HIDING_MARGIN = 1, 6  # margins of f, in squares of a block's edge, as measured
+CROSSED_MARGIN, HIDING_MARGIN = 1, 6
+"""Margins of f, in squares of a block's edge: wider ones look at more blocks, narrower ones may
+miss what hides between the corners of one."""
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 

@@ -18,7 +18,7 @@ from ...levels import spacing
 from ...projection import ARRIVED, SMALLEST_GRADIENT
 
 LARGE = 0.1  # share of the edge of a cell; smaller coefficients make no piece
-NEWTON_STEPS = 6
+NEWTON_STEPS = 6  # to the surface; what has not come there is no piece
 LONGEST_STEP = 0.5  # of Newton, in cells; the first twice that
 
 

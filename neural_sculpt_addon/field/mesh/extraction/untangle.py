@@ -27,11 +27,11 @@ MEANS = 2
 """Rounds in which corners are tried on the way to the mean of their neighbours alone: that turns
 half of the triangles back, with a tenth of the places."""
 
-PLACES, MORE = 12, 36
-"""Where a corner is tried in a round, at random, at first and later."""
+PLACES, LATER_PLACES = 12, 36
+"""Random places where a corner is tried in a round, at first and later."""
 
 NEAREST, FARTHEST = 0.1, 1.5
-"""From and to how many cells away."""
+"""From and to how many cells away they are."""
 
 CALM = 8
 """Rounds in which a corner only goes where it is better, and makes no triangle thin. Then in every
@@ -43,7 +43,7 @@ CHANCE = 0.5
 THIN = 0.1
 """Quality below which no triangle becomes in the end, some 3 degrees."""
 
-MOST = 5000
+MOST_TURNED = 5000
 """Triangles that are turned back at most, each in a millisecond: after a hundred wild strokes there
 were 3000 in 384 cells. Where there are more, the lattice is too coarse for all of the field."""
 
@@ -98,7 +98,7 @@ def untangle(
         if number < MEANS:
             goals = _means(mesh, rings)
         else:
-            goals = _around(mesh, rings, PLACES if number < CALM else MORE, spacing, random)
+            goals = _around(mesh, rings, PLACES if number < CALM else LATER_PLACES, spacing, random)
         tried = _tried(mesh, rings, goals, field, spacing)
         score, cosines = _scores(mesh, rings, tried, field, POOR if number < CALM else THIN)
         if number >= CALM and number % 2:
@@ -114,7 +114,7 @@ def untangle(
 
 
 def _find_turned(mesh: RawMesh, free: NDArray[np.bool_], field: Field) -> NDArray[np.bool_]:
-    """Which triangles (F,) with a `free` (V,) corner are turned over, the first MOST of them."""
+    """Which triangles (F,) with a `free` (V,) corner are turned over: the first MOST_TURNED."""
     some = _with_corner(mesh.triangles, free)
     triangles = mesh.triangles.take(some, axis=0)
     a, b, c = (mesh.vertices.take(corner, axis=0) for corner in triangles.T)
@@ -124,7 +124,7 @@ def _find_turned(mesh: RawMesh, free: NDArray[np.bool_], field: Field) -> NDArra
     turned = np.zeros(len(mesh.triangles), bool)
     a, b, c, across = (each.take(asked, axis=0) for each in (a, b, c, across))
     over = np.flatnonzero(facing(field, a, b, c, across) < 0)
-    turned[some[asked[over[:MOST]]]] = True
+    turned[some[asked[over[:MOST_TURNED]]]] = True
     return turned
 
 
