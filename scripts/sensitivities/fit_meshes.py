@@ -52,8 +52,8 @@ SUBJECT = Subject(
     count=len(SOLIDS),
     constants={
         "fit.mesh_cleanup": ("WELD_CELLS", "LEAST_PLACES", "CLOSED", "BULKY"),
-        "fit.mesh_winding": ("PROBES", "DISSENT"),
-        "fit.mesh_open": ("ALIKE", "SHEET", "FEW_SHEETS", "PROPOSED", "WORTH", "PROBES"),
+        "fit.mesh_winding": ("PROBES_OF_PIECE", "DISSENT"),
+        "fit.mesh_open": ("ALIKE", "SHEET", "FEW_SHEETS", "PROPOSED", "WORTH", "SHEET_PROBES"),
         "fit.mesh_thicken": ("SMOOTHED_SHARE", "LONGEST_OFFSET"),
         "fit.mesh_union": (
             *("BESIDE_FACE", "BESIDE_THIN", "PARALLEL", "NEAR_CORNER", "CLOSEST"),
@@ -62,7 +62,7 @@ SUBJECT = Subject(
         "fit.mesh_distance": (
             *("PROBES", "WALLS", "ALL_SHEETS", "SCRAP", "FILM", "NEAR_FILM", "INSIDE_OUT"),
         ),
-        "fit.mesh_pieces": ("PROBES",),
+        "fit.mesh_pieces": ("BURIED_PROBES",),
     },
     ratios=("area",),
     sums=("wrong_sides", "pieces", "notes"),

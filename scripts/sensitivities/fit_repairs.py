@@ -25,7 +25,7 @@ ROUGH = replace(fit.BENEATH_DETAIL, omega=2 * fit.BENEATH_DETAIL.omega)
 
 def cases(count: int, seed: int, more: int) -> list[Case]:
     """Fields with strays, and random places of the seed."""
-    names = list(SHAPES)
+    names = list(reversed(SHAPES))  # those with the fewest strays first
     some = [(names[number % len(names)], seed + 100 * number) for number in range(count)]
     for name, number in some:
         strayed(name, number)
@@ -56,7 +56,7 @@ SUBJECT = Subject(
     count=3,
     constants={
         "fit.strays": (
-            *("NEAR_MESH", "NO_PIECE", "FACES", "ASKED", "ASKED_OF_PIECE", "HIDDEN_LEVEL"),
+            *("NEAR_MESH", "NO_PIECE", "FACING_ALIKE", "ASKED", "ASKED_OF_PIECE", "HIDDEN_LEVEL"),
             *("HIDDEN_RINGS", "HIDDEN_LOW", "LARGE_COEFFICIENT", "ON_ITS_SIDE"),
             *("PLACES_IN_BALL", "WRONG_SHARE", "TINY"),
         ),

@@ -93,8 +93,8 @@ SUBJECT = Subject(
         "mesh.extraction.march": ("FROM_ENDS",),
         "mesh.extraction.specks": ("SMALL_PIECE", "SPECK_BORDER", "SPECK_SAMPLES"),
         "mesh.extraction.untangle": (
-            *("ROUNDS", "MEANS", "PLACES", "MORE", "NEAREST", "FARTHEST", "CALM", "CHANCE"),
-            *("THIN", "MOST"),
+            *("ROUNDS", "MEANS", "PLACES", "LATER_PLACES", "NEAREST", "FARTHEST", "CALM", "CHANCE"),
+            *("THIN", "MOST_TURNED"),
         ),
     },
     ratios=("triangles", "mean", "p95", "p99"),

@@ -3,7 +3,9 @@
 
 import ast
 import importlib
+import re
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -52,6 +54,14 @@ def test_each_number_is_measured_or_said_to_be_left_out():
     assert not MEASURED & set(left)
     rooms = {name for name in (*MEASURED, *left) if name.split(".")[0] in ROOMS}
     assert set(numbers()) == {name for name in rooms if not constants.find(name).part}
+
+
+def test_the_document_has_rows_of_each_measured_constant_as_it_is():
+    text = (FIELD.parent.parent / "docs/sensitivity.md").read_text("utf-8")
+    rows = re.findall(r"^\| `([\w.]+)` \| (\S+) →", text, re.MULTILINE)
+    found = {(title, f"{float(Fraction(value)):g}") for title, value in rows}
+    measured = map(constants.find, MEASURED)
+    assert found == {(constant.title, f"{constant.value:g}") for constant in measured}
 
 
 def test_measured_constants_are_numbers_with_another_half_and_double():
