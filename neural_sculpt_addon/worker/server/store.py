@@ -144,10 +144,9 @@ class Store:
 
 def read_strength(value: object) -> float:
     """The strength of a layer. SculptError unless it is a number from 0 to 1."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (is_number and 0 <= value <= 1):
-        raise SculptError("A layer's strength is a number from 0 to 1, not {}.", f"{value!r:.60}")
-    return float(value)
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1:
+        return float(value)
+    raise SculptError("A layer's strength is a number from 0 to 1, not {}.", f"{value!r:.60}")
 
 
 def preparation_bytes(preparation: "Preparation") -> int:
