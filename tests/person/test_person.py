@@ -103,7 +103,7 @@ class PersonOrders(WindowCase):
             self.skipTest("this Blender brings it with the stroke")
         self.live = self.off = True
         yield from self.add()
-        yield from Order("off person", PersonHands(self, 0, renews=True), field().name).play()
+        yield from Order("off person", PersonHands(self, 0), field().name).play()
 
     @long
     def test_a_stroke_after_a_brush_stroke_that_was_undone(self) -> Steps:
@@ -119,8 +119,8 @@ class PersonOrders(WindowCase):
 class PersonHands:
     """How a person does what is in an order."""
 
-    def __init__(self, case: WindowCase, seed: int, renews: bool = False) -> None:
-        self.case, self.random, self.renews = case, random.Random(seed), renews
+    def __init__(self, case: WindowCase, seed: int) -> None:
+        self.case, self.random = case, random.Random(seed)
         bpy.context.preferences.view.pie_tap_timeout = 1000  # hundredths: a tap, though it be slow
         focus()
 
@@ -137,9 +137,8 @@ class PersonHands:
         yield hand.DRAWN
         if field().neural_sculpt.live:
             yield from self.until_entries(count + 1)
-        if self.renews:
-            stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED
-            yield from hand.until(lambda: stretched not in field().data, SECONDS, "another proxy")
+        stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED  # until rest renews it
+        yield from hand.until(lambda: stretched not in field().data, SECONDS, "another proxy")
 
     def neural(self) -> Steps:
         choose_tool()
