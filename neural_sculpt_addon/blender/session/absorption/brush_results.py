@@ -36,6 +36,7 @@ from ...scene.properties import field_of, find, found
 from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
+from .. import reports
 from ..job import Job
 from ..session_hooks import Arrivals
 from ..worker_session import session
@@ -44,9 +45,6 @@ from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, proxies
 log = logging.getLogger(__name__)
 
 Vectors = NDArray[np.float32]
-
-LOST_DETAIL = 3e-4
-"""Mean distance, model units, from which on the artist is told that a stroke was too fine."""
 
 SEEN_OFF = 5e-4
 """Distance, model units, from which on a vertex that a brush moved is seen to be off the field: a
@@ -287,18 +285,17 @@ def enter_next(target: int, proxy: TrackedProxy) -> None:
 
 
 def _is_lost(result: Message) -> bool:
-    """Whether details are missing, and not because the triangles are stretched or folded."""
-    fields = result.fields
-    return not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL
+    """Whether the field has not got all of a stroke, which its report tells in sentences."""
+    return bool(reports.notes_of(result.fields["report"]))
 
 
 def _tell_lost(name: str, result: Message) -> None:
-    """Tell the artist when the field has not got all of a stroke."""
+    """Tell the artist when that is so."""
     if _is_lost(result):
         session.watcher.warned(
             Text(
-                "The field cannot hold all of {}: details finer than its finest level were left"
-                " out. The proxy shows what it holds when you rest.",
+                "The field cannot hold all of {}: it folds over itself, or is finer than the finest"
+                " level. The proxy shows what the field holds when you rest.",
                 name,
             )
         )
