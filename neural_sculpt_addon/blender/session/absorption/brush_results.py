@@ -19,6 +19,7 @@ the next stroke or change no step of ours is made, since it would cut off what c
 
 import logging
 import time
+from itertools import takewhile
 
 import numpy as np
 from bpy.types import Object
@@ -113,17 +114,19 @@ def can_enter(target: int, proxy: TrackedProxy) -> bool:
 
 def can_keep(target: int, proxy: TrackedProxy) -> bool:
     """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
-    the only step of that stroke, and all steps after it are brushes' as well."""
+    the only step of that stroke, and those after it are brushes' as well, or hold the proxy as they
+    left it, as when Sculpt Mode was left."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
     if stroke.result is None or not _is_free(target, proxy):
         return False
-    ob, (before, _) = found(target), sculpt_steps.steps()
-    if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
+    before, _ = sculpt_steps.steps()
+    if proxy_mesh.mesh_of(found(target)).users > 1 or proxy.step not in before:
         return False
     since = before[before.index(proxy.step) + 1 :]
-    return since[:1] == [stroke.step] and all(map(sculpt_steps.is_native, since))
+    known = (sculpt_steps.is_native(step) or sculpt_steps.is_ordinary(step) for step in since)
+    return since[:1] == [stroke.step] and all(known)
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
@@ -238,13 +241,22 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)
-    kept_steps.know(ob, stroke.step, after)
+    for step in (stroke.step, *_ordinary_behind(stroke, proxy)):
+        kept_steps.know(ob, step, after)
     kept_steps.unsettle(ob, after)
     _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
     proxy.positions, proxy.told, proxy.step = stroke.seen, stroke.after, stroke.step
     del proxy.known[0]
     proxy.count -= 1
+
+
+def _ordinary_behind(stroke: BrushStroke, proxy: TrackedProxy) -> list[Step]:
+    """The ordinary steps between a stroke's own step and that of the next one."""
+    before, _ = sculpt_steps.steps()
+    behind, others = before[before.index(stroke.step) + 1 :], {s.step for s in proxy.known}
+    until_next = takewhile(lambda step: step not in others, behind)
+    return [step for step in until_next if sculpt_steps.is_ordinary(step)]
 
 
 def _rebase(target: int, step: Step) -> None:

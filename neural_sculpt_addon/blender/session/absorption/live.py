@@ -60,8 +60,11 @@ class LiveResults(BrushResults):
 
     def take(self) -> bool:
         """Normals may be behind then."""
-        taken = super().take()
-        settling.wait_for_rest(begins=taken)
+        taken, ob = super().take(), bpy.context.active_object
+        if taken and (ob is None or ob.mode != "SCULPT"):
+            settling.leave_sculpt_mode()
+        else:
+            settling.wait_for_rest(begins=taken)
         return taken
 
     def may_come(self, job: Job) -> bool:
