@@ -7,7 +7,7 @@ step by step, and brought back when undo or redo has led to one. To take in a st
 pushed and the mesh is not touched: Blender would evaluate it, 25 ms with 100,000 vertices.
 
     ordinary step, stroke, stroke     the first holds the field; that of the others is known here
-    stroke, ordinary step             Sculpt Mode was left before the field had the stroke: known, too
+    stroke, ordinary step             the mode was left before the field had the stroke: known, too
 
 Only the mesh's normals are behind, for brushes leave that attribute as it is. Sculpt Mode does not
 show it; `settle` writes it when the artist rests, leaves the mode or does something else.
