@@ -15,6 +15,7 @@ from test_live_absorption import KEPT, BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
 go_on = module("blender.session.absorption.renewal").go_on
+SPARE = module("blender.scene.mesh.spare_mesh").SPARE
 
 
 class Renewal(BrushCase):
@@ -217,6 +218,41 @@ class Renewal(BrushCase):
         self.rest()
         self.assertEqual(state(self.ob()), before)
         self.assertEqual(len(bpy.data.meshes), meshes)
+
+    def test_a_file_that_is_saved_between_two_pieces(self) -> None:
+        """It has the proxy and no other mesh, and is as good as any."""
+        before = state(self.ob())
+        meshes = self.half_way()
+        absorbed = vertices(self.ob())
+        path = str(self.folder / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+        with bpy.data.libraries.load(path) as (held, _):
+            self.assertEqual(len(held.meshes), meshes)
+        self.rest()
+        self.assertEqual(self.look_again(undo), before)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(len(bpy.data.meshes), meshes)
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+        np.testing.assert_array_equal(vertices(self.ob()), absorbed)
+
+    def test_steps_that_are_pushed_between_two_pieces(self) -> None:
+        """Undo and redo to them leave no mesh over."""
+        meshes = self.half_way()
+        for x in (1.0, 2.0):
+            self.ob().location.x = x
+            push_undo("Move")
+            self.assertGreater(len(bpy.data.meshes), meshes)
+        for step in (undo, redo, undo, undo, redo, redo):
+            step()
+            self.assertEqual(len(bpy.data.meshes), meshes)
+            self.assertNotIn(SPARE, self.ob().data)
+        self.rest()
+        renewed = state(self.ob())
+        undo()
+        self.assertEqual(self.look_again(redo), renewed)
+        self.assertEqual(len(bpy.data.meshes), meshes)
+        self.assertNotIn(SPARE, self.ob().data)
 
     def masked(self) -> np.ndarray:
         """The vertices that are masked."""

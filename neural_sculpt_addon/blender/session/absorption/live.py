@@ -33,7 +33,7 @@ from .. import states
 from ..job import Job, Request
 from ..session_hooks import Arrivals
 from ..worker_session import session
-from . import brush_results, settling
+from . import brush_results, renewal, settling
 from .brush_results import BrushResults
 from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, is_brushing, proxies
 from .whole_proxy import absorb_job
@@ -156,6 +156,7 @@ def look() -> None:
 def leave() -> None:
     """After undo and redo: track the proxies as they are now."""
     kept_steps.follow()
+    renewal.follow()
     settling.wait_for_rest()
     for target, proxy in proxies.each():
         if (ob := find(target)) is None:
