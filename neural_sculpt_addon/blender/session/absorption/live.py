@@ -29,6 +29,7 @@ from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ...scene.mesh.moved_part import cut
 from ...scene.properties import LOCAL, field_of, find, found, is_field, shown_as
 from ...scene.stroke_list import SCULPTED
+from ...scene.undo_step import in_window
 from .. import states
 from ..job import Job, Request
 from ..session_hooks import Arrivals
@@ -60,8 +61,8 @@ class LiveResults(BrushResults):
 
     def take(self) -> bool:
         """Normals may be behind then."""
-        taken, ob = super().take(), bpy.context.active_object
-        if taken and (ob is None or ob.mode != "SCULPT"):
+        taken = super().take()
+        if taken and not _in_sculpt_mode():
             settling.leave_sculpt_mode()
         else:
             settling.wait_for_rest(begins=taken)
@@ -179,6 +180,11 @@ def forget() -> None:
     proxies.forget()
     kept_steps.forget()
     _left.clear()
+
+
+def _in_sculpt_mode() -> bool:
+    with in_window():
+        return bpy.context.mode == "SCULPT"
 
 
 def _is_sculpted(ob: Object) -> bool:
