@@ -241,7 +241,7 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)
-    for step in (stroke.step, *_ordinary_behind(stroke, proxy)):
+    for step in (stroke.step, *_ordinary_behind(stroke.step, proxy)):
         kept_steps.know(ob, step, after)
     kept_steps.unsettle(ob, after)
     _rebase(target, stroke.step)
@@ -251,12 +251,11 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     proxy.count -= 1
 
 
-def _ordinary_behind(stroke: BrushStroke, proxy: TrackedProxy) -> list[Step]:
-    """The ordinary steps between a stroke's own step and that of the next one."""
+def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[Step]:
+    """The ordinary steps between a stroke's own step and that of the next stroke."""
     before, _ = sculpt_steps.steps()
-    behind, others = before[before.index(stroke.step) + 1 :], {s.step for s in proxy.known}
-    until_next = takewhile(lambda step: step not in others, behind)
-    return [step for step in until_next if sculpt_steps.is_ordinary(step)]
+    behind, others = before[before.index(step) + 1 :], {s.step for s in proxy.known}
+    return [*filter(sculpt_steps.is_ordinary, takewhile(lambda s: s not in others, behind))]
 
 
 def _rebase(target: int, step: Step) -> None:
