@@ -8,6 +8,7 @@ is left to do:
     take back, and bring back, changes that have no result yet
     show the reports that came after the undo step of their stroke
     cancel the jobs whose base is no longer there
+    let undo leave Sculpt Mode (see `sculpt_mode`)
     keep previews out of undo steps and files
 """
 
@@ -18,7 +19,7 @@ from bpy.app.handlers import persistent
 
 from ..common.errors import SculptError
 from . import notice
-from .scene import kept_steps, native_steps, sculpt_steps
+from .scene import kept_steps, native_steps, sculpt_mode, sculpt_steps
 from .scene.mesh.preview import preview
 from .scene.undo_step import in_edit_mode, in_window
 from .session import reports, saved_strokes
@@ -131,6 +132,13 @@ def bring_back(*_: object) -> None:
 
 
 @persistent
+def note_mode(*_: object) -> None:
+    """A mode may have been entered."""
+    if bpy.context.window is not None:  # while a file is saved, Blender draws a picture of it
+        sculpt_mode.note()
+
+
+@persistent
 def leave(*_: object) -> None:
     """Let go of the file, before another one is loaded."""
     preview.let_go()
@@ -139,6 +147,7 @@ def leave(*_: object) -> None:
 
 
 _HANDLERS = (
+    ("depsgraph_update_post", note_mode),
     ("undo_pre", prepare_undo),
     ("redo_pre", prepare_redo),
     ("undo_post", follow),

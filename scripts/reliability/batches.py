@@ -71,7 +71,8 @@ def _play(
     number = 0
     while number < count:
         size = min(BATCH, count - number)
-        lines, ended = _batch(command, variables, [str(seed), str(number), str(size)])
+        given = [str(seed), str(number), str(size)]
+        lines, ended = _batch(command, variables, given, report)
         current = None
         for line in lines:
             word, _, rest = line.partition(" ")
@@ -100,14 +101,17 @@ def _play(
 
 
 def _batch(
-    command: Sequence[str], variables: Mapping[str, str], given: Sequence[str]
+    command: Sequence[str], variables: Mapping[str, str], given: Sequence[str], report: Report
 ) -> tuple[list[str], str]:
-    """The lines that told about sequences, and how the process ended."""
+    """The lines that told about sequences, and how the process ended. Failures are told at once."""
+
+    def show(line: str) -> None:
+        if line.startswith("sequence ") and " fails: " in line:
+            report(line)
+
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         own = {**variables, "BLENDER_USER_RESOURCES": folder}
-        code, printed, seconds = commands.run(
-            [*command, folder, *given], own, LONGEST, show=lambda _: None
-        )
+        code, printed, seconds = commands.run([*command, folder, *given], own, LONGEST, show)
     lines = [line for line in printed if line.startswith(("sequence ", "version "))]
     if seconds > LONGEST:
         return lines, f"hung for {LONGEST} s"

@@ -72,9 +72,10 @@ def _debian(suite: str, workshop: Workshop) -> Program:
         return Program(name, missing="it takes root")
     if home == Path("/usr"):
         return Program(name, missing=f"the worker's Python, of {home}, is not seen in its folder")
+    environment = workshop.worker.parents[1].resolve()  # .venv may be a link that leads out of ROOT
     variables = {
         ENVIRONMENT_VARIABLE: str(workshop.worker),
         "REAL_BLENDER_SUITE": suite,
-        "REAL_BLENDER_BIND": os.pathsep.join(map(str, (ROOT, home))),
+        "REAL_BLENDER_BIND": os.pathsep.join(map(str, (ROOT, home, environment))),
     }
     return Program(name, ("bash", str(REAL_BLENDER), "exec", "--", "blender"), variables)

@@ -20,7 +20,7 @@ from drawing import (
     moved_since,
     operate,
 )
-from harness import long, module, push_undo, state, vertices
+from harness import EXTENSION, brush_settings, long, module, push_undo, state, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from undo_orders import Order
@@ -50,17 +50,29 @@ class Person(WindowCase):
         self.assertEqual(state(field()), before)
 
 
+RESOLUTION = 32
+BRUSH = 50  # pixels, the size of Blender's brush
+LOW = 0.03  # intensity
+
+
 class PersonOrders(WindowCase):
     """Strokes of Blender's brushes are absorbed by themselves when `live`, else by Absorb alone;
-    when `off`, each of them brings another proxy as soon as the hand rests."""
+    when `off`, each of them brings another proxy as soon as the hand rests.
+
+    The proxy is coarse and strokes are small and low, for an order has a dozen to compute."""
 
     absorbs_live = True
     live = False
     off = False
 
     def add(self, kind: str = "SPHERE") -> Steps:
+        bpy.context.preferences.addons[EXTENSION].preferences.resolution = RESOLUTION
+        brush_settings().intensity = LOW
         yield from super().add(kind)
         field().neural_sculpt.live = self.live
+        settings = bpy.context.tool_settings
+        unified = getattr(settings.sculpt, "unified_paint_settings", None)  # from 5.0 on
+        (unified or settings.unified_paint_settings).size = BRUSH
         push_undo("How to absorb")
         if self.off:
             results = module("blender.session.absorption.brush_results")
@@ -91,7 +103,7 @@ class PersonOrders(WindowCase):
             self.skipTest("this Blender brings it with the stroke")
         self.live = self.off = True
         yield from self.add()
-        yield from Order("off person", PersonHands(self, 0, renews=True), field().name).play()
+        yield from Order("off person", PersonHands(self, 0), field().name).play()
 
     @long
     def test_a_stroke_after_a_brush_stroke_that_was_undone(self) -> Steps:
@@ -107,8 +119,8 @@ class PersonOrders(WindowCase):
 class PersonHands:
     """How a person does what is in an order."""
 
-    def __init__(self, case: WindowCase, seed: int, renews: bool = False) -> None:
-        self.case, self.random, self.renews = case, random.Random(seed), renews
+    def __init__(self, case: WindowCase, seed: int) -> None:
+        self.case, self.random = case, random.Random(seed)
         bpy.context.preferences.view.pie_tap_timeout = 1000  # hundredths: a tap, though it be slow
         focus()
 
@@ -125,9 +137,8 @@ class PersonHands:
         yield hand.DRAWN
         if field().neural_sculpt.live:
             yield from self.until_entries(count + 1)
-        if self.renews:
-            stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED
-            yield from hand.until(lambda: stretched not in field().data, SECONDS, "another proxy")
+        stretched = module("blender.scene.mesh.proxy_mesh").STRETCHED  # until rest renews it
+        yield from hand.until(lambda: stretched not in field().data, SECONDS, "another proxy")
 
     def neural(self) -> Steps:
         choose_tool()
@@ -183,7 +194,8 @@ class PersonHands:
             handlers.remove(take)
 
     def path(self) -> Array:
-        return self.case.arc(self.random.uniform(-0.7, 0.7))
+        first = self.random.randrange(9)
+        return self.case.arc(self.random.uniform(-0.9, 0.9))[first : first + 7]
 
 
 def annotated() -> int:

@@ -7,6 +7,7 @@ step by step, and brought back when undo or redo has led to one. To take in a st
 pushed and the mesh is not touched: Blender would evaluate it, 25 ms with 100,000 vertices.
 
     ordinary step, stroke, stroke     the first holds the field; that of the others is known here
+    stroke, ordinary step             the mode was left before the field had the stroke: known, too
 
 Only the mesh's normals are behind, for brushes leave that attribute as it is. Sculpt Mode does not
 show it; `settle` writes it when the artist rests, leaves the mode or does something else.
@@ -168,15 +169,22 @@ def follow() -> None:
     if not is_field(ob) or not before or proxy_mesh.why_locked(ob):
         return
     known = _known.get(ob.session_uid, {})
-    if not sculpt_steps.is_native(before[-1]):  # Blender has brought all but normals
-        if (field := known.get(before[-1])) is not None:
-            unsettle(ob, field)
+    if not sculpt_steps.is_native(before[-1]):  # Blender has brought all that there was then
+        field = known.get(before[-1])
+        if field is not None and _shows(ob, field):
+            _bring(ob, field)
         return
     for step in reversed(before):
         if (field := known.get(step)) is not None:
             _bring(ob, field)
         if field is not None or not sculpt_steps.is_native(step):
             break
+
+
+def _shows(ob: Object, field: FieldAt) -> bool:
+    """Whether the proxy has the vertices of this field. That of an ordinary step has not if it was
+    made anew since, where the memory of an older one had been."""
+    return f"{proxy_mesh.fingerprint(proxy_mesh.positions(ob)):08x}" == field.filled
 
 
 def _bring(ob: Object, field: FieldAt) -> None:

@@ -133,6 +133,9 @@ class NEURAL_SCULPT_PG_field(PropertyGroup):
     refine: refine_property()
     most_triangles: most_triangles_property()
     smooth: smooth_property()
+    times_sculpted: IntProperty(
+        name="Times Sculpted", description="See `sculpt_mode`", options={"HIDDEN"}
+    )
     live: BoolProperty(
         name="Live Absorption",
         description="In Sculpt Mode, what Blender's own brushes do to the proxy goes into the field"

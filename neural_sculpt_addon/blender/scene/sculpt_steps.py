@@ -39,7 +39,7 @@ passes over it, and redo of the step before goes on to it."""
 
 _STDOUT = 1
 _LINE = re.compile(r"\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*)'")
-_OF_SCULPT_MODE = "Sculpt"
+_OF_SCULPT_MODE, _ORDINARY = "Sculpt", "Global Undo"
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,11 @@ def needs_border() -> bool:
 def is_native(step: Step) -> bool:
     """Whether a step is one of Sculpt Mode's own, which hold nothing but the sculpted mesh."""
     return step.kind == _OF_SCULPT_MODE
+
+
+def is_ordinary(step: Step) -> bool:
+    """Whether a step holds all data."""
+    return step.kind == _ORDINARY
 
 
 def undo_passes() -> bool:

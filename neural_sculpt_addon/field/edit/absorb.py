@@ -31,6 +31,7 @@ from ..mesh.pieces import components
 from ..mesh.proxy import extract
 from ..projection import find_surface, project
 from .absorption import Absorption
+from .lost import lost
 from .patch import Patch, bent, finest_level
 
 Array = NDArray[np.float32]
@@ -45,6 +46,7 @@ class Absorbed(NamedTuple):
 
     error_mean, error_p95, error_max  distance of what was moved to the zero level
     normal_deg                        mean angle between its normals and those of the field, degrees
+    lost_share, worst, notes          what the field lacks of it, see `lost`
     components, seconds
     """
 
@@ -114,7 +116,9 @@ def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[n
 def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
     """How close the zero level came to what was moved, see `Absorbed`."""
     points = patch.points[patch.moved]
+    found = project(field, points)
     return {
-        **deviation(project(field, points), points, unit(patch.gradients[patch.moved])),
+        **deviation(found, points, unit(patch.gradients[patch.moved])),
+        **lost(points, np.linalg.norm(found.points - points, axis=1)),
         "components": components(extract(field, PIECE_CELLS, progress)),
     }

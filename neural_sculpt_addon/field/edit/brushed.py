@@ -35,6 +35,7 @@ from ..projection import ARRIVED, Projection, project
 from .absorb import refuse_outside
 from .absorption import Absorption, Closely, Tolerance
 from .brushed_surface import Brushed, BrushedSurface, brushed_surface
+from .lost import lost
 from .patch import Patch
 
 Array = NDArray[np.float32]
@@ -104,8 +105,10 @@ def absorb_brushed(
     done = _without_islands(preparation, solution, surface.patch, sub_progress(progress, 0.6, 0.9))
     points, gradients, moved = surface.patch
     found = project(done.field, points, tolerance=ARRIVED)
+    off = np.linalg.norm(found.points - points, axis=1)[moved]
     report = {
         **deviation(found.where(moved), points[moved], gradients[moved]),
+        **lost(points[moved], off),
         "components_before": preparation.proxy.components.total,
         "components_after": done.proxy.components.total,
         "seconds": time.monotonic() - start,

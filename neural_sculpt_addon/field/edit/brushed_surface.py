@@ -52,7 +52,9 @@ class BrushedSurface(NamedTuple):
     patch:   samples of the surface: the vertices. They count as moved beside vertices that were
              moved, too
     origins: (M, 3), where the moved samples were
-    finest:  the finest level that the triangles can hold, and at least that of the detail they pass
+    finest:  the finest level that the triangles can hold, those before or those after, for a brush
+             that drags them far asks for folds as narrow as they were; and at least that of the
+             detail they pass
     between: more samples
     """
 
@@ -82,7 +84,9 @@ def brushed_surface(field: Field, brushed: Brushed) -> BrushedSurface:
     moved[triangles[moved[triangles].any(axis=1)]] = True
     origins = vertices.before[moved]
     detail = int(field.detail.finest_at(origins).max())
-    finest = max(finest_level(vertices.after[triangles[moved[triangles].all(axis=1)]]), detail)
+    corners = triangles[moved[triangles].all(axis=1)]
+    finest = max(finest_level(each[corners]) for each in (vertices.before, vertices.after))
+    finest = max(finest, detail)
     patch = Patch(vertices.after, vertices.upright, moved)
     between = Between(field, vertices, find_edges(triangles)[0], moved, finest - BETWEEN)
     return BrushedSurface(fine, patch, origins, finest, between)

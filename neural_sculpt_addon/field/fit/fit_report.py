@@ -145,7 +145,7 @@ def report(
         "beyond": float((samples.error > allowed).mean()),
         "thin": float(thin.mean()),
         "thin_off": float((thin & (samples.error > allowed)).mean()),
-        "worst": _worst(np.concatenate(places), np.append(error, found.left.away), allowed),
+        "worst": worst(np.concatenate(places), np.append(error, found.left.away), allowed),
     }
     is_open = bool(mesh.repairs.get("openings"))
     is_joined = len(np.unique(mesh.pieces)) > len(pieces.solid)
@@ -260,10 +260,11 @@ def _thin(distance: MeshDistance, samples: _Samples, tolerance: FitTolerance) ->
     return thin
 
 
-def _worst(
+def worst(
     points: NDArray[np.floating], error: NDArray[np.floating], allowed: float
 ) -> list[list[float]]:
-    """Places of the largest errors beyond what is allowed."""
+    """Of points (N, 3), those with the largest errors (N,) beyond what is allowed: at least APART,
+    the worst first, ready for JSON."""
     found: list[NDArray[np.floating]] = []
     for index in np.argsort(-error)[: np.count_nonzero(error > allowed)]:
         if all(np.linalg.norm(points[index] - place) > APART for place in found):

@@ -6,6 +6,7 @@ and `triangles` (see shown). Torch and the rest are imported by the job that nee
 `warm_up`.
 """
 
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -190,7 +191,7 @@ class Jobs:
         )
         state, solved = before.absorbed(result)
         fields, arrays = _layer(solved)
-        fields["report"] = result.report
+        fields["report"] = _told(result.report)
         arrays |= zip(SNAPPED, result.snapped, strict=True)
         fields["stretched"] = read(job, "remesh", bool) or not result.is_shown
         if fields["stretched"] and not read(job, "keep", bool):
@@ -325,7 +326,9 @@ class Jobs:
         terms = (*before.terms, Term(solved.layer, 1.0))
         state = before.moved(terms, sub_progress(progress, 0.8, 0.9))
         fields, arrays = _layer(solved)
-        return self._answer(state, {"report": result.report, **fields}, arrays, job, progress)
+        return self._answer(
+            state, {"report": _told(result.report), **fields}, arrays, job, progress
+        )
 
     def _answer(
         self,
@@ -356,10 +359,13 @@ def _layer(solved: "Solved") -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _place(fit: "Fit") -> dict[str, Any]:
     """Where a fitted field belongs, and how good it is."""
-    report = dict(fit.report)
-    if "notes" in report:
-        report["notes"] = [to_json(note) for note in report["notes"]]
-    return {"scale": fit.scale, "center": list(fit.center), "report": report}
+    return {"scale": fit.scale, "center": list(fit.center), "report": _told(fit.report)}
+
+
+def _told(report: Mapping[str, Any]) -> dict[str, Any]:
+    """A report as it travels."""
+    notes = [to_json(note) for note in report.get("notes", ())]
+    return {**report, **({"notes": notes} if notes else {})}
 
 
 def _edit_bytes(edit: "Edit") -> int:

@@ -45,7 +45,7 @@ def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.S
         case.live, case.off = bool(number % 2), number % 4 == 3
         yield simulated_input.DRAWN
         yield from case.add()
-        hands = person.PersonHands(case, number, renews=case.off)
+        hands = person.PersonHands(case, number)
         order = undo_orders.Order(f"{seed} {number}", hands, drawing.field().name)
         print(f"sequence {number} begins", flush=True)
         try:

@@ -136,6 +136,59 @@ class KeptSteps(BrushCase):
             kept_steps.settle()
             self.assertGreater(self.along_the_surface(moved), STRAIGHT, step)
 
+    def test_a_mode_that_is_left_before_they_have_results(self) -> None:
+        """Each press still takes back one thing, and never shows what an earlier one took back."""
+        seen = [(state(self.ob()), "SCULPT")]
+        for each in (("Clay", -40), ("Grab", 40)):
+            brush(*each)
+            self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.ob().location.x = 1.0
+        push_undo("Move")
+        sculpted, history = vertices(self.ob()), sculpt_steps.steps()
+        self.finish()
+        self.assertEqual(sculpt_steps.steps(), history)
+        self.assertEqual(self.names(), ["Clay", "Grab"])
+        self.assertFalse(self.edited())
+        np.testing.assert_array_equal(vertices(self.ob()), sculpted)
+        kept_steps.settle()
+        moved = self.now()
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        last = self.now()
+        undo()
+        self.assertEqual(self.now(), moved)
+        for mode, names in (
+            *(("OBJECT", ["Clay", "Grab"]), ("SCULPT", ["Clay", "Grab"])),
+            *(("SCULPT", ["Clay"]), ("SCULPT", [])),
+        ):
+            undo()
+            seen.insert(1, self.now())
+            self.assertEqual((self.ob().mode, self.names()), (mode, names))
+            self.assertFalse(self.edited())
+        self.assertEqual(seen.pop(1), seen[0])
+        for expected in (*seen[1:], moved, last):
+            redo()
+            self.assertEqual(self.now(), expected)
+        for _ in range(5):
+            undo()
+        self.assertEqual(self.now(), seen[0])
+        brush("Clay", 0)  # another one, whose steps lie where those had been
+        self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.finish()
+        undo()
+        redo()
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+
+    def now(self) -> tuple[object, str]:
+        """All of the field, with the normals that are behind, and the mode."""
+        kept_steps.settle()
+        return state(self.ob()), self.ob().mode
+
     def along_the_surface(self, some: np.ndarray) -> float:
         """Cosine between the mesh's own normals and those of its triangles, of vertices: 95 % have
         at least that."""

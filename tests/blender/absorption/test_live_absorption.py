@@ -39,14 +39,15 @@ def view() -> dict[str, object]:
     return {"window": window, "area": area, "region": region}
 
 
-def brush(name: str, right: float = 0.0) -> None:
-    """A short stroke with one of Blender's brushes over the front of the sphere, as by hand."""
+def brush(name: str, right: float = 0.0, apart: float = 8.0) -> None:
+    """A short stroke with one of Blender's brushes over the front of the sphere, as by hand; its
+    places are so many pixels `apart`."""
     context = view()
     x, y = context["region"].width / 2 + right, context["region"].height / 2
     known = bpy.types.OperatorStrokeElement.bl_rna.properties.keys()
     points = []
     for step in range(5):
-        mouse = (x + 8 * step, y)
+        mouse = (x + apart * step, y)
         angle = right / 60 + 0.03 * step
         place = 0.6 * np.sin(angle), -0.6 * np.cos(angle), 0.0
         given = {

@@ -13,6 +13,7 @@ from test_live_absorption import KEPT, BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
 go_on = module("blender.session.absorption.renewal").go_on
+SPARE = module("blender.scene.mesh.spare_mesh").SPARE
 
 
 class Renewal(BrushCase):
@@ -23,9 +24,9 @@ class Renewal(BrushCase):
         self.enterContext(self.as_in_a_window())
         self.enterContext(patch.object(self.results, "SEEN_OFF", 0.0))  # every stroke is off
 
-    def absorb(self, name: str, right: float) -> np.ndarray:
+    def absorb(self, name: str, right: float, apart: float = 8.0) -> np.ndarray:
         """Brush, and let the field have it; the vertices as they were brushed."""
-        brush(name, right)
+        brush(name, right, apart)
         sculpted = vertices(self.ob())
         self.look()
         self.finish()
@@ -61,16 +62,30 @@ class Renewal(BrushCase):
             self.assertEqual(sculpt_steps.active(), first)
             self.assertEqual(self.look_again(redo), renewed)
 
-    def test_what_is_left_out_is_told_of_each_stroke(self) -> None:
+    def test_what_the_field_cannot_hold_is_told_and_its_place_is_known(self) -> None:
+        """Of a Grab that drags the surface over itself, and of no other."""
         told = self.enterContext(patch.object(module("blender.notice"), "tell"))
-        self.enterContext(patch.object(self.results, "LOST_DETAIL", -1.0))
-        self.enterContext(patch.object(self.results, "SEEN_OFF", 1.0))
-        for right in (-30, 30):
-            sculpted = self.absorb("Clay", right)
-        self.assertEqual(told.call_count, 2)
-        self.assertIn("cannot hold all of Clay", told.call_args.args[0])
+        reports = module("blender.session.reports")
+        self.absorb("Grab", -30)
+        told.assert_not_called()
+        report = reports.report_of(self.ob())
+        self.assertEqual((reports.notes_of(report), reports.worst_places(report)), ([], []))
+        before = vertices(self.ob())
+        sculpted = self.absorb("Grab", 30, apart=40.0)
+        told.assert_called_once()
+        self.assertIn("cannot hold all of Grab", told.call_args.args[0])
+        report = reports.report_of(self.ob())
+        (note,) = reports.notes_of(report)
+        self.assertIn("folds over itself", note)
+        self.assertTrue(bpy.ops.neural_sculpt.show_worst.poll())
+        moved = sculpted[(sculpted != before).any(axis=1)]
+        for place in reports.worst_places(report):
+            self.assertLess(np.linalg.norm(moved - place, axis=1).min(), 1e-3)
         self.rest()
         self.assertFalse(np.array_equal(vertices(self.ob()), sculpted))
+        self.assertEqual(reports.notes_of(reports.report_of(self.ob())), [note])
+        undo()
+        self.assertEqual(reports.notes_of(reports.report_of(self.ob())), [])
 
     def test_it_comes_once(self) -> None:
         self.absorb("Clay", 0)
@@ -201,6 +216,41 @@ class Renewal(BrushCase):
         self.rest()
         self.assertEqual(state(self.ob()), before)
         self.assertEqual(len(bpy.data.meshes), meshes)
+
+    def test_a_file_that_is_saved_between_two_pieces(self) -> None:
+        """It has the proxy and no other mesh, and is as good as any."""
+        before = state(self.ob())
+        meshes = self.half_way()
+        absorbed = vertices(self.ob())
+        path = str(self.folder / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+        with bpy.data.libraries.load(path) as (held, _):
+            self.assertEqual(len(held.meshes), meshes)
+        self.rest()
+        self.assertEqual(self.look_again(undo), before)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertEqual(len(bpy.data.meshes), meshes)
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+        np.testing.assert_array_equal(vertices(self.ob()), absorbed)
+
+    def test_steps_that_are_pushed_between_two_pieces(self) -> None:
+        """Undo and redo to them leave no mesh over."""
+        meshes = self.half_way()
+        for x in (1.0, 2.0):
+            self.ob().location.x = x
+            push_undo("Move")
+            self.assertGreater(len(bpy.data.meshes), meshes)
+        for step in (undo, redo, undo, undo, redo, redo):
+            step()
+            self.assertEqual(len(bpy.data.meshes), meshes)
+            self.assertNotIn(SPARE, self.ob().data)
+        self.rest()
+        renewed = state(self.ob())
+        undo()
+        self.assertEqual(self.look_again(redo), renewed)
+        self.assertEqual(len(bpy.data.meshes), meshes)
+        self.assertNotIn(SPARE, self.ob().data)
 
     def masked(self) -> np.ndarray:
         """The vertices that are masked."""

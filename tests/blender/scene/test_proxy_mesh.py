@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arrays written into a mesh: geometry, normals, bounds, materials, and when that is refused."""
 
+from typing import Any
+
 import bpy
 import numpy as np
-from harness import SculptCase, module, vertices
+from harness import SculptCase, module, push_undo, redo, undo, vertices
 
 
 def octahedron(size: float = 1.0, dtype: type = np.float32) -> tuple[np.ndarray, ...]:
@@ -21,14 +23,18 @@ class ProxyMesh(SculptCase):
         self.ob = bpy.data.objects.new("Proxy", self.mesh)
         bpy.context.collection.objects.link(self.ob)
 
-    def fill(
+    def fill(self, *arrays: np.ndarray, smooth: bool = True) -> None:
+        """Fill the mesh."""
+        self.proxy.fill(self.mesh, self.geometry(*arrays, smooth=smooth))
+
+    def geometry(
         self,
         points: np.ndarray,
         normals: np.ndarray,
         triangles: np.ndarray,
         smooth: bool = True,
-    ) -> None:
-        """Fill the mesh, with edges that are found one by one."""
+    ) -> Any:
+        """What to fill a mesh with; its edges are found one by one."""
         places: dict[tuple[int, int], int] = {}
         corner_edges = [
             [
@@ -39,7 +45,7 @@ class ProxyMesh(SculptCase):
         ]
         edges = np.array([*places], triangles.dtype)
         arrays = points, normals, triangles, edges, np.array(corner_edges)
-        self.proxy.fill(self.mesh, self.proxy.geometry(*arrays, smooth=smooth))
+        return self.proxy.geometry(*arrays, smooth=smooth)
 
     def test_geometry(self) -> None:
         points, normals, triangles = octahedron(2.0)
@@ -100,6 +106,35 @@ class ProxyMesh(SculptCase):
         read_points, read_triangles = self.proxy.read(self.mesh)
         np.testing.assert_array_equal(read_points, points)
         np.testing.assert_array_equal(read_triangles, triangles)
+
+    def test_a_spare_mesh_is_in_no_file_and_undo_leaves_none_over(self) -> None:
+        """Whatever comes between its pieces; and to show it is one step."""
+        spare_mesh = module("blender.scene.mesh.spare_mesh")
+        self.fill(*octahedron())
+        push_undo("Proxy")
+        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)))
+        self.assertTrue(spare.work(self.ob))
+        path = str(self.folder / "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+        with bpy.data.libraries.load(path) as (held, _):
+            self.assertEqual(held.meshes, ["Proxy"])
+        for x in (1.0, 2.0):
+            bpy.data.objects["Proxy"].location.x = x
+            push_undo("Move")
+        for step in (undo, redo):
+            step()
+            self.assertEqual([mesh.name for mesh in bpy.data.meshes], ["Proxy"])
+        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)))
+        while spare.work(bpy.data.objects["Proxy"]):
+            pass
+        spare.show(bpy.data.objects["Proxy"])
+        push_undo("Show")
+        for step, size in ((undo, 1.0), (redo, 2.0)):
+            step()
+            (mesh,) = bpy.data.meshes
+            self.assertEqual((mesh.name, mesh.users), ("Proxy", 1))
+            self.assertNotIn(spare_mesh.SPARE, mesh)
+            np.testing.assert_array_equal(vertices(bpy.data.objects["Proxy"]), octahedron(size)[0])
 
     def test_refused_in_edit_mode_and_with_shape_keys(self) -> None:
         self.fill(*octahedron())

@@ -44,6 +44,19 @@ class Undo(SteeredCase):
         self.back_and_forth()
         self.back_and_forth()
 
+    def test_sculpt_mode_alone(self) -> None:
+        """Entered and left with nothing between, which Blender takes back as if it was not left."""
+        modes = [self.mode()]
+        for _ in range(5):
+            bpy.ops.sculpt.sculptmode_toggle("EXEC_DEFAULT", True)
+            bpy.context.view_layer.update()
+            modes.append(self.mode())
+        self.assertEqual(modes, 3 * ["OBJECT", "SCULPT"])
+        self.undo_and_redo(modes, self.mode)
+
+    def mode(self) -> str:
+        return field("Sphere").mode
+
     def test_the_object_is_moved_before_the_result_comes(self) -> None:
         self.stroke(meanwhile=lambda: move(1.0))
         self.stroke(meanwhile=lambda: move(2.0))

@@ -111,6 +111,46 @@ def test_stretched_triangles_are_not_kept(shape):
     assert off.mean() < 3e-4
 
 
+def test_what_the_field_cannot_hold_is_told(shape):
+    """A brush that drags the surface over itself, and none that moves it less."""
+    preparation, proxy = shape
+    middle = np.argmax(proxy.vertices[:, 2])
+    center, normal = proxy.vertices[middle], proxy.normals[middle]
+    along = np.cross(normal, [0, 1, 0]).astype(np.float32)
+    along /= np.linalg.norm(along)
+    told = []
+    for way in (0.04, 0.3):
+        after = proxy.vertices + way * fall(proxy, center, 0.12) * along
+        _, brushed = cut(proxy.vertices, after, proxy.triangles)
+        done = absorb_brushed(preparation, brushed)
+        beside = brushed.triangles[brushed.changed[brushed.triangles].any(axis=1)]
+        moved = brushed.after[np.unique(beside)]
+        off = find_surface(done.preparation.field, moved).distance
+        assert done.report["lost_share"] == pytest.approx((off > 3e-4).mean(), abs=0.02)
+        told.append((done.report, moved, off))
+    report, _, _ = told[0]
+    assert report["lost_share"] < 0.02
+    assert "notes" not in report
+    assert "worst" not in report
+    report, moved, off = told[1]
+    (note,) = report["notes"]
+    assert note.template.startswith("The field lacks {} of what was moved")
+    assert note.arguments == (f"{report['lost_share']:.0%}",)
+    for place in report["worst"]:
+        away = np.linalg.norm(moved - place, axis=1)
+        assert away.min() < 1e-4
+        assert off[away.argmin()] > 3e-4
+
+
+def test_narrow_folds_of_stretched_triangles_are_held(shape):
+    """Triangles that are dragged far say little of how narrow what they show is."""
+    preparation, proxy = shape
+    center = proxy.vertices[np.argmax(proxy.vertices[:, 2])]
+    after = proxy.vertices + 4 * (grabbed(proxy, center, 0.1) - proxy.vertices)
+    _, brushed = cut(proxy.vertices, after, proxy.triangles)
+    assert brushed_surface(preparation.field, brushed).finest >= 7
+
+
 def test_each_middle_of_an_edge_is_a_sample_once_where_a_fine_level_asks(shape):
     preparation, proxy = shape
     center = proxy.vertices[np.argmax(proxy.vertices[:, 2])]

@@ -7,6 +7,7 @@ import signal
 import bpy
 import numpy as np
 from drawing import (
+    PICTURES,
     SECONDS,
     WindowCase,
     choose_tool,
@@ -18,6 +19,7 @@ from drawing import (
     moved_since,
     operate,
     redo,
+    still_picture,
     take_native_brush,
     undo,
 )
@@ -73,6 +75,25 @@ class Live(WindowCase):
             states.append(state(field()))
         self.assertEqual(self.names()[1:], ["Clay", "Grab", "Smooth"])
         yield from self.undo_and_redo(states)
+
+    def test_what_the_field_cannot_hold_is_said_and_shown(self) -> Steps:
+        """A Grab that drags the surface over itself: in the panel, and where it is."""
+        make_native_brushes("Grab")
+        yield from self.add()
+        yield from enter_sculpt_mode()
+        take_native_brush("Grab")
+        yield hand.DRAWN
+        count = len(self.names())
+        yield from hand.drag(hand.to_window(self.arc(0.0, 1.1)[7:]), pause=0.02)
+        yield from hand.until(lambda: len(self.names()) > count, SECONDS, "Grab in the field")
+        yield from self.idle()
+        reports, ring = module("blender.session.reports"), module("blender.viewport.worst_place")
+        report = reports.report_of(field())
+        self.assertEqual(len(reports.notes_of(report)), 1)
+        yield from hand.show_tab("Neural Sculpt")
+        operate(bpy.ops.neural_sculpt.show_worst)
+        self.assertTrue(ring.is_shown(field()))
+        hand.save_png(PICTURES / "lost.png", (yield from still_picture()))
 
     @long
     def test_a_mode_that_is_left_at_once_shows_the_normals_of_the_stroke(self) -> Steps:

@@ -6,6 +6,10 @@ Whatever changes a mesh that is shown in Sculpt Mode, Blender evaluates it befor
 artist again. With 100,000 vertices that takes 15 ms to sort the triangles for its brushes, 8 for
 the normals of the vertices, and to fill it takes 6 more. A spare mesh belongs to no object, so
 nothing is evaluated while it is filled, and the normals that it knows are known where it is put.
+
+Nothing refers to it, so no file gets it. A step of something else that is pushed meanwhile has it,
+though, for Blender's history has all data-blocks: undo to that step would bring it back, for
+nobody. It is marked, and swept away then.
 """
 
 from collections.abc import Callable
@@ -17,6 +21,9 @@ from numpy.typing import NDArray
 
 from . import attributes, proxy_mesh
 from .proxy_mesh import Geometry, mesh_of
+
+SPARE = "neural_sculpt_spare"
+"""Custom property of a spare mesh."""
 
 
 class SpareMesh:
@@ -43,7 +50,9 @@ class SpareMesh:
         if not self._pieces:
             return False
         if not self._uid:
-            self._uid = mesh_of(ob).copy().session_uid
+            mesh = mesh_of(ob).copy()
+            mesh[SPARE] = True
+            self._uid = mesh.session_uid
         self._pieces.pop(0)(self._found())
         return True
 
@@ -53,15 +62,10 @@ class SpareMesh:
         evaluated before all of this is done, and so it is once."""
         spare, old = self._found(), mesh_of(ob)
         name = old.name
+        del spare[SPARE]
         old.user_remap(spare)
         bpy.data.meshes.remove(old)
         spare.name = name
-
-    def drop(self) -> None:
-        """It is not wanted any more."""
-        mesh = _find(self._uid)
-        if mesh is not None and not mesh.users:
-            bpy.data.meshes.remove(mesh)
 
     def _found(self) -> Mesh:
         mesh = _find(self._uid)
@@ -88,6 +92,12 @@ class SpareMesh:
     def _finish(self, mesh: Mesh) -> None:
         proxy_mesh.shade(mesh, self._new)
         self.corners = np.ascontiguousarray(self._new.corners.reshape(-1, 3).T)
+
+
+def sweep() -> None:
+    """Remove all spare meshes: none is wanted."""
+    for mesh in [mesh for mesh in bpy.data.meshes if SPARE in mesh and not mesh.users]:
+        bpy.data.meshes.remove(mesh)
 
 
 def _find(uid: int) -> Mesh | None:

@@ -19,6 +19,7 @@ the next stroke or change no step of ours is made, since it would cut off what c
 
 import logging
 import time
+from itertools import takewhile
 
 import numpy as np
 from bpy.types import Object
@@ -36,6 +37,7 @@ from ...scene.properties import field_of, find, found
 from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
+from .. import reports
 from ..job import Job
 from ..session_hooks import Arrivals
 from ..worker_session import session
@@ -44,9 +46,6 @@ from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, proxies
 log = logging.getLogger(__name__)
 
 Vectors = NDArray[np.float32]
-
-LOST_DETAIL = 3e-4
-"""Mean distance, model units, from which on the artist is told that a stroke was too fine."""
 
 SEEN_OFF = 5e-4
 """Distance, model units, from which on a vertex that a brush moved is seen to be off the field: a
@@ -115,17 +114,19 @@ def can_enter(target: int, proxy: TrackedProxy) -> bool:
 
 def can_keep(target: int, proxy: TrackedProxy) -> bool:
     """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
-    the only step of that stroke, and all steps after it are brushes' as well."""
+    the only step of that stroke, and those after it are brushes' as well, or hold the proxy as they
+    left it, as when Sculpt Mode was left."""
     if not kept_steps.EXACT or proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
     if stroke.result is None or not _is_free(target, proxy):
         return False
-    ob, (before, _) = found(target), sculpt_steps.steps()
-    if ob.mode != "SCULPT" or proxy_mesh.mesh_of(ob).users > 1 or proxy.step not in before:
+    before, _ = sculpt_steps.steps()
+    if proxy_mesh.mesh_of(found(target)).users > 1 or proxy.step not in before:
         return False
     since = before[before.index(proxy.step) + 1 :]
-    return since[:1] == [stroke.step] and all(map(sculpt_steps.is_native, since))
+    known = (sculpt_steps.is_native(step) or sculpt_steps.is_ordinary(step) for step in since)
+    return since[:1] == [stroke.step] and all(known)
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
@@ -240,13 +241,21 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
     kept_steps.know(ob, proxy.step, before)
-    kept_steps.know(ob, stroke.step, after)
+    for step in (stroke.step, *_ordinary_behind(stroke.step, proxy)):
+        kept_steps.know(ob, step, after)
     kept_steps.unsettle(ob, after)
     _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
     proxy.positions, proxy.told, proxy.step = stroke.seen, stroke.after, stroke.step
     del proxy.known[0]
     proxy.count -= 1
+
+
+def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[Step]:
+    """The ordinary steps between a stroke's own step and that of the next stroke."""
+    before, _ = sculpt_steps.steps()
+    behind, others = before[before.index(step) + 1 :], {s.step for s in proxy.known}
+    return [*filter(sculpt_steps.is_ordinary, takewhile(lambda s: s not in others, behind))]
 
 
 def _rebase(target: int, step: Step) -> None:
@@ -287,18 +296,17 @@ def enter_next(target: int, proxy: TrackedProxy) -> None:
 
 
 def _is_lost(result: Message) -> bool:
-    """Whether details are missing, and not because the triangles are stretched or folded."""
-    fields = result.fields
-    return not fields["stretched"] and fields["report"].get("error_mean", 0.0) > LOST_DETAIL
+    """Whether the field has not got all of a stroke, which its report tells in sentences."""
+    return bool(reports.notes_of(result.fields["report"]))
 
 
 def _tell_lost(name: str, result: Message) -> None:
-    """Tell the artist when the field has not got all of a stroke."""
+    """Tell the artist when that is so."""
     if _is_lost(result):
         session.watcher.warned(
             Text(
-                "The field cannot hold all of {}: details finer than its finest level were left"
-                " out. The proxy shows what it holds when you rest.",
+                "The field cannot hold all of {}: it folds over itself, or is finer than the finest"
+                " level. The proxy shows what the field holds when you rest.",
                 name,
             )
         )

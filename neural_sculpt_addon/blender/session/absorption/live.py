@@ -29,11 +29,12 @@ from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ...scene.mesh.moved_part import cut
 from ...scene.properties import LOCAL, field_of, find, found, is_field, shown_as
 from ...scene.stroke_list import SCULPTED
+from ...scene.undo_step import in_window
 from .. import states
 from ..job import Job, Request
 from ..session_hooks import Arrivals
 from ..worker_session import session
-from . import brush_results, settling
+from . import brush_results, renewal, settling
 from .brush_results import BrushResults
 from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, is_brushing, proxies
 from .whole_proxy import absorb_job
@@ -61,7 +62,10 @@ class LiveResults(BrushResults):
     def take(self) -> bool:
         """Normals may be behind then."""
         taken = super().take()
-        settling.wait_for_rest(begins=taken)
+        if taken and not _in_sculpt_mode():
+            settling.leave_sculpt_mode()
+        else:
+            settling.wait_for_rest(begins=taken)
         return taken
 
     def may_come(self, job: Job) -> bool:
@@ -153,6 +157,7 @@ def look() -> None:
 def leave() -> None:
     """After undo and redo: track the proxies as they are now."""
     kept_steps.follow()
+    renewal.follow()
     settling.wait_for_rest()
     for target, proxy in proxies.each():
         if (ob := find(target)) is None:
@@ -175,6 +180,11 @@ def forget() -> None:
     proxies.forget()
     kept_steps.forget()
     _left.clear()
+
+
+def _in_sculpt_mode() -> bool:
+    with in_window():
+        return bpy.context.mode == "SCULPT"
 
 
 def _is_sculpted(ob: Object) -> bool:

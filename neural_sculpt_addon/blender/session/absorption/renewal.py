@@ -19,7 +19,7 @@ from bpy.types import Object
 from ....worker.client import JobKind, Message
 from ...scene import results, sculpt_steps
 from ...scene.commit import renew_proxy
-from ...scene.mesh import native_edits, proxy_mesh
+from ...scene.mesh import native_edits, proxy_mesh, spare_mesh
 from ...scene.mesh.spare_mesh import SpareMesh
 from ...scene.properties import field_of, found, is_field, shown_as
 from ...scene.sculpt_steps import Step
@@ -88,6 +88,12 @@ def go_on() -> float | None:
     return _bring(ob, _State.result)
 
 
+def follow() -> None:
+    """After undo and redo, which may have brought a spare mesh back or taken this one away."""
+    _State.spare = None
+    spare_mesh.sweep()
+
+
 def _ask(ob: Object) -> None:
     """Ask for the proxy, when nothing else waits behind all jobs."""
     if session.behind is None:
@@ -151,5 +157,4 @@ def _forget() -> None:
 
 def _drop_spare() -> None:
     if _State.spare is not None:
-        _State.spare.drop()
-    _State.spare = None
+        follow()
