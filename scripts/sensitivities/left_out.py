@@ -58,7 +58,7 @@ WHY = {
     "how results are measured and reported": {
         "edit.absorb": ("PIECE_CELLS",),
         "edit.edit": ("FLOOR",),
-        "edit.lost": ("LOST", "SOME"),
+        "edit.lost": ("LOST", "UNTOLD"),
         "fit.consolidate": ("COMPARED_CELLS", "MEASURE_SAMPLES"),
         "fit.fit_report": (
             *("MEASURED_SAMPLES", "VOLUME_SAMPLES", "SIGN_CLEARANCE", "SAMPLES_OF_PIECE"),

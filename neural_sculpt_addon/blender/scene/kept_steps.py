@@ -182,8 +182,8 @@ def follow() -> None:
 
 
 def _shows(ob: Object, field: FieldAt) -> bool:
-    """Whether the proxy has the vertices of this field. That of an ordinary step has not if it was
-    made anew since, where the memory of an older one had been."""
+    """Whether the proxy has the vertices of this field. It has not where another ordinary step has
+    taken the place in memory of the one that was known."""
     return f"{proxy_mesh.fingerprint(proxy_mesh.positions(ob)):08x}" == field.filled
 
 

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sculpt Mode is entered: the object of a field counts how often, for undo's sake.
 
-Of an ordinary step of its history Blender reads only what differs from the ordinary step that it
-was at. To enter Sculpt Mode is a step of another kind. So where an object is the same before Sculpt
-Mode and after it, Blender (4.2 to 5.2) takes back that it was entered, but stays in Sculpt Mode.
-The count makes the two differ.
+Undo reads only what differs between two ordinary steps of Blender's history, and entering Sculpt
+Mode is a step of another kind. So undo to before it leaves an object in Sculpt Mode that is the
+same in both ordinary steps (Blender 4.2 to 5.2). The count makes them differ.
 """
 
 import bpy

@@ -52,9 +52,9 @@ class BrushedSurface(NamedTuple):
     patch:   samples of the surface: the vertices. They count as moved beside vertices that were
              moved, too
     origins: (M, 3), where the moved samples were
-    finest:  the finest level that the triangles can hold, those before or those after, for a brush
-             that drags them far asks for folds as narrow as they were; and at least that of the
-             detail they pass
+    finest:  the finest level that the triangles can hold, before the stroke or after it, for those
+             that are dragged far make folds as narrow as they were. At least that of the detail
+             that they pass
     between: more samples
     """
 

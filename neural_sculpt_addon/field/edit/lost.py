@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lost: what a field has not got of a surface that it has absorbed, told and with its places.
+"""Lost parts of an absorbed surface: what the field could not hold, its share and its places.
 
-Details finer than the finest level are lost, and a surface that folds over itself, so that its
-sheets lie nearer to each other than the cells are wide. Model space.
+These are details finer than the finest level, and folds whose sheets lie nearer to each other than
+cells are wide. Model space.
 """
 
 from typing import Any
@@ -15,17 +15,17 @@ from ..fit.fit_report import worst
 LOST = 3e-4
 """Distance, model units, from which on an artist sees that a place is off."""
 
-SOME = 0.03
+UNTOLD = 0.03
 """Share of what was moved that may be lost without a word. Usual dabs and creases lose up to 0.02,
 what folds over or is as rough as its triangles 0.07 and more."""
 
 
 def lost(points: NDArray, error: NDArray) -> dict[str, Any]:
     """Of a report, ready for JSON: the share of `points` (N, 3) whose `error` (N,) is seen and,
-    where that is more than SOME, the `worst` places and a sentence."""
+    where that is more than UNTOLD, the `worst` places and a sentence."""
     share = float((error > LOST).mean())
     found: dict[str, Any] = {"lost_share": share}
-    if share > SOME:
+    if share > UNTOLD:
         found["worst"] = worst(points, error, LOST)
         found["notes"] = [
             Text(

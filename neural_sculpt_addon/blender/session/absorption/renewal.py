@@ -90,8 +90,7 @@ def go_on() -> float | None:
 
 def follow() -> None:
     """After undo and redo, which may have brought a spare mesh back or taken this one away."""
-    _State.spare = None
-    spare_mesh.sweep()
+    _drop_spare()
 
 
 def _ask(ob: Object) -> None:
@@ -156,5 +155,5 @@ def _forget() -> None:
 
 
 def _drop_spare() -> None:
-    if _State.spare is not None:
-        follow()
+    _State.spare = None
+    spare_mesh.sweep()
