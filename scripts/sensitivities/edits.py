@@ -28,7 +28,9 @@ SUBJECT = Subject(
     cases=cases,
     count=9,
     constants={
-        "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
+        "solve.resolution": (
+            *("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "CARRIED", "LAYERS"),
+        ),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
             *("HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER_NODES", "FINER"),

@@ -27,8 +27,8 @@ WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"
 WINDOW_PICTURES = ROOT / "test-output" / "window"
 CHECK_SECONDS = 600
 HANGS = 4500
-"""Seconds after which a part that still runs is ended as one that hangs. The longest of --all, which
-is pytest, takes 2500 on a slow computer, beside the others."""
+"""Seconds after which a part that still runs is ended as one that hangs. The longest of --all,
+which is pytest, takes 2500 on a slow computer, beside the others."""
 
 CRASHES = {signal.SIGABRT, signal.SIGFPE, signal.SIGILL, signal.SIGSEGV}
 SHORT = "--short"
@@ -153,9 +153,7 @@ def _on_screen(name: str, command: Sequence[str], variables: Mapping[str, str]) 
 
     def work(show: Show, run: Run = commands.run) -> Outcome:
         with screen.virtual_screen() as on_screen:
-            part = _in_blender(
-                name, command, {**variables, **on_screen}, HANGS, failures.of_window
-            )
+            part = _in_blender(name, command, {**variables, **on_screen}, HANGS, failures.of_window)
             return part.work(show, run)
 
     return Part(name, work)

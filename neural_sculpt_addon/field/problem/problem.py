@@ -112,6 +112,11 @@ class Problem:
         """The stroke as it was drawn, the first of its copies."""
         return self.placed[0].stroke
 
+    @property
+    def is_guided(self) -> bool:
+        """Whether the stroke would fold over detail that is fine for it, and carries it along."""
+        return self.guide is not self.field
+
     @cached_property
     def copies(self) -> Copies:
         """The stroke and its images, and what lies near to them."""

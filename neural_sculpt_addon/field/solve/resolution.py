@@ -2,7 +2,8 @@
 """Resolution of a local edit: the level of its finest cells (docs/method.md, section 4.1).
 
 Some two or three cells are as wide as the narrowest rise or fall of the profile, of the modulation
-along the stroke, or of the alpha. A budget of rows and nodes bounds it. Model space.
+along the stroke, or of the alpha. Where the stroke folds over detail, cells are as fine as that. A
+budget of rows and nodes bounds both. Model space.
 """
 
 import math
@@ -30,6 +31,10 @@ apart."""
 MOST_ROWS, MOST_NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
+CARRIED = 0.9
+"""Share of the surface under a stroke that folds whose detail is no finer than the stroke's level:
+coarser nodes cannot take away what was there, and leave crumbs of it."""
+
 LAYERS = 5
 """Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
 
@@ -39,7 +44,7 @@ class Resolution:
     """How fine a stroke is solved.
 
     level:  the finest one
-    wanted: the level that the stroke asks for; finer where the budget does not reach
+    wanted: the level that the stroke's own features ask for; finer where the budget does not reach
     """
 
     level: int
@@ -68,7 +73,16 @@ def resolution(problem: Problem) -> Resolution:
         return DENSITY * faces <= MOST_ROWS and nodes <= MOST_NODES
 
     affordable = next((level for level in range(FINEST, 0, -1) if fits(level)), 0)
-    return Resolution(min(wanted, affordable), wanted)
+    return Resolution(min(max(wanted, _carried(problem)), affordable), wanted)
+
+
+def _carried(problem: Problem) -> int:
+    """The level of the detail that a stroke carries along where it would fold; otherwise 0."""
+    if not problem.is_guided:
+        return 0
+    under = problem.preparation.surface.points[problem.known_relative_distance < 1]
+    levels = problem.field.detail.finest_at(under)
+    return int(np.quantile(levels, CARRIED)) if len(levels) else 0
 
 
 def _feature(problem: Problem) -> float:

@@ -89,8 +89,8 @@ def test_a_mesh_cuts_and_beyond_the_layers_reach_no_bit_changes():
 
 @pytest.mark.long
 def test_a_ball_cut_in_two_is_two_pieces():
-    slab = trimesh.creation.box((0.1, 1.5, 1.5))
-    done = combine(ball(RADIUS), mesh_solid(slab.vertices, slab.faces), "difference")
+    slab = trimesh.creation.box((0.1, 0.5, 0.5))
+    done = combine(ball(0.2), mesh_solid(slab.vertices, slab.faces), "difference")
     assert components(extract(done.field, 128)) == 2
 
 

@@ -10,6 +10,7 @@ from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
+from neural_sculpt_addon.field.solve.resolution import resolution
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball
@@ -58,3 +59,25 @@ def test_it_goes_along_normals_without_the_bumps(rough):
 
 def test_a_low_stroke_goes_along_the_normals_of_the_surface(rough):
     assert pose(rough, meridian(0.002)).guide is rough.field
+
+
+def test_it_is_solved_as_finely_as_the_bumps_where_it_would_fold(rough):
+    """Its own features ask for cells of 1/64, the bumps have cells of 1/128."""
+    high = resolution(pose(rough, meridian(0.06)))
+    assert (high.level, high.wanted) == (LEVEL, 6)
+    assert not high.is_limited
+    assert resolution(pose(rough, meridian(0.002))).level == 6
+
+
+def test_what_is_carved_through_a_blade_leaves_no_crumbs_of_it():
+    """The blade is thinner than the cells that the carving brush asks for by itself."""
+    turn = np.linspace(-0.4, 0.4, 7)
+    along = 0.5 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    across = 0.5 * np.stack([np.cos(turn), 0 * turn, np.sin(turn)], axis=1)
+    blade = sculpt(prepare(ball(0.5)), Stroke(along, Brush(0.02, 0.06)))
+    edit = sculpt(blade.preparation, Stroke(across, Brush(0.08, -0.06)))
+    assert components(extract(edit.field, 384)) == 1
+    report = edit.report()
+    assert report["tolerance_met"]
+    assert report["tube_p95"] < 1.5e-4
+    assert report["reverse_p95"] < 4e-4
