@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from sensitivities.subject import Subject
 
 SUBJECTS = (
-    *("edits", "network", "absorption", "fit_meshes", "fit_networks", "fit_details"),
-    *("fit_repairs", "refinement"),
+    *("edits", "edits_on_blades", "network", "absorption", "fit_meshes", "fit_networks"),
+    *("fit_details", "fit_repairs", "refinement"),
 )
 
 

@@ -16,10 +16,11 @@ RATIOS = ("tube_mean", "tube_p95", "reverse_p95", "normal_deg", "rim_mean")
 def cases(count: int, seed: int, more: int) -> list[Case]:
     """Strokes of any brush."""
     ready = [packed(SHAPES[number % len(SHAPES)]) for number in range(count)]
-    return [partial(_solved, on, drawn(on, seed, number, more)) for number, on in enumerate(ready)]
+    return [partial(solved, on, drawn(on, seed, number, more)) for number, on in enumerate(ready)]
 
 
-def _solved(on: Preparation, stroke: Stroke) -> Made:
+def solved(on: Preparation, stroke: Stroke) -> Made:
+    """What a stroke makes of a field."""
     edit = sculpt(on, stroke)
     return Made(layer_bits(edit.layer or {}), partial(measured, edit, RATIOS))
 
@@ -28,9 +29,7 @@ SUBJECT = Subject(
     cases=cases,
     count=9,
     constants={
-        "solve.resolution": (
-            *("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "CARRIED", "LAYERS"),
-        ),
+        "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
             *("HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER_NODES", "FINER"),
@@ -42,7 +41,6 @@ SUBJECT = Subject(
         ),
         "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "CONVERGED"),
         "projection": ("ARRIVED", "ON_SURFACE"),
-        "problem.pose": ("GUIDED",),
         "problem.problem": ("THINNED", "INNER", "MOST_STRETCH"),
         "problem.copies": ("STEP", "BEND"),
         "problem.fold": (

@@ -26,9 +26,9 @@ BLENDER_TESTS = ROOT / "tests" / "run_in_blender.py"
 WINDOW_TESTS = ROOT / "tests" / "run_in_window.py"
 WINDOW_PICTURES = ROOT / "test-output" / "window"
 CHECK_SECONDS = 600
-HANGS = 4500
-"""Seconds after which a part that still runs is ended as one that hangs. The longest of --all,
-which is pytest, takes 2500 on a slow computer, beside the others."""
+PART_SECONDS = 4500
+"""Limit of a part, which is ended as one that hangs. The longest of --all, pytest, takes 2500 on a
+slow computer, beside the others."""
 
 CRASHES = {signal.SIGABRT, signal.SIGFPE, signal.SIGILL, signal.SIGSEGV}
 SHORT = "--short"
@@ -82,7 +82,7 @@ def pytest(
     variables = {ENVIRONMENT_VARIABLE: str(workshop.worker), **(variables or {})}
 
     def work(show: Show, run: Run = commands.run) -> Outcome:
-        code, lines, seconds = run(command, variables, HANGS, show)
+        code, lines, seconds = run(command, variables, PART_SECONDS, show)
         summary = next((line for line in reversed(lines) if re.search(r" in [\d.:]+", line)), "")
         count = {word: int(number) for number, word in re.findall(r"(\d+) ([a-z]+)", summary)}
         failed = count.get("failed", 0) + count.get("error", 0) + count.get("errors", 0)
@@ -93,7 +93,7 @@ def pytest(
             failed or int(code != 0),
             skipped,
             seconds,
-            _too_long(seconds, HANGS),
+            _too_long(seconds, PART_SECONDS),
             failures.of_pytest(lines),
             lines,
         )
@@ -153,7 +153,9 @@ def _on_screen(name: str, command: Sequence[str], variables: Mapping[str, str]) 
 
     def work(show: Show, run: Run = commands.run) -> Outcome:
         with screen.virtual_screen() as on_screen:
-            part = _in_blender(name, command, {**variables, **on_screen}, HANGS, failures.of_window)
+            part = _in_blender(
+                name, command, {**variables, **on_screen}, PART_SECONDS, failures.of_window
+            )
             return part.work(show, run)
 
     return Part(name, work)
@@ -163,7 +165,7 @@ def _in_blender(
     name: str,
     command: Sequence[str],
     variables: Mapping[str, str],
-    limit: float = HANGS,
+    limit: float = PART_SECONDS,
     read: Read = failures.of_unittest,
 ) -> Part:
     """The tests in a Blender; once more when it crashed, which is told in the table."""

@@ -114,7 +114,7 @@ class Problem:
 
     @property
     def is_guided(self) -> bool:
-        """Whether the stroke would fold over detail that is fine for it, and carries it along."""
+        """Whether the stroke would fold over detail that is fine for it: see `pose`."""
         return self.guide is not self.field
 
     @cached_property
@@ -228,11 +228,16 @@ class Problem:
         return tubes
 
     @cached_property
+    def covered(self) -> NDArray[np.bool_]:
+        """Which vertices of the proxy lie under the stroke."""
+        vertices = self.preparation.mesh.vertices
+        return self.copies.relative_distance(vertices, beyond_flat_ends=False) < 1
+
+    @cached_property
     def folded(self) -> Folded:
         """The surface asked for where the displaced surface runs through itself."""
         proxy, whole = self.preparation.proxy, self.preparation.mesh
-        near = self.copies.relative_distance(whole.vertices, beyond_flat_ends=False) < 1
-        touched = near[whole.triangles].any(axis=1)
+        touched = self.covered[whole.triangles].any(axis=1)
         under, held = whole.where(touched), whole.where(~touched)
         times = self._finer(under)
         if times > 1:

@@ -31,9 +31,9 @@ apart."""
 MOST_ROWS, MOST_NODES = 200_000, 150_000
 """Tube samples and nodes at most: one level coarser where there would be more."""
 
-CARRIED = 0.9
-"""Share of the surface under a stroke that folds whose detail is no finer than the stroke's level:
-coarser nodes cannot take away what was there, and leave crumbs of it."""
+LEFT_FINER = 0.1
+"""Share of the surface under a stroke that folds whose detail may be finer than the stroke's level.
+Crumbs of that may stay, for coarser nodes cannot take it away; finer ones take longer."""
 
 LAYERS = 5
 """Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
@@ -43,8 +43,8 @@ LAYERS = 5
 class Resolution:
     """How fine a stroke is solved.
 
-    level:  the finest one
-    wanted: the level that the stroke's own features ask for; finer where the budget does not reach
+    level:  of the finest cells
+    wanted: the level that the stroke's own features ask for, whatever the budget
     """
 
     level: int
@@ -77,12 +77,12 @@ def resolution(problem: Problem) -> Resolution:
 
 
 def _carried(problem: Problem) -> int:
-    """The level of the detail that a stroke carries along where it would fold; otherwise 0."""
+    """The level of the detail that a stroke moves, if it would fold over it; otherwise 0."""
     if not problem.is_guided:
         return 0
-    under = problem.preparation.surface.points[problem.known_relative_distance < 1]
+    under = problem.preparation.proxy.vertices[problem.covered]
     levels = problem.field.detail.finest_at(under)
-    return int(np.quantile(levels, CARRIED)) if len(levels) else 0
+    return int(np.quantile(levels, 1 - LEFT_FINER)) if len(levels) else 0
 
 
 def _feature(problem: Problem) -> float:

@@ -303,6 +303,7 @@ def look_later() -> float | None:
 
 
 def _try_to_look() -> None:
+    """Look for strokes. A defect is logged, and the next stroke is looked at all the same."""
     _State.brushes = False
     try:
         look()
