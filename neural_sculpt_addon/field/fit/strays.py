@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..evaluate import values
+from ..evaluate import normals, values
 from ..field import Field
 from ..geometry import search_tree
 from ..levels import SUPPORT, cells_of, centres, dilated, distinct, linear, places, spacing
@@ -176,12 +176,16 @@ def _known(strays: Strays, distance: MeshDistance) -> Strays:
 
 
 def find_tiny(field: Field, proxy: Proxy, distance: MeshDistance) -> Strays:
-    """The pieces that pass between the points of the proxy's lattice, and that the mesh is not near
-    to: no films, for these begin and end at the mesh."""
+    """The pieces that pass between the points of the proxy's lattice where the mesh has none: it is
+    not near to them; or, where there is no film, they are as far off or face as little like the
+    mesh as others that are strays."""
     points = tiny_places(field, proxy)
-    away = distance.away(points.astype(float))
-    far = away > NEAR_MESH * proxy.active.spacing
-    return Strays(points[far], away[far])
+    away, cell = distance.away(points.astype(float)), proxy.active.spacing
+    there = distance(points.astype(float)).gradient
+    elsewhere = np.einsum("na,na->n", there, normals(field, points)) < FACING_ALIKE
+    apart = (away > NO_PIECE * cell) | elsewhere
+    stray = (away > NEAR_MESH * cell) | (apart & distance.known(points.astype(float)))
+    return Strays(points[stray], away[stray])
 
 
 def tiny_places(field: Field, proxy: Proxy) -> Points:

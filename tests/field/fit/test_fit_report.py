@@ -14,7 +14,7 @@ from neural_sculpt_addon.field.fit.fit_repair import Repaired, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
-from neural_sculpt_addon.field.fit.strays import find_strays
+from neural_sculpt_addon.field.fit.strays import find_strays, find_tiny
 from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
@@ -197,6 +197,24 @@ def test_a_piece_that_does_not_face_as_the_mesh_does_is_a_stray(three):
     assert len(strays.points) > 100
     assert np.abs(strays.points[:, 0]).min() > 0.64
     assert strays.away.mean() < 0.25 * 2 / CELLS
+
+
+def test_a_tiny_hollow_beside_a_thin_gap_of_the_mesh_is_a_stray(three):
+    """A spline of level 9 makes it, between the points of a lattice of 128 cells; the mesh has a
+    gap 0.4 cells away, which the field lacks, so the hollow is not part of that."""
+    center = np.array([[0.1, 0.1, 0.1]]) // (1 / 64) / 64 + 1 / 128
+    node = linear(cells_of(center - 1e-4, 9), 9)
+    field = three.field.plus({9: Level(node, quantised(np.array([1.8])))})
+    proxy = extract(field, CELLS)
+    gap = trimesh.creation.box((0.3, 0.3, 0.003))
+    gap.apply_translation(center[0] + [0, 0, 0.4 * 2 / CELLS + 0.003 / 2])
+    gap.invert()
+    distance = MeshDistance(clean(*merged(BALL, gap, *PILLS)), np.random.default_rng(0))
+    assert not len(find_strays(proxy, distance).points)
+    found = find_tiny(field, proxy, distance)
+    assert len(found.points)
+    assert np.linalg.norm(found.points - center, axis=1).max() < 2 / 256
+    assert found.away == pytest.approx(0.4 * 2 / CELLS, abs=2 / 512)
 
 
 def test_without_detail_strays_are_only_counted(three):
