@@ -57,7 +57,6 @@ WHY = {
     },
     "how results are measured and reported": {
         "edit.absorb": ("PIECE_CELLS",),
-        "edit.edit": ("FLOOR",),
         "edit.lost": ("LOST", "UNTOLD"),
         "fit.consolidate": ("COMPARED_CELLS", "MEASURE_SAMPLES"),
         "fit.fit_report": (
@@ -66,8 +65,8 @@ WHY = {
         ),
         "problem.copies": ("MEASURED_RADII",),
         "problem.metrics": (
-            *("FAR", "TOLERANCE", "OF_HEIGHT", "GAIN", "TURNED", "ALL_BUT_PARALLEL", "FRESH"),
-            "CHAMFER_SAMPLES",
+            *("FAR", "CREASE", "FLOOR", "TOLERANCE", "OF_HEIGHT", "GAIN", "TURNED"),
+            *("ALL_BUT_PARALLEL", "FRESH", "CHAMFER_SAMPLES"),
         ),
         "problem.reverse": ("MEASURED", "GAP", "GAP_REACH"),
         "problem.tube": ("ROWS", "COLUMNS", "FEWEST_COLUMNS"),

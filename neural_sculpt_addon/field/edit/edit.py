@@ -33,9 +33,6 @@ from .reshape import reshape
 REPAIRS = 8
 """How often at most islands are looked for and solved away."""
 
-FLOOR = 0.05
-"""Cells of the finest level: how close a layer can come at best."""
-
 
 class Solver(StrEnum):
     """How a stroke changes a field."""
@@ -76,16 +73,16 @@ class Edit:
 
         chamfer: measure the paper's Chamfer distance, too (seconds)
         """
-        reached, floor = None, 0.0
+        reached, cell = None, 0.0
         if self.layer is not None:
-            reached, floor = support(self.layer), FLOOR * spacing(max(self.layer))
+            reached, cell = support(self.layer), spacing(max(self.layer))
         tell = rising(progress)
         problem = replace(self.problem, check=lambda: tell(0.0, metrics.MEASURING))
         if self.goal is None:
-            measures = metrics.measure(problem, self.field, self.proxy, reached, floor, tell)
+            measures = metrics.measure(problem, self.field, self.proxy, reached, cell, tell)
         else:
             measures = metrics.measure_goal(
-                problem, self.field, self.proxy, reached, floor, self.goal, self.height, tell
+                problem, self.field, self.proxy, reached, cell, self.goal, self.height, tell
             )
         if chamfer and self.goal is None:
             measures |= metrics.chamfer(problem, self.field, self.proxy)

@@ -5,8 +5,9 @@ All lengths are in model space, absolute, and refer to these regions of the uned
 distance from the path in radii (the nearest copy of a mirrored stroke counts):
 
 core   <= 1 and beside the path; what lies around an end is the cap, reported apart
-rim    1 to 1.4
-far    > 1.4, and the other sheet of thin parts
+rim    1 to 1.4; and what lies within two of the solver's finest cells of the displaced surface,
+       where that meets another part: such cells round the crease between both
+far    the rest of > 1.4, and the other sheet of thin parts
 
 What the displaced surface covers or carves away where it runs through itself, as the far side of a
 thin part, is in none of them: it is no surface any more.
@@ -58,10 +59,12 @@ from ..projection import find_surface
 from ..threads import in_pieces, join
 from .fold import SweptVolume
 from .problem import Problem
-from .reverse import reverse_distance
-from .tube import COLUMNS, ROWS
+from .reverse import displaced_distance, reverse_distance
+from .tube import COLUMNS, ROWS, Tube
 
 FAR = 1.4  # radii
+CREASE = 2.0  # cells of the finest level; from there on a spline is as good as zero
+FLOOR = 0.05  # cells of the finest level: how close a layer can come at best
 TOLERANCE = 1e-3  # model units, of both p95
 OF_HEIGHT = 0.1  # the same, as a share of the stroke's height
 GAIN, TURNED = 0.97, 0.3
@@ -78,7 +81,7 @@ def measure(
     edited: Field,
     proxy: Proxy,
     reached: NDArray[np.int32] | None = None,
-    floor: float = 0.0,
+    cell: float = 0.0,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """All measures of one edit but the Chamfer distance, ready for JSON.
@@ -86,7 +89,8 @@ def measure(
     proxy:   of `edited`, at CELLS cells per axis
     reached: (S,) cells as of `levels.support` outside of which the field is what it was; None when
              all of it may have changed
-    floor:   what the solver can hold at best: no smaller tolerance is asked of it
+    cell:    edge of the solver's finest cells, 0 if it has none: no smaller tolerance is asked than
+             these can hold
 
     A measure over an empty region (a closed stroke has no cap) is None.
     """
@@ -105,7 +109,8 @@ def measure(
     )
     turned = angles(found.normals[core], target.normals[core])
     progress(0.4, MEASURING)
-    elsewhere = _elsewhere(problem, edited, proxy, reached, swept)
+    regions = _regions(problem, (tubes, swept), cell)
+    elsewhere = _elsewhere(problem, edited, proxy, reached, regions)
     progress(0.8, MEASURING)
     reverse = reverse_distance(problem, tubes, swept, proxy)
     measures = {
@@ -117,7 +122,7 @@ def measure(
         **elsewhere,
         "normal_deg": float(turned.mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
-        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), floor),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * float(height)), FLOOR * cell),
     }
     return {**measures, "tolerance_met": _is_met(measures)}
 
@@ -127,7 +132,7 @@ def measure_goal(
     edited: Field,
     proxy: Proxy,
     reached: NDArray[np.int32] | None,
-    floor: float,
+    cell: float,
     goal: Samples,
     height: float,
     progress: Progress = silent,
@@ -143,12 +148,32 @@ def measure_goal(
         **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
         "height": height,
         "gain": 1.0,
-        **_elsewhere(problem, edited, proxy, reached),
+        **_elsewhere(problem, edited, proxy, reached, _regions(problem)),
         "normal_deg": float(angles(found.normals, goal.normals).mean()),
         "gradient": float(np.abs(found.slope - 1).mean()),
-        "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), floor),
+        "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), FLOOR * cell),
     }
     return {**measures, "tolerance_met": _is_met({**measures, "reverse_p95": None})}
+
+
+def _regions(
+    problem: Problem,
+    displaced: tuple[list[Tube], SweptVolume | None] = ([], None),
+    cell: float = 0.0,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which samples of the unedited surface are of the rim and far.
+
+    displaced: as of `Problem.displaced_tubes`
+    """
+    surface = problem.preparation.surface
+    near = problem.copies.relative_distance(surface)
+    rim, far = (near > 1) & (near <= FAR), near > FAR
+    tubes, swept = displaced
+    if swept is not None:
+        left = ~swept.swallows(surface.points)
+        crease = far & (displaced_distance(problem, tubes, surface.points) < CREASE * cell)
+        rim, far = left & (rim | crease), left & far & ~crease
+    return rim, far
 
 
 def _elsewhere(
@@ -156,17 +181,11 @@ def _elsewhere(
     edited: Field,
     proxy: Proxy,
     reached: NDArray[np.int32] | None,
-    swept: SweptVolume | None = None,
+    regions: tuple[NDArray[np.bool_], NDArray[np.bool_]],
 ) -> dict[str, Any]:
-    """What has changed beside the stroke, and the pieces. What `swept` has swallowed is no surface
-    any more, and does not count."""
+    """What has changed in the `regions` beside the stroke, and the pieces."""
     before = problem.preparation
-    near = problem.copies.relative_distance(before.surface)
-    left = np.ones(len(near), bool)
-    if swept is not None:
-        left = ~swept.swallows(before.surface.points)
-    far = left & (near > FAR)
-    rim = left & (near > 1) & (near <= FAR)
+    rim, far = regions
     moved, turned = _moved(problem, edited, reached)
     worst = int(np.argmax(np.where(far, turned, 0)))
     return {

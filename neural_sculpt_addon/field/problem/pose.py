@@ -22,7 +22,7 @@ from .prepare import Preparation
 from .problem import Problem
 from .tube import COLUMNS, ROWS, sample_tube
 
-GUIDED = 0.5
+GUIDED = 1.0
 """Radii: cells of the finest detail whose normals guide a stroke that folds. Larger ones lose the
 shape under the stroke, smaller ones keep what fans out."""
 

@@ -62,7 +62,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
         problem.check()
         tree = KDTree(np.concatenate([tube.target.points, rest]))
         problem.check()
-        vertices = proxy.vertices[_close(one, proxy)].astype(float)
+        vertices = proxy.vertices[_close(one, proxy.vertices)].astype(float)
         problem.check()
         vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
         if len(vertices) and len(triangles):
@@ -89,22 +89,47 @@ def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Pr
     displaced part of that is nearest, and those in the swept volume: a film that is left where a
     sheet was carved away counts, however near it is to untouched surface.
     """
-    vertices = proxy.vertices[np.logical_or.reduce([_close(one, proxy) for one in problem.placed])]
-    surface, triangles, displaced = problem.folded.triangles()
-    for tube in tubes:  # which are finer where a profile bends
-        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
-        surface = join([surface, tube.target])
+    near = [_close(one, proxy.vertices) for one in problem.placed]
+    vertices = proxy.vertices[np.logical_or.reduce(near)]
+    surface, triangles, displaced = _asked_at_folds(problem, tubes)
     if not len(vertices) or not len(triangles):
         return np.empty(0)
-    displaced = np.append(displaced, np.ones(len(triangles) - len(displaced), bool))
     distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
     return distance[displaced[face] | swept.swallows(vertices)]
 
 
-def _close(one: PlacedStroke, proxy: Proxy) -> NDArray[np.bool_]:
-    """Which vertices (N,) of the proxy may be of what a copy of the stroke displaced."""
+def displaced_distance(problem: Problem, tubes: list[Tube], points: NDArray[np.float32]) -> Array:
+    """Distance (N,) of points (N, 3) from the displaced part of the surface asked for, where that
+    runs through itself. Infinite far from the stroke, and where nothing is displaced.
+
+    tubes: as of `Problem.displaced_tubes`
+    """
+    found = np.full(len(points), np.inf)
+    near = np.logical_or.reduce([_close(one, points) for one in problem.placed])
+    surface, triangles, displaced = _asked_at_folds(problem, tubes)
+    if near.any() and displaced.any():
+        some = points[near].astype(float)
+        found[near] = _to_surface(some, surface, triangles[displaced], problem.check)[0]
+    return found
+
+
+def _asked_at_folds(
+    problem: Problem, tubes: list[Tube]
+) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
+    """The surface asked for where it runs through itself: samples, triangles (T, 3) between them,
+    and which of these are displaced (T,)."""
+    surface, triangles, displaced = problem.folded.triangles()
+    for tube in tubes:  # which are finer where a profile bends
+        triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
+        surface = join([surface, tube.target])
+    every = np.ones(len(triangles) - len(displaced), bool)
+    return surface, triangles, np.append(displaced, every)
+
+
+def _close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which of points (N, 3) may be of what a copy of the stroke displaced, or beside it."""
     reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
-    away = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)[0]
+    away = KDTree(one.path.points).query(points, distance_upper_bound=reach)[0]
     return np.isfinite(away)
 
 
