@@ -19,9 +19,9 @@ from .edits import RATIOS, solved
 from .strokes import SHAPES, packed
 from .subject import Case, Subject
 
-BLADES = [Brush(radius, 3 * radius) for radius in (0.01, 0.02, 0.04)]
+BLADES = [Brush(radius, 2 * radius) for radius in (0.01, 0.02, 0.04)]
 APART = 0.1
-RADIUS, HEIGHT = 0.08, 0.06  # of what crosses them
+RADIUS, HEIGHT = 0.05, 0.06  # of what crosses them
 LENGTH, POINTS = 0.3, 9
 
 
