@@ -378,9 +378,7 @@ def test_the_round_edge_of_a_hole_is_rim(lens):
     edit = drilled(lens, 0.2)
     cell = spacing(max(edit.layer))
     every, rest = measured(edit.problem, edit.field), edit.report()
-    away = [
-        np.linalg.norm(found["untouched_worst"][:2]) - 0.904 * 0.15 for found in (every, rest)
-    ]
+    away = [np.linalg.norm(found["untouched_worst"][:2]) - 0.904 * 0.15 for found in (every, rest)]
     assert abs(away[0]) < 1.5 * cell
     assert away[1] > 2 * cell - 1e-3
     assert every["untouched_normal_max"] > 3 * rest["untouched_normal_max"]
