@@ -411,6 +411,45 @@ class BrushResults(BrushCase):
             self.assertFalse(self.edited())
         self.assertEqual(self.seen(), whole)
 
+    def test_a_neural_stroke_is_undone_before_they_have_results(self) -> None:
+        """Redo comes to a border that was made without them."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        undo()
+        self.finish()
+        self.assertEqual(self.names(), ["Clay"])
+        redo()
+        self.assert_waits("One")
+        self.finish()
+        self.assertEqual(self.names(), ["Clay", "One"])
+
+    def test_a_mode_that_is_left_with_a_preview(self) -> None:
+        """Blender's own step holds what the mesh shows of a neural stroke, too."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        module("blender.scene.mesh.preview").preview.show()
+        push_undo("Object Mode")
+        self.draw("Two")
+        self.pump(lambda: self.names() == ["Clay"])
+        undo()
+        self.assert_waits("One")
+        redo()
+        self.assert_waits("One", "Two")
+        self.finish()
+        self.assertEqual(self.names(), ["Clay", "One", "Two"])
+
+    def draw(self, name: str) -> None:
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name=name)
+
+    def assert_waits(self, *names: str) -> None:
+        """These neural strokes wait, and the brush's stroke is in the field."""
+        self.assertEqual([job.label for job in self.session.jobs], [*names])
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+
     def seen(self) -> tuple[object, str]:
         """All of the field, with the normals that are behind, and the mode."""
         module("blender.scene.kept_steps").settle()

@@ -246,10 +246,12 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
 
 
 def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[Step]:
-    """The ordinary steps between a stroke's own step and that of the next stroke."""
-    before, _ = sculpt_steps.steps()
-    behind, others = before[before.index(step) + 1 :], {s.step for s in proxy.known}
-    return [*filter(sculpt_steps.is_ordinary, takewhile(lambda s: s not in others, behind))]
+    """The ordinary steps between a stroke's own step and that of the next stroke, and those that
+    redo would bring: all were made before the field had it."""
+    before, after = sculpt_steps.steps()
+    every, others = [*before, *after], {s.step for s in proxy.known}
+    behind = takewhile(lambda s: s not in others, every[every.index(step) + 1 :])
+    return [*filter(sculpt_steps.is_ordinary, behind)]
 
 
 def _rebase(target: int, step: Step) -> None:
