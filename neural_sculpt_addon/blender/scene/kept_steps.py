@@ -19,7 +19,7 @@ show it; `settle` writes it when the artist rests, leaves the mode or does somet
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -77,9 +77,10 @@ class FieldAt:
     """What a field is at a step of Blender's history, beside its vertices.
 
     layers:    bytes by id, of those that came with kept steps
-    filled:    fingerprint of the vertices
+    filled:    fingerprint of the vertices as the field has them
+    shown:     of those that the step holds, which may have strokes that the field has not got
     normals:   None of a mesh that has none of its own
-    positions: (V, 3), the vertices; None where Blender is EXACT
+    positions: (V, 3), what the step holds; None where Blender is EXACT
     """
 
     entries: tuple[Entry, ...]
@@ -87,9 +88,15 @@ class FieldAt:
     revision: str
     report: str
     filled: str
+    shown: str
     stretched: bool
     normals: Normals | None
     positions: Vectors | None
+
+    def with_more(self, positions: Vectors) -> "FieldAt":
+        """The same at a step that holds further strokes, which led to these vertices (V, 3)."""
+        shown = f"{proxy_mesh.fingerprint(positions):08x}"
+        return replace(self, shown=shown, positions=None if EXACT else positions)
 
 
 class _State:
@@ -118,6 +125,7 @@ def field_at(ob: Object, step: Step, positions: Vectors) -> FieldAt:
         revision=group.revision,
         report=group.report,
         filled=mesh.get(proxy_mesh.FILLED, ""),
+        shown=mesh.get(proxy_mesh.FILLED, ""),
         stretched=proxy_mesh.STRETCHED in mesh,
         normals=normals,
         positions=None if EXACT else positions,
@@ -142,6 +150,7 @@ def grown(
         revision=group.revision,
         report=group.report,
         filled=mesh[proxy_mesh.FILLED],
+        shown=mesh[proxy_mesh.FILLED],
         stretched=proxy_mesh.STRETCHED in mesh,
         normals=None if old is None else old.changed(some, normals.copy()),
         positions=None if EXACT else positions,
@@ -194,12 +203,12 @@ def follow() -> None:
 
 
 def _shows(ob: Object, field: FieldAt) -> bool:
-    """Whether the proxy has the vertices of this field. It has not where another ordinary step has
-    taken the place in memory of the one that was known."""
+    """Whether the proxy has the vertices that were known. It has not where another ordinary step
+    has taken the place in memory of the one that was known."""
     now = proxy_mesh.positions(ob)
     if field.positions is not None:
         return is_back(now, field.positions)
-    return f"{proxy_mesh.fingerprint(now):08x}" == field.filled
+    return f"{proxy_mesh.fingerprint(now):08x}" == field.shown
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:

@@ -424,6 +424,19 @@ class BrushResults(BrushCase):
         self.finish()
         self.assertEqual(self.names(), ["Clay", "One"])
 
+    def test_a_neural_stroke_is_redone_when_one_of_two_has_come(self) -> None:
+        """The border was made of both, and of neither in the field."""
+        for each in STROKES[:2]:
+            brush(*each)
+            self.look()
+        self.draw("One")
+        undo()
+        self.pump(lambda: self.names() == NAMES[:1])
+        redo()
+        self.assertEqual(self.names(), NAMES[:1])
+        self.finish()
+        self.assertEqual(self.names(), [*NAMES[:2], "One"])
+
     def test_a_mode_that_is_left_with_a_preview(self) -> None:
         """Blender's own step holds what the mesh shows of a neural stroke, too."""
         brush("Clay", -40)

@@ -20,7 +20,6 @@ strokes keep their steps then, in any Blender.
 
 import logging
 import time
-from itertools import takewhile
 
 import numpy as np
 from bpy.types import Object
@@ -235,8 +234,9 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
     after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals, stroke.seen)
     kept_steps.know(ob, proxy.step, before)
-    for step in (stroke.step, *_ordinary_behind(stroke.step, proxy)):
-        kept_steps.know(ob, step, after)
+    kept_steps.know(ob, stroke.step, after)
+    for step, seen in _ordinary_behind(stroke.step, proxy):
+        kept_steps.know(ob, step, after.with_more(seen))
     kept_steps.unsettle(ob, after)
     _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
@@ -245,13 +245,17 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     proxy.count -= 1
 
 
-def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[Step]:
-    """The ordinary steps between a stroke's own step and that of the next stroke, and those that
-    redo would bring: all were made before the field had it."""
+def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[tuple[Step, Vectors]]:
+    """The ordinary steps after a stroke's own, and those that redo would bring, for all were made
+    before the field had it; and the vertices (V, 3) that each of them holds."""
     before, after = sculpt_steps.steps()
-    every, others = [*before, *after], {s.step for s in proxy.known}
-    behind = takewhile(lambda s: s not in others, every[every.index(step) + 1 :])
-    return [*filter(sculpt_steps.is_ordinary, behind)]
+    every, seen = [*before, *after], {stroke.step: stroke.seen for stroke in proxy.known}
+    last, behind = seen[step], []
+    for each in every[every.index(step) + 1 :]:
+        last = seen.get(each, last)
+        if sculpt_steps.is_ordinary(each):
+            behind.append((each, last))
+    return behind
 
 
 def _rebase(target: int, step: Step) -> None:
