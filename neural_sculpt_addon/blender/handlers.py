@@ -109,6 +109,7 @@ def follow(*_: object) -> None:
     """Follow Blender's history after undo and redo: jobs, reports, previews."""
     if _State.passing or native_steps.is_ours():
         return
+    preview.hide()  # which a step that Blender made by itself has brought
     live.leave()
     session.follow_history()
     reports.follow()

@@ -9,13 +9,17 @@ pushed and the mesh is not touched: Blender would evaluate it, 25 ms with 100,00
     ordinary step, stroke, stroke     the first holds the field; that of the others is known here
     stroke, ordinary step             the mode was left before the field had the stroke: known, too
 
+Blender up to 4.5 rounds the vertices when it takes back a stroke of its brushes or brings it back.
+There a stroke keeps its step only where one of ours cannot take its place (see `brush_results`),
+and the vertices are remembered, too.
+
 Only the mesh's normals are behind, for brushes leave that attribute as it is. Sculpt Mode does not
 show it; `settle` writes it when the artist rests, leaves the mode or does something else.
 """
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -37,6 +41,9 @@ EXACT = bpy.app.version >= (5, 0, 0)
 """Whether Blender takes back a stroke of its brushes exactly: earlier versions round the
 vertices."""
 
+UNDO_ROUNDING = 1e-7
+"""Error of vertices, model units, after Blender up to 4.5 has taken back a stroke of its
+brushes."""
 
 MOST_CHANGES = 16
 """Changes that normals are kept as: more take longer to apply, fewer have all normals, 12 bytes a
@@ -69,9 +76,11 @@ class Normals:
 class FieldAt:
     """What a field is at a step of Blender's history, beside its vertices.
 
-    layers:  bytes by id, of those that came with kept steps
-    filled:  fingerprint of the vertices
-    normals: None of a mesh that has none of its own
+    layers:    bytes by id, of those that came with kept steps
+    filled:    fingerprint of the vertices as the field has them
+    shown:     of those that the step holds, which may have strokes that the field has not got
+    normals:   None of a mesh that has none of its own
+    positions: (V, 3), what the step holds; None where Blender is EXACT
     """
 
     entries: tuple[Entry, ...]
@@ -79,8 +88,15 @@ class FieldAt:
     revision: str
     report: str
     filled: str
+    shown: str
     stretched: bool
     normals: Normals | None
+    positions: Vectors | None
+
+    def with_more(self, positions: Vectors) -> "FieldAt":
+        """The same at a step that holds further strokes, which led to these vertices (V, 3)."""
+        shown = f"{proxy_mesh.fingerprint(positions):08x}"
+        return replace(self, shown=shown, positions=None if EXACT else positions)
 
 
 class _State:
@@ -93,8 +109,8 @@ _unsettled: dict[int, FieldAt] = {}
 """Fields whose normals their meshes still lack. Keys of both: session_uid of the object."""
 
 
-def field_at(ob: Object, step: Step) -> FieldAt:
-    """The field of an object, as it has been since a step."""
+def field_at(ob: Object, step: Step, positions: Vectors) -> FieldAt:
+    """The field of an object, as it has been since a step, with its vertices (V, 3) then."""
     group, mesh = field_of(ob), proxy_mesh.mesh_of(ob)
     known = _known.get(ob.session_uid, {}).get(step)
     if known is not None and known.revision == group.revision:
@@ -109,8 +125,10 @@ def field_at(ob: Object, step: Step) -> FieldAt:
         revision=group.revision,
         report=group.report,
         filled=mesh.get(proxy_mesh.FILLED, ""),
+        shown=mesh.get(proxy_mesh.FILLED, ""),
         stretched=proxy_mesh.STRETCHED in mesh,
         normals=normals,
+        positions=None if EXACT else positions,
     )
 
 
@@ -121,9 +139,10 @@ def grown(
     layer: bytes,
     some: NDArray[np.intp],
     normals: Vectors,
+    positions: Vectors,
 ) -> FieldAt:
-    """The field with one entry more, whose stroke gave the vertices `some` (P,) other normals
-    (P, 3)."""
+    """The field with one entry more, whose stroke led to these vertices (V, 3), and gave `some` of
+    them (P,) other normals (P, 3)."""
     group, mesh, old = field_of(ob), proxy_mesh.mesh_of(ob), before.normals
     return FieldAt(
         entries=(*before.entries, entry),
@@ -131,8 +150,10 @@ def grown(
         revision=group.revision,
         report=group.report,
         filled=mesh[proxy_mesh.FILLED],
+        shown=mesh[proxy_mesh.FILLED],
         stretched=proxy_mesh.STRETCHED in mesh,
         normals=None if old is None else old.changed(some, normals.copy()),
+        positions=None if EXACT else positions,
     )
 
 
@@ -182,9 +203,25 @@ def follow() -> None:
 
 
 def _shows(ob: Object, field: FieldAt) -> bool:
-    """Whether the proxy has the vertices of this field. It has not where another ordinary step has
-    taken the place in memory of the one that was known."""
-    return f"{proxy_mesh.fingerprint(proxy_mesh.positions(ob)):08x}" == field.filled
+    """Whether the proxy has the vertices that were known. It has not where another ordinary step
+    has taken the place in memory of the one that was known."""
+    now = proxy_mesh.positions(ob)
+    if field.positions is not None:
+        return is_back(now, field.positions)
+    return f"{proxy_mesh.fingerprint(now):08x}" == field.shown
+
+
+def is_back(now: Vectors, then: Vectors) -> bool:
+    """Whether vertices (V, 3) are where they were, up to UNDO_ROUNDING."""
+    return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= UNDO_ROUNDING
+
+
+def put_back(ob: Object, then: Vectors) -> None:
+    """Put vertices that are back exactly to where they were (V, 3)."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if not np.array_equal(proxy_mesh.positions(ob), then):
+        proxy_mesh.put(mesh, then)
+        mesh.update()
 
 
 def _bring(ob: Object, field: FieldAt) -> None:
@@ -198,6 +235,8 @@ def _bring(ob: Object, field: FieldAt) -> None:
         stroke_list.write(ob, field.entries, field.layers)
         group.revision, group.report = field.revision, field.report
     mesh[proxy_mesh.FILLED] = field.filled
+    if field.positions is not None and _shows(ob, field):
+        put_back(ob, field.positions)
     if field.stretched:
         mesh[proxy_mesh.STRETCHED] = True
     elif proxy_mesh.STRETCHED in mesh:

@@ -364,6 +364,110 @@ class BrushResults(BrushCase):
         self.assertFalse(self.edited())
         self.assert_is(self.sculpted)
 
+    def test_a_mode_that_is_left_before_they_have_results(self) -> None:
+        """The mode's step cannot be taken back for them, so those of the brushes stay: each press
+        takes back one thing, byte for byte."""
+        seen = [self.seen()]
+        for each in STROKES[:2]:
+            brush(*each)
+            self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.finish()
+        self.rest()
+        for mode, count in (("OBJECT", 2), ("SCULPT", 2), ("SCULPT", 1), ("SCULPT", 0)):
+            if seen[1:]:
+                undo()
+            self.assertEqual((self.ob().mode, self.names()), (mode, NAMES[:count]))
+            self.assertFalse(self.edited())
+            seen.insert(1, self.seen())
+        self.assertEqual(seen.pop(1), seen[0])
+        for expected in seen[1:]:
+            redo()
+            self.assertEqual(self.seen(), expected)
+        self.undo_and_redo(seen, self.seen)
+
+    def test_undone_ones_keep_the_brushes_steps(self) -> None:
+        """A step of ours would cut off what can be redone. Nor are they forgotten when undo goes on
+        to before all of them."""
+        before = self.seen()
+        self.brush_all()
+        undo()
+        self.finish()
+        self.assertEqual(self.names(), NAMES[:-1])
+        redo()
+        self.finish()
+        whole = self.seen()
+        for count in (3, 2, 1, 0):
+            undo()
+            self.assertEqual(self.names(), NAMES[:count])
+            self.assertFalse(self.edited())
+        self.assertEqual(self.seen(), before)
+        undo()
+        self.assertEqual(self.ob().mode, "OBJECT")
+        for count in range(5):
+            redo()
+            self.assertEqual(self.names(), NAMES[:count])
+            self.assertFalse(self.edited())
+        self.assertEqual(self.seen(), whole)
+
+    def test_a_neural_stroke_is_undone_before_they_have_results(self) -> None:
+        """Redo comes to a border that was made without them."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        undo()
+        self.finish()
+        self.assertEqual(self.names(), ["Clay"])
+        redo()
+        self.assert_waits("One")
+        self.finish()
+        self.assertEqual(self.names(), ["Clay", "One"])
+
+    def test_a_neural_stroke_is_redone_when_one_of_two_has_come(self) -> None:
+        """The border was made of both, and of neither in the field."""
+        for each in STROKES[:2]:
+            brush(*each)
+            self.look()
+        self.draw("One")
+        undo()
+        self.pump(lambda: self.names() == NAMES[:1])
+        redo()
+        self.assertEqual(self.names(), NAMES[:1])
+        self.finish()
+        self.assertEqual(self.names(), [*NAMES[:2], "One"])
+
+    def test_a_mode_that_is_left_with_a_preview(self) -> None:
+        """Blender's own step holds what the mesh shows of a neural stroke, too."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        module("blender.scene.mesh.preview").preview.show()
+        push_undo("Object Mode")
+        self.draw("Two")
+        self.pump(lambda: self.names() == ["Clay"])
+        undo()
+        self.assert_waits("One")
+        redo()
+        self.assert_waits("One", "Two")
+        self.finish()
+        self.assertEqual(self.names(), ["Clay", "One", "Two"])
+
+    def draw(self, name: str) -> None:
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name=name)
+
+    def assert_waits(self, *names: str) -> None:
+        """These neural strokes wait, and the brush's stroke is in the field."""
+        self.assertEqual([job.label for job in self.session.jobs], [*names])
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+
+    def seen(self) -> tuple[object, str]:
+        """All of the field, with the normals that are behind, and the mode."""
+        module("blender.scene.kept_steps").settle()
+        return state(self.ob()), self.ob().mode
+
     def test_in_edit_mode_they_wait(self) -> None:
         self.come_in(2)
         self.toggle_edit_mode()

@@ -14,12 +14,12 @@ and redo let the rest come in first (`finish`), and jobs on the object wait for 
 meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
 A stroke that undo takes from the mesh is remembered here as long as redo can bring it back. Until
-the next stroke or change no step of ours is made, since it would cut off what can be redone.
+the next stroke or change no step of ours is made, since it would cut off what can be redone:
+strokes keep their steps then, in any Blender.
 """
 
 import logging
 import time
-from itertools import takewhile
 
 import numpy as np
 from bpy.types import Object
@@ -34,7 +34,7 @@ from ...scene.commit import add_brushed, add_entry, add_kept
 from ...scene.mesh import preview_attributes, proxy_mesh
 from ...scene.mesh.preview import preview
 from ...scene.properties import field_of, find, found
-from ...scene.sculpt_steps import Step
+from ...scene.sculpt_steps import BORDER, Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
 from .. import reports
@@ -51,15 +51,6 @@ SEEN_OFF = 5e-4
 """Distance, model units, from which on a vertex that a brush moved is seen to be off the field: a
 quarter of a pixel where the field's box is 1000 wide."""
 
-UNDO_ROUNDING = 1e-7
-"""Error of vertices, model units, after Blender up to 4.5 has taken back a stroke of its
-brushes."""
-
-
-def is_back(now: Vectors, then: Vectors) -> bool:
-    """Whether vertices (V, 3) are where they were, up to UNDO_ROUNDING."""
-    return now.shape == then.shape and float(np.abs(now - then).max(initial=0)) <= UNDO_ROUNDING
-
 
 def find_place(ob: Object, proxy: TrackedProxy) -> None:
     """After undo and redo: find out how many of the strokes the mesh has now.
@@ -73,15 +64,13 @@ def find_place(ob: Object, proxy: TrackedProxy) -> None:
         return
     now, least = proxy_mesh.positions(ob), proxy.half_way
     states = [proxy.positions, *(stroke.seen for stroke in proxy.known)]
-    places = (i for i in reversed(range(least, len(states))) if is_back(now, states[i]))
+    places = (i for i in reversed(range(least, len(states))) if kept_steps.is_back(now, states[i]))
     place = next(places, least if least and now.shape == proxy.positions.shape else None)
     if place is None:
         proxy.keep(0)
         return
     proxy.count, proxy.rests = place, True
-    if not np.array_equal(now, states[place]):
-        proxy_mesh.put(mesh, states[place])
-        mesh.update()
+    kept_steps.put_back(ob, states[place])
 
 
 def finish(unless_undone: bool = False) -> None:
@@ -115,8 +104,9 @@ def can_enter(target: int, proxy: TrackedProxy) -> bool:
 def can_keep(target: int, proxy: TrackedProxy) -> bool:
     """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
     the only step of that stroke, and those after it are brushes' as well, or hold the proxy as they
-    left it, as when Sculpt Mode was left."""
-    if not kept_steps.EXACT or proxy.half_way or not proxy.count:
+    left it, as when Sculpt Mode was left. Where Blender is not exact, no step of ours must be able
+    to take its place: something can be redone, or there is a step after it that stays."""
+    if proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
     if stroke.result is None or not _is_free(target, proxy):
@@ -125,8 +115,11 @@ def can_keep(target: int, proxy: TrackedProxy) -> bool:
     if proxy_mesh.mesh_of(found(target)).users > 1 or proxy.step not in before:
         return False
     since = before[before.index(proxy.step) + 1 :]
-    known = (sculpt_steps.is_native(step) or sculpt_steps.is_ordinary(step) for step in since)
-    return since[:1] == [stroke.step] and all(known)
+    others = [step for step in since if not sculpt_steps.is_native(step)]
+    cannot_go = proxy.rests or any(step.name != BORDER for step in others)
+    if since[:1] != [stroke.step] or not all(map(sculpt_steps.is_ordinary, others)):
+        return False
+    return kept_steps.EXACT or cannot_go
 
 
 def _is_off(stroke: BrushStroke, result: Message) -> bool:
@@ -234,15 +227,16 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     made."""
     ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
     assert result is not None and proxy.step is not None and stroke.step is not None
-    before = kept_steps.field_at(ob, proxy.step)
+    before = kept_steps.field_at(ob, proxy.step, proxy.positions)
     proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
     off = _is_off(stroke, result) or _is_lost(result)
     entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, off)
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
-    after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals)
+    after = kept_steps.grown(ob, before, entry, layer, stroke.part.vertices, normals, stroke.seen)
     kept_steps.know(ob, proxy.step, before)
-    for step in (stroke.step, *_ordinary_behind(stroke.step, proxy)):
-        kept_steps.know(ob, step, after)
+    kept_steps.know(ob, stroke.step, after)
+    for step, seen in _ordinary_behind(stroke.step, proxy):
+        kept_steps.know(ob, step, after.with_more(seen))
     kept_steps.unsettle(ob, after)
     _rebase(target, stroke.step)
     _tell_lost(stroke.name, result)
@@ -251,11 +245,17 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     proxy.count -= 1
 
 
-def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[Step]:
-    """The ordinary steps between a stroke's own step and that of the next stroke."""
-    before, _ = sculpt_steps.steps()
-    behind, others = before[before.index(step) + 1 :], {s.step for s in proxy.known}
-    return [*filter(sculpt_steps.is_ordinary, takewhile(lambda s: s not in others, behind))]
+def _ordinary_behind(step: Step, proxy: TrackedProxy) -> list[tuple[Step, Vectors]]:
+    """The ordinary steps after a stroke's own, and those that redo would bring, for all were made
+    before the field had it; and the vertices (V, 3) that each of them holds."""
+    before, after = sculpt_steps.steps()
+    every, seen = [*before, *after], {stroke.step: stroke.seen for stroke in proxy.known}
+    last, behind = seen[step], []
+    for each in every[every.index(step) + 1 :]:
+        last = seen.get(each, last)
+        if sculpt_steps.is_ordinary(each):
+            behind.append((each, last))
+    return behind
 
 
 def _rebase(target: int, step: Step) -> None:
