@@ -47,8 +47,8 @@ def reverse_distance(
 def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     """Distance of the edited proxy's vertices near the stroke from the displaced surface.
 
-    A vertex is near the stroke when the nearest sample of the whole target surface is in a tube,
-    and the triangle nearest to it does not lie at the tube's border, beyond which there is none. In
+    A vertex belongs to the tube that has the nearest sample of the whole target surface, if one
+    has, unless the triangle nearest to it lies at the tube's border, beyond which there is none. In
     a gap of the tube the plane of the nearest sample in it stands for the triangles.
     """
     distances = []
@@ -57,14 +57,16 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     gap = KDTree(gaps.points) if len(gaps.points) else None
     surface = problem.preparation.surface
     rest = surface.points[problem.copies.untouched(surface)]
-    for one, tube in zip(problem.placed, tubes, strict=True):
+    problem.check()
+    tree = KDTree(np.concatenate([*(tube.target.points for tube in tubes), rest]))
+    ends = np.cumsum([len(tube.target.points) for tube in tubes])
+    for number, (one, tube) in enumerate(zip(problem.placed, tubes, strict=True)):
         triangles = tube.triangles()
-        problem.check()
-        tree = KDTree(np.concatenate([tube.target.points, rest]))
         problem.check()
         vertices = proxy.vertices[_close(one, proxy.vertices)].astype(float)
         problem.check()
-        vertices = vertices[tree.query(vertices)[1] < len(tube.target.points)]
+        nearest = tree.query(vertices)[1]
+        vertices = vertices[np.searchsorted(ends, nearest, side="right") == number]
         if len(vertices) and len(triangles):
             distance, face = _to_surface(vertices, tube.target, triangles, problem.check)
             inner = (tube.displacement.relative_distance < MEASURED) & tube.inner()

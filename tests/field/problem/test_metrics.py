@@ -105,6 +105,18 @@ def test_a_known_error_is_reported_as_it_is(preparation):
     assert report["gradient"] == pytest.approx(0.53 / 0.51 - 1, abs=1e-3)
 
 
+def test_the_way_back_of_overlapping_mirror_images_is_that_of_both(preparation):
+    """Two ridges beside the plane of the mirror, between which those of the image lie: what only
+    one of both has raised is no error of the other."""
+    turn = np.linspace(-0.8, 0.8, 17)
+    side = np.full(17, 0.03)
+    flat = np.sqrt(0.25 - side**2)
+    points = np.stack([side, flat * np.sin(turn), flat * np.cos(turn)], axis=1)
+    ridges = Profile(points=((-1, 0), (-0.5, 1), (0, 0), (0.5, 1), (1, 0)))
+    edit = sculpt(preparation, Stroke(points, Brush(0.08, 0.05, ridges), mirror=frozenset("X")))
+    assert edit.report()["reverse_p95"] < 1e-3
+
+
 def test_the_reverse_distance_is_of_the_stroke_alone(preparation):
     """The band is where it shall be; of the rest, which has moved, nothing counts."""
     report = measured(pose(preparation, belt(0.2, 0.03)), ball(0.53))
