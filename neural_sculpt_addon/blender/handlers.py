@@ -109,7 +109,7 @@ def follow(*_: object) -> None:
     """Follow Blender's history after undo and redo: jobs, reports, previews."""
     if _State.passing or native_steps.is_ours():
         return
-    preview.hide()  # which a step that Blender made by itself has brought
+    preview.hide()  # a step that Blender made by itself may hold one
     live.leave()
     session.follow_history()
     reports.follow()

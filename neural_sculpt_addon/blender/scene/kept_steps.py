@@ -78,7 +78,7 @@ class FieldAt:
 
     layers:    bytes by id, of those that came with kept steps
     filled:    fingerprint of the vertices as the field has them
-    shown:     of those that the step holds, which may have strokes that the field has not got
+    shown:     fingerprint of the vertices that the step holds; the field may lack some strokes
     normals:   None of a mesh that has none of its own
     positions: (V, 3), what the step holds; None where Blender is EXACT
     """
@@ -95,7 +95,7 @@ class FieldAt:
 
     def with_more(self, positions: Vectors) -> "FieldAt":
         """The same at a step that holds further strokes, which led to these vertices (V, 3)."""
-        shown = f"{proxy_mesh.fingerprint(positions):08x}"
+        shown = proxy_mesh.fill_mark(positions)
         return replace(self, shown=shown, positions=None if EXACT else positions)
 
 
@@ -208,7 +208,7 @@ def _shows(ob: Object, field: FieldAt) -> bool:
     now = proxy_mesh.positions(ob)
     if field.positions is not None:
         return is_back(now, field.positions)
-    return f"{proxy_mesh.fingerprint(now):08x}" == field.shown
+    return proxy_mesh.fill_mark(now) == field.shown
 
 
 def is_back(now: Vectors, then: Vectors) -> bool:

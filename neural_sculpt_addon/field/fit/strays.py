@@ -176,15 +176,15 @@ def _known(strays: Strays, distance: MeshDistance) -> Strays:
 
 
 def find_tiny(field: Field, proxy: Proxy, distance: MeshDistance) -> Strays:
-    """The pieces that pass between the points of the proxy's lattice where the mesh has none: it is
-    not near to them; or, where there is no film, they are as far off or face as little like the
-    mesh as others that are strays."""
-    points = tiny_places(field, proxy)
-    away, cell = distance.away(points.astype(float)), proxy.active.spacing
-    there = distance(points.astype(float)).gradient
-    elsewhere = np.einsum("na,na->n", there, normals(field, points)) < FACING_ALIKE
-    apart = (away > NO_PIECE * cell) | elsewhere
-    stray = (away > NEAR_MESH * cell) | (apart & distance.known(points.astype(float)))
+    """Strays among the pieces that pass between the points of the proxy's lattice. The mesh is more
+    than NEAR_MESH away; or there is no film, and the piece is off by more than NO_PIECE or does not
+    face as the mesh does."""
+    points, cell = tiny_places(field, proxy), proxy.active.spacing
+    place = points.astype(float)
+    away = distance.away(place)
+    cosines = np.einsum("na,na->n", distance(place).gradient, normals(field, points))
+    apart = (away > NO_PIECE * cell) | (cosines < FACING_ALIKE)
+    stray = (away > NEAR_MESH * cell) | (apart & distance.known(place))
     return Strays(points[stray], away[stray])
 
 

@@ -207,6 +207,7 @@ class Folded:
         nothing = ~self.under.bounds
         return self.under.before.where(nothing), self.under.after.where(nothing)
 
+    @cached_property
     def triangles(self) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
         """The surface that is asked for: vertices, triangles (T, 3), and which of these (T,) are
         displaced.
@@ -239,7 +240,7 @@ class Folded:
 
     @cached_property
     def _tree(self) -> tuple[igl.AABB, Array, NDArray[np.int64]]:
-        surface, triangles, displaced = self.triangles()
+        surface, triangles, displaced = self.triangles
         held = self.swept.in_box(surface.points)[triangles].any(axis=1)
         triangles = triangles[displaced | held]
         tree, vertices = igl.AABB(), surface.points.astype(float)

@@ -91,8 +91,7 @@ def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Pr
     displaced part of that is nearest, and those in the swept volume: a film that is left where a
     sheet was carved away counts, however near it is to untouched surface.
     """
-    near = [_close(one, proxy.vertices) for one in problem.placed]
-    vertices = proxy.vertices[np.logical_or.reduce(near)]
+    vertices = proxy.vertices[_near(problem, proxy.vertices)]
     surface, triangles, displaced = _asked_at_folds(problem, tubes)
     if not len(vertices) or not len(triangles):
         return np.empty(0)
@@ -107,7 +106,7 @@ def displaced_distance(problem: Problem, tubes: list[Tube], points: NDArray[np.f
     tubes: as of `Problem.displaced_tubes`
     """
     found = np.full(len(points), np.inf)
-    near = np.logical_or.reduce([_close(one, points) for one in problem.placed])
+    near = _near(problem, points)
     surface, triangles, displaced = _asked_at_folds(problem, tubes)
     if near.any() and displaced.any():
         some = points[near].astype(float)
@@ -120,12 +119,17 @@ def _asked_at_folds(
 ) -> tuple[Samples, NDArray[np.int64], NDArray[np.bool_]]:
     """The surface asked for where it runs through itself: samples, triangles (T, 3) between them,
     and which of these are displaced (T,)."""
-    surface, triangles, displaced = problem.folded.triangles()
+    surface, triangles, displaced = problem.folded.triangles
     for tube in tubes:  # which are finer where a profile bends
         triangles = np.concatenate([triangles, tube.triangles() + len(surface.points)])
         surface = join([surface, tube.target])
-    every = np.ones(len(triangles) - len(displaced), bool)
-    return surface, triangles, np.append(displaced, every)
+    of_tubes = np.ones(len(triangles) - len(displaced), bool)
+    return surface, triangles, np.append(displaced, of_tubes)
+
+
+def _near(problem: Problem, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which of points (N, 3) are close to a copy of the stroke."""
+    return np.logical_or.reduce([_close(one, points) for one in problem.placed])
 
 
 def _close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -367,7 +367,7 @@ class BrushResults(BrushCase):
     def test_a_mode_that_is_left_before_they_have_results(self) -> None:
         """The mode's step cannot be taken back for them, so those of the brushes stay: each press
         takes back one thing, byte for byte."""
-        seen = [self.seen()]
+        before, seen = self.seen(), list[tuple[object, str]]()
         for each in STROKES[:2]:
             brush(*each)
             self.look()
@@ -375,16 +375,17 @@ class BrushResults(BrushCase):
         push_undo("Object Mode")
         self.finish()
         self.rest()
-        for mode, count in (("OBJECT", 2), ("SCULPT", 2), ("SCULPT", 1), ("SCULPT", 0)):
-            if seen[1:]:
+        expected = [("OBJECT", 2), ("SCULPT", 2), ("SCULPT", 1), ("SCULPT", 0)]
+        for presses, (mode, count) in enumerate(expected):
+            if presses:
                 undo()
             self.assertEqual((self.ob().mode, self.names()), (mode, NAMES[:count]))
             self.assertFalse(self.edited())
-            seen.insert(1, self.seen())
-        self.assertEqual(seen.pop(1), seen[0])
-        for expected in seen[1:]:
+            seen.insert(0, self.seen())
+        self.assertEqual(seen[0], before)
+        for state_then in seen[1:]:
             redo()
-            self.assertEqual(self.seen(), expected)
+            self.assertEqual(self.seen(), state_then)
         self.undo_and_redo(seen, self.seen)
 
     def test_undone_ones_keep_the_brushes_steps(self) -> None:

@@ -19,7 +19,7 @@ def edited(ob: Object) -> bool:
     filled = mesh.get(proxy_mesh.FILLED)
     if filled is None or mesh.is_editmode:
         return False
-    return filled != f"{proxy_mesh.fingerprint(preview_attributes.true_positions(mesh)):08x}"
+    return filled != proxy_mesh.fill_mark(preview_attributes.true_positions(mesh))
 
 
 def mark(ob: Object) -> int:

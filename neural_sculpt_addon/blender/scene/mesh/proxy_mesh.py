@@ -108,7 +108,7 @@ def geometry(
         _flat(corner_edges, np.int32),
         np.arange(0, triangles.size, 3, np.int32),
         None if smooth else np.ones(len(triangles), bool),
-        f"{fingerprint(vertices):08x}",
+        fill_mark(vertices),
     )
 
 
@@ -168,7 +168,7 @@ def move(
     if (every := normals_of(mesh)) is not None:
         every[some] = normals
         put_normals(mesh, every)
-    mesh[FILLED] = f"{fingerprint(vertices):08x}"
+    mesh[FILLED] = fill_mark(vertices)
 
 
 def put(mesh: Mesh, vertices: NDArray[np.float32]) -> None:
@@ -210,6 +210,11 @@ def positions(ob: Object) -> NDArray[np.float32]:
     flat = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.attributes["position"].data.foreach_get("vector", flat)  # pyright: ignore[reportAttributeAccessIssue]
     return flat.reshape(-1, 3)
+
+
+def fill_mark(vertices: NDArray[np.float32]) -> str:
+    """FILLED of a mesh that has these vertices (V, 3) from the field."""
+    return f"{fingerprint(vertices):08x}"
 
 
 def fingerprint(vertices: NDArray[np.float32]) -> int:

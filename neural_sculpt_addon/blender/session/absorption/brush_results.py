@@ -228,7 +228,7 @@ def keep_next(target: int, proxy: TrackedProxy) -> None:
     ob, stroke, result = found(target), proxy.strokes[0], proxy.strokes[0].result
     assert result is not None and proxy.step is not None and stroke.step is not None
     before = kept_steps.field_at(ob, proxy.step, proxy.positions)
-    proxy.filled = f"{proxy_mesh.fingerprint(stroke.seen):08x}"
+    proxy.filled = proxy_mesh.fill_mark(stroke.seen)
     off = _is_off(stroke, result) or _is_lost(result)
     entry = add_kept(ob, Entry("", stroke.name), result, proxy.filled, off)
     layer, normals = result.arrays["layer"].tobytes(), result.arrays[SNAPPED[1]]
