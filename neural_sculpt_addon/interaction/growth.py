@@ -32,7 +32,7 @@ WIDER = 4  # the pressure's largest factor is rounded up to parts of one
 RUN = 64  # points of a path that are laid together
 AT_LEAST = 512  # vertices whose work that is, however few there are
 FEW_POINTS = 8  # points that are compared with all vertices between two rests
-COMPARED = 2**20  # between two rests, vertices times points of the path
+COMPARED = 2**18  # between two rests, vertices times points of the path
 
 
 class Growth:
@@ -81,8 +81,8 @@ class Growth:
         of_length |= stroke.brush.alpha is not None
         if of_length or stroke.brush.modulation != Modulation("identity"):
             affected = np.flatnonzero(np.isfinite(self._along) | near)
-        for start in range(0, len(affected), PIECE):
-            part = affected[start : start + PIECE]
+        for start in range(0, len(affected), step):
+            part = affected[start : start + step]
             self._displace(stroke, path, part)
             yield len(part) // 2
 

@@ -53,6 +53,13 @@ class Place(NamedTuple):
     normals: Array  # (M, 3), n(u)
     vertex: NDArray[np.intp]  # (M,), the nearest one of the path
 
+    def put(self, index: NDArray[np.intp], other: "Place") -> "Place":
+        """The same with another place (K,) of those points whose indices are given (K,)."""
+        both = Place(*(array.copy() for array in self))
+        for array, put in zip(both, other, strict=True):
+            array[index] = put
+        return both
+
 
 def make_path(
     points: ArrayLike, normals: ArrayLike, closed: bool = False, image: Array | None = None
@@ -112,18 +119,43 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
     return Place(u, distance, sine, cosine, beyond, normals, vertex)
 
 
-def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
-    """Index of the vertex of `path` nearest to each x.
+def place_at(path: Path, points: ArrayLike, vertex: NDArray[np.intp]) -> Place:
+    """The place in the stroke of `points` (M, 3) that are told their vertices (M,) of the path."""
+    offset = np.asarray(points, float) - path.points[vertex]
+    side = np.einsum("ij,ij->i", offset, path.laterals[vertex])
+    ahead = np.einsum("ij,ij->i", offset, path.tangents[vertex])
+    flat = np.maximum(np.hypot(side, ahead), 1e-12)
+    last = len(path.points) - 1
+    beyond = ((vertex == 0) & (ahead < 0)) | ((vertex == last) & (ahead > 0))
+    return Place(
+        path.u[vertex],
+        _length(offset),
+        side / flat,
+        ahead / flat,
+        beyond & (not path.closed),
+        path.normals[vertex],
+        vertex,
+    )
 
-    |a - b|^2 expanded, so a product of matrices finds it, in chunks that fit the cache.
+
+def square_distances(points: Array, others: Array) -> Array:
+    """Squares (M, N) of the distances between points (M, 3) and others (N, 3).
+
+    |a - b|^2 expanded, so a product of matrices finds them; for M and N that fit the cache.
     """
-    squares = np.einsum("ij,ij->i", path, path)
-    factor = np.vstack([-2 * path.T, squares])  # (4, N)
-    homogeneous = np.column_stack([x, np.ones(len(x))])  # (M, 4)
-    vertex = np.empty(len(x), int)
+    squares = np.einsum("ij,ij->i", others, others)
+    factor = np.vstack([-2 * others.T, squares, np.ones(len(others))])  # (5, N)
+    square = np.einsum("ij,ij->i", points, points)
+    found = np.column_stack([points, np.ones(len(points)), square]) @ factor
+    return np.maximum(found, 0, out=found)
+
+
+def _nearest_vertex(path: Array, x: Array) -> NDArray[np.intp]:
+    """Index of the vertex of `path` nearest to each x."""
+    vertex = np.empty(len(x), np.intp)
     for start in range(0, len(x), POINTS_AT_ONCE):
         part = slice(start, start + POINTS_AT_ONCE)
-        vertex[part] = np.argmin(homogeneous[part] @ factor, axis=1)
+        vertex[part] = square_distances(x[part], path).argmin(axis=1)
     return vertex
 
 

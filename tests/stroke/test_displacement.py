@@ -106,12 +106,78 @@ def test_around_an_edge_the_displacement_fades():
     angle = np.sort(np.append(np.radians(np.linspace(0, 180, 721)), np.arccos(0.25)))
     normals = np.stack([0 * angle, np.sin(angle), np.cos(angle)], axis=1)
     points = np.tile([0.0, 0.05, 0], (len(angle), 1))
-    share = displace(stroke, path, points, normals).amount / (0.1 * quintic(0.25))
-    np.testing.assert_allclose(share[angle < np.pi / 3], 1)
-    np.testing.assert_allclose(share[angle > np.pi / 2], 0)
-    assert share[angle == np.arccos(0.25)] == pytest.approx(0.5)
-    assert np.abs(np.diff(share)).max() < 0.02
-    assert np.abs(np.diff(share) / np.diff(angle)).max() < 3.1  # 1.5 / FACING
+    found = displace(stroke, path, points, normals)
+    part = found.amount / (0.1 * quintic(0.25))
+    np.testing.assert_allclose(part[angle < np.pi / 3], 1)
+    np.testing.assert_allclose(part[angle > np.pi / 2], 0)
+    half = angle == np.arccos(0.25)  # half of the reach is left, 0.375 of a radius
+    np.testing.assert_allclose(found.relative_distance[half], 1 - 0.375)
+    np.testing.assert_allclose(found.amount[half], 0.1 * quintic(0.625))
+    assert (np.diff(part) <= 1e-12).all()
+    assert np.abs(np.diff(part)).max() < 0.03
+
+
+THICKNESS = 0.04  # of a plate with a round rim along y, in front of x = 0
+
+
+def around_the_rim():
+    """A stroke over the upper side of the plate from x = -0.3, around its rim, and back on the
+    lower side to x = -0.1."""
+    half = THICKNESS / 2
+    along = np.linspace(0, 0.4 + np.pi * half, 513)
+    angle = np.clip((along - 0.3) / half, 0, np.pi)
+    x = np.where(along < 0.3, along - 0.3, np.minimum(0.3 - along + np.pi * half, 0))
+    normals = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    points = np.stack([x, 0 * x, 0 * x], axis=1) + half * normals
+    return Stroke(points[::64], Brush(0.1, 0.05)), make_path(points, normals)
+
+
+def on_the_lower_side(x, y):
+    x, y = np.broadcast_arrays(np.asarray(x, float), y)
+    points = np.stack([x, y, np.full(x.shape, -THICKNESS / 2)], axis=1)
+    return points, np.tile(-UP, (len(points), 1))
+
+
+def test_the_nearest_part_of_a_stroke_may_lie_on_the_other_side():
+    """Above, the path goes on, 0.04 away; below, it ends 0.06 and more before these places."""
+    stroke, path = around_the_rim()
+    found = displace(stroke, path, *on_the_lower_side([-0.16, -0.19, -0.21], 0.0))
+    np.testing.assert_allclose(found.relative_distance, [0.6, 0.9, np.inf], atol=0.01)
+    np.testing.assert_allclose(found.amount, 0.05 * quintic([0.6, 0.9, 1]), atol=1e-3)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_around_a_rim_there_is_no_cliff(seed):
+    """On any line over the rim of the plate: by no more than the slope of the fade on the rim."""
+    stroke, path = around_the_rim()
+    random = np.random.default_rng(seed)
+    half, slant, start = THICKNESS / 2, random.uniform(-1, 1), random.uniform(-0.1, 0.1)
+    along = np.linspace(-0.25, 0.25 + np.pi * half, 20_000)
+    angle = np.clip(along / half, 0, np.pi)
+    normals = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    x = np.where(along < 0, along, np.minimum(np.pi * half - along, 0))
+    points = np.stack([x, start + slant * along, 0 * x], axis=1) + half * normals
+    step = along[1] - along[0]
+    steepest = 0.05 * 1.875 * (1.5 * 2 / half + (1 + abs(slant)) / 0.1)  # b' times those of reach
+    assert np.abs(np.diff(displace(stroke, path, points, normals).amount)).max() < step * steepest
+
+
+def test_places_beside_others_keep_their_vertices():
+    """Differences of the displacement are its own also where a far vertex reaches a point."""
+    stroke, path = around_the_rim()
+    random = np.random.default_rng(5)
+    angle = random.uniform(0, np.pi, 4000)
+    normals = np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    points = THICKNESS / 2 * normals
+    points[:, 1] = random.uniform(-0.1, 0.1, 4000)
+    points[:, 0] -= random.uniform(0, 0.2, 4000)
+    found = displace(stroke, path, points, normals)
+    assert np.count_nonzero(found.facing & (found.amount > 0.002)) > 100
+    step = 1e-5 * random.normal(size=points.shape)
+    kept = displace(stroke, path, points + step, normals, found)
+    anew = displace(stroke, path, points + step, normals)
+    np.testing.assert_allclose(kept.amount, anew.amount, atol=2e-6)
 
 
 def test_factors_are_linear_between_control_points():

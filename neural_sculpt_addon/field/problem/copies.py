@@ -177,7 +177,7 @@ def displaced(
     upright, both = displacement.normals[twice], displacement.where(twice)
     places = samples.points[twice]
     bend = (normals(guide, places + BEND * axes) - upright) / BEND
-    ahead = displace(stroke, path, places + step * axes, upright + step * bend, both.vertex)
+    ahead = displace(stroke, path, places + step * axes, upright + step * bend, both)
     slope = (ahead.amount - both.amount) / step
     if stroke.direction is Direction.STROKE:
         bend = (ahead.direction - both.direction) / step

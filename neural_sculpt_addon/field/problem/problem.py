@@ -29,7 +29,7 @@ from ..mesh.local_extraction import extract_near
 from ..mesh.surface import Samples, SurfaceMesh
 from ..threads import in_pieces, join
 from .copies import Copies, close
-from .fold import SweptVolume, crossings
+from .fold import CLIFF, SweptVolume, crossings
 from .folded import Folded
 from .placement import PlacedStroke
 from .prepare import Preparation
@@ -189,7 +189,9 @@ class Problem:
         some = slice(None, None, THINNED)
         tree = search_tree(before.points[some])
         thin = before.where(some), after.where(some), self.check, tree, f[some]
-        if crossings(self.field, *thin).any():
+        fades = np.concatenate([tube.displacement.share < 1 for tube in tubes])
+        lips = stretch[fades] > CLIFF  # as along the rim of a thin part
+        if lips.any() or crossings(self.field, *thin).any():
             swept = self.folded.swept
             kept = [self._bounding(tube) for tube in tubes]
             tubes = [tube.where(chosen) for tube, chosen in zip(tubes, kept, strict=True)]
