@@ -9,8 +9,9 @@ Where the surface's normal turns away from n(u), by more than 90 degrees, it is 
 thin part and is not displaced. From 60 degrees on the stroke reaches less far, so the displacement
 fades and there is no cliff at an edge: a share of 1 - |v| / r is left. Where a path leads around an
 edge, its nearest point may lie on the other sheet. So a point that faces away from that belongs to
-the vertex of the path that reaches it farthest. A mask m weakens d by the factor 1 - m. Model space.
-See docs/method.md, section 2.
+the vertex of the path that reaches it farthest. A mask m weakens d by the factor 1 - m.
+
+Model space. See docs/method.md, section 2.
 """
 
 from typing import NamedTuple

@@ -54,8 +54,8 @@ class Place(NamedTuple):
     vertex: NDArray[np.intp]  # (M,), the nearest one of the path
 
     def put(self, index: NDArray[np.intp], other: "Place") -> "Place":
-        """The same with another place (K,) of those points whose indices are given (K,)."""
-        both = Place(*(array.copy() for array in self))
+        """A copy in which the points of these indices (K,) have other places (K,)."""
+        both = self._make(array.copy() for array in self)
         for array, put in zip(both, other, strict=True):
             array[index] = put
         return both
@@ -120,7 +120,8 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
 
 
 def place_at(path: Path, points: ArrayLike, vertex: NDArray[np.intp]) -> Place:
-    """The place in the stroke of `points` (M, 3) that are told their vertices (M,) of the path."""
+    """The place in the stroke of `points` (M, 3), each by a given vertex (M,) of the path, be it
+    the nearest or not."""
     offset = np.asarray(points, float) - path.points[vertex]
     side = np.einsum("ij,ij->i", offset, path.laterals[vertex])
     ahead = np.einsum("ij,ij->i", offset, path.tangents[vertex])
