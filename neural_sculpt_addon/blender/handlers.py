@@ -112,6 +112,7 @@ def follow(*_: object) -> None:
     preview.hide()  # a step that Blender made by itself may hold one
     live.leave()
     session.follow_history()
+    live.look_again()
     reports.follow()
     preview.show()
     if (ob := bpy.context.active_object) is not None and not session.jobs:

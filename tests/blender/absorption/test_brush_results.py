@@ -14,6 +14,8 @@ from test_live_absorption import BrushCase, brush
 
 STROKES = (("Clay", -50), ("Grab", -20), ("Clay", 20), ("Grab", 50))
 NAMES = [name for name, _ in STROKES]
+ROUNDING = 0.0 if bpy.app.version >= (5, 0, 0) else 1e-7
+"""Of vertices that Blender takes back or brings back."""
 
 
 class BrushResults(BrushCase):
@@ -411,6 +413,43 @@ class BrushResults(BrushCase):
             self.assertEqual(self.names(), NAMES[:count])
             self.assertFalse(self.edited())
         self.assertEqual(self.seen(), whole)
+
+    def test_undone_before_anything_has_looked_at_it(self) -> None:
+        brush("Clay")
+        undo()
+        redo()
+        self.finish()
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+
+    def test_undone_ones_without_results_and_then_what_was_before_them(self) -> None:
+        """Redo brings all: a brush stroke or a neural one, and those that were made upon it."""
+        for first in ("Clay", "Neural"):
+            with self.subTest(first=first):
+                if first == "Clay":
+                    brush("Clay", -50)
+                    self.look()
+                else:
+                    self.draw("Neural")
+                self.finish()
+                for each in (("Grab", 0), ("Smooth", 50)):
+                    brush(*each)
+                    self.look()
+                sculpted = vertices(self.ob())
+                for _ in range(3):
+                    undo()
+                self.finish()
+                self.assertEqual(self.names(), [])
+                for _ in range(3):
+                    redo()
+                np.testing.assert_allclose(vertices(self.ob()), sculpted, rtol=0, atol=ROUNDING)
+                self.finish()
+                names = [first, "Grab", "Smooth"]
+                for count in (3, 2, 1, 0):
+                    self.assertEqual(self.names(), names[:count])
+                    self.assertFalse(self.edited())
+                    if count:
+                        undo()
 
     def test_a_neural_stroke_is_undone_before_they_have_results(self) -> None:
         """Redo comes to a border that was made without them."""
