@@ -68,7 +68,8 @@ def find_place(ob: Object, proxy: TrackedProxy) -> None:
     places = (i for i in reversed(range(least, len(states))) if kept_steps.is_back(now, states[i]))
     place = next(places, least if least and now.shape == proxy.positions.shape else None)
     if place is None:
-        proxy.keep(0)
+        before, _ = sculpt_steps.steps()
+        proxy.keep(sum(stroke.step in before for stroke in proxy.strokes))  # and something else
         return
     proxy.count, proxy.rests = place, True
     kept_steps.put_back(ob, states[place])
