@@ -422,6 +422,27 @@ class BrushResults(BrushCase):
         self.assertEqual(self.names(), ["Clay"])
         self.assertFalse(self.edited())
 
+    def test_one_upon_a_border(self) -> None:
+        """The border of a neural stroke that waits, and was undone and redone. What came in before
+        it is not lost when Blender is led there to make room for a step of ours."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        undo()
+        redo()
+        brush("Grab", 40)
+        sculpted = vertices(self.ob())
+        self.look()
+        self.draw("Two")
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.names(), ["Clay", "Grab", "One", "Two"])
+        self.assertFalse(self.edited())
+        for _ in range(2):
+            undo()
+        self.assertEqual(self.names(), ["Clay", "Grab"])
+        self.assert_is(sculpted)
+
     def test_undone_ones_without_results_and_then_what_was_before_them(self) -> None:
         """Redo brings all: a brush stroke or a neural one, and those that were made upon it."""
         for first in ("Clay", "Neural"):

@@ -111,7 +111,7 @@ def let_come(ob: Object) -> bool:
 def look(again: bool = False) -> None:
     """Absorb what brushes have done to the active field since the last look.
 
-    again: it is what undo or redo has brought, and a step would cut off what can be redone
+    again: redo has brought it, and a step would cut off what can be redone
     """
     ob = bpy.context.active_object
     if ob is None or not _is_sculpted(ob):
@@ -172,17 +172,21 @@ def leave() -> None:
     ob = bpy.context.active_object
     if ob is None or not _is_sculpted(ob):
         return
-    now = preview_attributes.true_positions(proxy_mesh.mesh_of(ob))
-    if _known(ob, now) is None:
+    if native_edits.edited(ob):
         _left[ob.session_uid] = native_edits.mark(ob)
+    else:
+        _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
 
 def look_again() -> None:
-    """After undo and redo, when `leave` and the jobs have followed: absorb what redo has brought of
-    a stroke that nobody knows, for it was undone before any look, or undo has led to another proxy
-    since, with which it was forgotten."""
+    """After redo, when `leave` and the jobs have followed: absorb a stroke that it has brought and
+    that nobody knows, for it was undone before any look, or undo has led to another proxy since,
+    with which it was forgotten."""
     ob = bpy.context.active_object
-    if ob is not None and ob.session_uid not in _left:
+    if ob is None or not _can_absorb(ob):
+        return
+    if _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob))) is not None:
+        _left.clear()
         look(again=True)
 
 
