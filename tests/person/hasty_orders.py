@@ -71,12 +71,18 @@ class HastyHands(PersonHands):
         yield hand.DRAWN
 
     def settle(self) -> Steps:
-        """All comes into the field."""
+        """All comes into the field, but for what would cut off what can be redone."""
+        session = self.case.session
         if self.stopped:
             yield from self.go()
-        yield from self.case.idle()
-        yield 2 * hand.DRAWN
-        yield from self.case.idle()
+
+        def rests() -> bool:
+            return session.rests and (bool(session.jobs) or session.behind is None)
+
+        for _ in range(2):
+            yield from hand.until(rests, SECONDS, "a rest")
+            yield 2 * hand.DRAWN
+        self.case.assertEqual(session.last_error, "")
 
     def strokes(self) -> int:
         """How many the artist sees: in the field, and on their way into it."""
