@@ -498,6 +498,21 @@ class BrushResults(BrushCase):
         self.finish()
         self.assertEqual(self.names(), [*NAMES[:2], "One"])
 
+    def test_a_neural_stroke_is_undone_in_another_mode_when_one_of_two_has_come(self) -> None:
+        """Undo comes to the mode's step, which was made of both, and of neither in the field."""
+        for each in STROKES[:2]:
+            brush(*each)
+            self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.pump(lambda: self.names() == NAMES[:1])
+        self.draw("One")
+        undo()
+        self.assertEqual(self.names(), NAMES[:1])
+        self.finish()
+        self.assertEqual(self.names(), NAMES[:2])
+        self.assertFalse(self.edited())
+
     def test_a_mode_that_is_left_with_a_preview(self) -> None:
         """Blender's own step holds what the mesh shows of a neural stroke, too."""
         brush("Clay", -40)
