@@ -120,8 +120,11 @@ def follow(*_: object) -> None:
 
 @persistent
 def bring_back(*_: object) -> None:
-    """Submit the job that undo has cancelled once more, after redo."""
-    if _State.passing or native_steps.is_ours() or (job := session.undone.bring_back()) is None:
+    """After redo, have done again what undo has cancelled: absorbing strokes, or another job."""
+    if _State.passing or native_steps.is_ours():
+        return
+    live.look_again()
+    if (job := session.undone.bring_back()) is None:
         return
     before = sculpt_steps.steps()[0]
     if len(before) > 1 and before[-1].name == sculpt_steps.BORDER:

@@ -3,11 +3,11 @@
 
 import bpy
 from drawing import PICTURES, SECONDS, WindowCase, corner, field, still_picture
+from hands import PersonHands, mouse, person
 from harness import long
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from row_buttons import BUTTON, SCALE, eyes
-from test_person import PersonHands, mouse, person
 
 NARROW = 130  # pixels
 

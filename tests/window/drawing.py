@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -123,8 +124,9 @@ class WindowCase(harness.SculptCase):
         self.addCleanup(self.go_on)
 
     def go_on(self) -> None:
-        """Let the worker do what it is to do."""
-        os.kill(self.worker, signal.SIGCONT)
+        """Let the worker do what it is to do, unless another one has taken its place."""
+        with suppress(ProcessLookupError):
+            os.kill(self.worker, signal.SIGCONT)
 
     def undo_and_redo(self, states: Sequence[tuple[object, ...]]) -> Steps:
         """Ctrl Z takes the field back through all its states, and Shift Ctrl Z brings them back."""

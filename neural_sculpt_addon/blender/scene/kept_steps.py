@@ -27,7 +27,7 @@ from bpy.types import Object
 from numpy.typing import NDArray
 
 from . import sculpt_steps, stroke_list
-from .mesh import proxy_mesh
+from .mesh import preview_attributes, proxy_mesh
 from .mesh.preview import preview
 from .properties import field_of, find, is_field
 from .sculpt_steps import Step
@@ -277,12 +277,13 @@ def settle() -> None:
 
 def _know_pushed(ob: Object, field: FieldAt) -> bool:
     """Remember a field at the active step if that is an ordinary one, which lacks its normals;
-    whether the proxy shows this field."""
-    if proxy_mesh.mesh_of(ob).get(proxy_mesh.FILLED) != field.filled:
+    whether the proxy shows this field, and maybe strokes that the field has not got yet."""
+    mesh = proxy_mesh.mesh_of(ob)
+    if mesh.get(proxy_mesh.FILLED) != field.filled:
         return False
     step = sculpt_steps.active()
     if step is not None and not sculpt_steps.is_native(step):
-        know(ob, step, field)
+        know(ob, step, field.with_more(preview_attributes.true_positions(mesh)))
     return True
 
 

@@ -14,7 +14,7 @@ from itertools import takewhile
 import bpy
 from bpy.types import Mesh
 
-from . import sculpt_steps
+from . import kept_steps, sculpt_steps
 from .mesh import brush_attributes
 from .sculpt_steps import BORDER, Step
 
@@ -64,11 +64,12 @@ def take_back(mesh: Callable[[], Mesh], first: Step | None) -> bool:
 
 @contextmanager
 def ours() -> Iterator[None]:
-    """While steps are taken that are no wish of the artist."""
+    """While steps are taken that are no wish of the artist. The field follows them."""
     _state.add(_OUR_STEPS)
     window = bpy.context.window_manager.windows[0]
     try:
         with bpy.context.temp_override(window=window):
             yield
+            kept_steps.follow()
     finally:
         _state.discard(_OUR_STEPS)

@@ -81,13 +81,16 @@ class JobQueue:
     @contextmanager
     def history_grows(self) -> Iterator[None]:
         """Within this block results make steps of Blender's history. Jobs that wait count as asked
-        for after these steps."""
+        for after these steps, for what they make comes behind them."""
         before, is_next = sculpt_steps.active(), self.undone.is_next()
         yield
         after = sculpt_steps.active()
-        if is_next and after != before:
+        if after == before:
+            return
+        if is_next:
             self.undone.push_again()
-        self.move_on(before, after)
+        for job in self.jobs:
+            job.step = after
 
     def move_on(self, before: Step | None, after: Step | None) -> None:
         """Let jobs that were asked for at one step of Blender's history count as asked for at

@@ -66,10 +66,11 @@ class Session(WorkerNews):
         self.watcher.work_came()
 
     def submit_again(self, job: Job) -> None:
-        """Queue a job that was cancelled. SculptError when there is no worker to run it."""
+        """Queue a job whose change redo has brought back. SculptError when there is no worker to
+        run it."""
         job.base = ""
         self.queue_again(job)
-        job.rests = True
+        job.rests = not job.follows
         self._queue(job)
 
     def submit_behind(self, job: Job, start: bool = False) -> None:

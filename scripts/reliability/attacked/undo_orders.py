@@ -2,10 +2,11 @@
 """Orders of tests/blender/scene/undo_orders.py by a person's keys; `batches` reads what is printed.
 
     blender --python scripts/in_blender/start.py -- \\
-        reliability.attacked.undo_orders FOLDER SEED FIRST COUNT
+        reliability.attacked.undo_orders patient|hasty FOLDER SEED FIRST COUNT
 
-In every other order the field takes in native strokes by itself, and in half of these each of them
-brings another proxy when the hand rests.
+A hasty person goes on without waiting (see tests/person/hasty_orders.py), and the field takes in
+native strokes by itself. With a patient one it does so in every other order, and in half of these
+each of them brings another proxy when the hand rests.
 
 FOLDER is an empty one for the extension, and NEURAL_SCULPT_PYTHON names the worker's Python. Lines
 that begin with `xdotool` are run by the program that started Blender. Of an order that fails, KEPT
@@ -22,37 +23,41 @@ from workshop import ROOT
 
 from . import stressed_blender
 
-KEPT = ROOT / "test-output" / "undo_keys"
+KEPT = ROOT / "test-output" / "undo_orders"
 
 
 def main(given: list[str]) -> None:
     """Let Blender step what the command line says."""
-    folder, seed, first, count = given
+    person, folder, seed, first, count = given
     faulthandler.enable()
-    simulated_input.play(orders(Path(folder), seed, int(first), int(count)))
+    simulated_input.play(orders(person, Path(folder), seed, int(first), int(count)))
 
 
-def orders(folder: Path, seed: str, first: int, count: int) -> simulated_input.Steps:
+def orders(person: str, folder: Path, seed: str, first: int, count: int) -> simulated_input.Steps:
     """One after another, whatever becomes of each."""
     stressed_blender.install(folder)
     stressed_blender.tell_version()
     drawing: Any = importlib.import_module("drawing")
-    undo_orders: Any = importlib.import_module("undo_orders")
-    person: Any = importlib.import_module("test_person")
-    case = person.PersonOrders()
+    hands: Any = importlib.import_module("hands")
+    patient: Any = importlib.import_module("undo_orders")
+    hasty: Any = importlib.import_module("hasty_orders")
+    case = hands.OrderCase()
     for number in range(first, first + count):
         case.setUp()
-        case.live, case.off = bool(number % 2), number % 4 == 3
+        if person == "hasty":
+            case.live, of, by = True, hasty.HastyOrder, hasty.HastyHands
+        else:
+            case.live, of, by = bool(number % 2), patient.Order, hands.PersonHands
+            case.off = number % 4 == 3
         yield simulated_input.DRAWN
         yield from case.add()
-        hands = person.PersonHands(case, number)
-        order = undo_orders.Order(f"{seed} {number}", hands, drawing.field().name)
+        order = of(f"{seed} {number}", by(case, number), drawing.field().name)
         print(f"sequence {number} begins", flush=True)
         try:
             yield from order.play()
         except Exception as error:  # noqa: BLE001 - whatever it is, it is what we look for
             told = f"{type(error).__name__}: {error} After {', '.join(order.told)}."
-            keep(f"{seed} {number}", told)
+            keep(f"{person} {seed} {number}", told)
             print(f"sequence {number} fails: {' '.join(told.split())}", flush=True)
         else:
             print(f"sequence {number} ends: {len(order.told)}", flush=True)

@@ -17,4 +17,4 @@ ROLE = "worker"
 
 def run(count: int, seed: int, report: Callable[[str], None]) -> dict[str, Any]:
     """`count` orders: how many operations, wrong states and crashes."""
-    return batches.in_window(["undo_orders"], count, seed, report, simulate=False)
+    return batches.in_window(["undo_orders", "patient"], count, seed, report, simulate=False)

@@ -14,6 +14,8 @@ from test_live_absorption import BrushCase, brush
 
 STROKES = (("Clay", -50), ("Grab", -20), ("Clay", 20), ("Grab", 50))
 NAMES = [name for name, _ in STROKES]
+ROUNDING = 0.0 if bpy.app.version >= (5, 0, 0) else 1e-7
+"""Of vertices that Blender takes back or brings back."""
 
 
 class BrushResults(BrushCase):
@@ -412,6 +414,64 @@ class BrushResults(BrushCase):
             self.assertFalse(self.edited())
         self.assertEqual(self.seen(), whole)
 
+    def test_undone_before_anything_has_looked_at_it(self) -> None:
+        brush("Clay")
+        undo()
+        redo()
+        self.finish()
+        self.assertEqual(self.names(), ["Clay"])
+        self.assertFalse(self.edited())
+
+    def test_one_upon_a_border(self) -> None:
+        """The border of a neural stroke that waits, and was undone and redone. What came in before
+        it is not lost when Blender is led there to make room for a step of ours."""
+        brush("Clay", -40)
+        self.look()
+        self.draw("One")
+        undo()
+        redo()
+        brush("Grab", 40)
+        sculpted = vertices(self.ob())
+        self.look()
+        self.draw("Two")
+        self.finish()
+        self.assertEqual(self.session.last_error, "")
+        self.assertEqual(self.names(), ["Clay", "Grab", "One", "Two"])
+        self.assertFalse(self.edited())
+        for _ in range(2):
+            undo()
+        self.assertEqual(self.names(), ["Clay", "Grab"])
+        self.assert_is(sculpted)
+
+    def test_undone_ones_without_results_and_then_what_was_before_them(self) -> None:
+        """Redo brings all: a brush stroke or a neural one, and those that were made upon it."""
+        for first in ("Clay", "Neural"):
+            with self.subTest(first=first):
+                if first == "Clay":
+                    brush("Clay", -50)
+                    self.look()
+                else:
+                    self.draw("Neural")
+                self.finish()
+                for each in (("Grab", 0), ("Smooth", 50)):
+                    brush(*each)
+                    self.look()
+                sculpted = vertices(self.ob())
+                for _ in range(3):
+                    undo()
+                self.finish()
+                self.assertEqual(self.names(), [])
+                for _ in range(3):
+                    redo()
+                np.testing.assert_allclose(vertices(self.ob()), sculpted, rtol=0, atol=ROUNDING)
+                self.finish()
+                names = [first, "Grab", "Smooth"]
+                for count in (3, 2, 1, 0):
+                    self.assertEqual(self.names(), names[:count])
+                    self.assertFalse(self.edited())
+                    if count:
+                        undo()
+
     def test_a_neural_stroke_is_undone_before_they_have_results(self) -> None:
         """Redo comes to a border that was made without them."""
         brush("Clay", -40)
@@ -437,6 +497,21 @@ class BrushResults(BrushCase):
         self.assertEqual(self.names(), NAMES[:1])
         self.finish()
         self.assertEqual(self.names(), [*NAMES[:2], "One"])
+
+    def test_a_neural_stroke_is_undone_in_another_mode_when_one_of_two_has_come(self) -> None:
+        """Undo comes to the mode's step, which was made of both, and of neither in the field."""
+        for each in STROKES[:2]:
+            brush(*each)
+            self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        self.pump(lambda: self.names() == NAMES[:1])
+        self.draw("One")
+        undo()
+        self.assertEqual(self.names(), NAMES[:1])
+        self.finish()
+        self.assertEqual(self.names(), NAMES[:2])
+        self.assertFalse(self.edited())
 
     def test_a_mode_that_is_left_with_a_preview(self) -> None:
         """Blender's own step holds what the mesh shows of a neural stroke, too."""

@@ -9,7 +9,7 @@ import numpy as np
 import test_brush_results
 from harness import arc, long, module, push_undo, redo, state, stroke, undo, vertices
 from test_brush_results import NAMES
-from test_live_absorption import KEPT, BrushCase, brush
+from test_live_absorption import BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
 kept_steps = module("blender.scene.kept_steps")
@@ -26,7 +26,7 @@ class KeptResults(test_brush_results.BrushResults):
     keeps = True
 
     def setUp(self) -> None:
-        if not KEPT:
+        if not kept_steps.EXACT:
             self.skipTest("this Blender rounds what it takes back")
         super().setUp()
 
@@ -92,7 +92,7 @@ class KeptResults(test_brush_results.BrushResults):
 
 class KeptSteps(BrushCase):
     def setUp(self) -> None:
-        if not KEPT:
+        if not kept_steps.EXACT:
             self.skipTest("this Blender rounds what it takes back")
         super().setUp()
         self.enterContext(self.as_in_a_window())
@@ -231,7 +231,7 @@ class Orders(BrushCase):
     """Random orders of brush strokes, neural strokes, masks, modes, undo and redo."""
 
     def setUp(self) -> None:
-        if not KEPT:
+        if not kept_steps.EXACT:
             self.skipTest("this Blender rounds what it takes back")
         super().setUp()
         self.addCleanup(setattr, self.results, "SEEN_OFF", self.results.SEEN_OFF)

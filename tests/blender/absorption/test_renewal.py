@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from harness import arc, module, push_undo, redo, state, stroke, undo, vertices
 from mathutils.bvhtree import BVHTree
-from test_live_absorption import KEPT, BrushCase, brush
+from test_live_absorption import BrushCase, brush
 
 sculpt_steps = module("blender.scene.sculpt_steps")
 go_on = module("blender.session.absorption.renewal").go_on
@@ -18,7 +18,7 @@ SPARE = module("blender.scene.mesh.spare_mesh").SPARE
 
 class Renewal(BrushCase):
     def setUp(self) -> None:
-        if not KEPT:
+        if not module("blender.scene.kept_steps").EXACT:
             self.skipTest("this Blender rounds what it takes back")
         super().setUp()
         self.enterContext(self.as_in_a_window())

@@ -104,6 +104,16 @@ class Undo(SteeredCase):
 
 
 class Orders(SteeredCase):
+    """Native strokes are taken in by Absorb alone."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.absorb_alone()
+
+    def absorb_alone(self) -> None:
+        bpy.context.active_object.neural_sculpt.live = False
+        push_undo("How to absorb")
+
     def test_all_kinds_of_steps_beside_each_other(self) -> None:
         for seconds in Order("test", self).play_borders():
             time.sleep(seconds)
@@ -116,6 +126,7 @@ class Orders(SteeredCase):
                 push_undo("Start")
                 call_as("Script")
                 add("SPHERE")
+                self.absorb_alone()
                 call_as("Artist")
                 for seconds in Order(f"test {seed}", self).play():
                     time.sleep(seconds)

@@ -100,12 +100,16 @@ class Order:
 
     def check(self) -> None:
         """The scene is as it was."""
-        names = "weights", "base", "strokes", "revision", "mesh", "place", "mode"
-        now, then = self.look(), [*self.states[self.at]]
-        if is_close(now[MESH], then[MESH]):
-            now[MESH] = then[MESH]
-        wrong = [name for name, a, b in zip(names, now, then, strict=True) if a != b]
-        assert not wrong, f"{', '.join(wrong)} not as at {self.at}, after {', '.join(self.told)}"
+        wrong = ", ".join(differ(self.look(), self.states[self.at]))
+        assert not wrong, f"{wrong} not as at {self.at}, after {', '.join(self.told)}"
+
+
+def differ(one: list[Any], two: list[Any]) -> list[str]:
+    """What differs between two looks, by name."""
+    names = "weights", "base", "strokes", "revision", "mesh", "place", "mode"
+    same = [a == b for a, b in zip(one, two, strict=True)]
+    same[MESH] = is_close(one[MESH], two[MESH])
+    return [name for name, is_so in zip(names, same, strict=True) if not is_so]
 
 
 def is_close(one: bytes, two: bytes) -> bool:

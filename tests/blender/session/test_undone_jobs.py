@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, redo, state, stroke, undo
+from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
 
 
 class UndoneJobs(SteeredCase):
@@ -87,6 +87,22 @@ class UndoneJobs(SteeredCase):
                 undo()
                 self.assertEqual(state(field("Sphere")), one)
         bpy.ops.object.mode_set(mode="OBJECT")
+
+    def test_a_result_comes_behind_what_was_done_meanwhile(self) -> None:
+        """What still waits comes behind that result, and so is undone before it."""
+        self.draw("One", "Two", "Three")
+        bpy.context.object.location.x = 1.0
+        push_undo("Move")
+        self.say("go")
+        self.pump(lambda: self.listed() == ["One"])
+        (self.folder / "go").unlink()
+        for waiting in (["Two"], []):
+            undo()
+            self.assertEqual((self.listed(), self.waiting()), (["One"], waiting))
+        undo()
+        self.assertEqual((self.listed(), field("Sphere").location.x), ([], 1.0))
+        undo()
+        self.assertEqual(field("Sphere").location.x, 0.0)
 
     def test_what_is_done_instead_cuts_it_off(self) -> None:
         self.draw("One", "Two")

@@ -13,9 +13,10 @@ pieces the proxy is *half-way*: its mesh shows all strokes, and Blender's histor
 and redo let the rest come in first (`finish`), and jobs on the object wait for it. What is brushed
 meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
-A stroke that undo takes from the mesh is remembered here as long as redo can bring it back. Until
-the next stroke or change no step of ours is made, since it would cut off what can be redone:
-strokes keep their steps then, in any Blender.
+A stroke that undo takes from the mesh is remembered here until undo has led to another proxy; after
+that, it is absorbed anew when redo brings it (see `live.look_again`). Until the next stroke or
+change no step of ours is made, since it would cut off what can be redone: strokes keep their steps
+then, in any Blender.
 """
 
 import logging
@@ -67,7 +68,8 @@ def find_place(ob: Object, proxy: TrackedProxy) -> None:
     places = (i for i in reversed(range(least, len(states))) if kept_steps.is_back(now, states[i]))
     place = next(places, least if least and now.shape == proxy.positions.shape else None)
     if place is None:
-        proxy.keep(0)
+        before, _ = sculpt_steps.steps()
+        proxy.keep(sum(stroke.step in before for stroke in proxy.strokes))  # and something else
         return
     proxy.count, proxy.rests = place, True
     kept_steps.put_back(ob, states[place])

@@ -108,8 +108,11 @@ def let_come(ob: Object) -> bool:
     return True
 
 
-def look() -> None:
-    """Absorb what brushes have done to the active field since the last look."""
+def look(again: bool = False) -> None:
+    """Absorb what brushes have done to the active field since the last look.
+
+    again: redo has brought it, and a step would cut off what can be redone
+    """
     ob = bpy.context.active_object
     if ob is None or not _is_sculpted(ob):
         return
@@ -149,7 +152,8 @@ def look() -> None:
     stroke = BrushStroke(_name(), part, now, after, step)
     stroke.job = _job(target, proxy, stroke)
     proxy.add(stroke)
-    if not _submit(stroke.job):
+    proxy.rests = again
+    if not _submit(stroke.job, again):
         proxy.keep(proxy.count - 1)
         _left[target] = native_edits.mark(ob)
 
@@ -172,6 +176,18 @@ def leave() -> None:
         _left[ob.session_uid] = native_edits.mark(ob)
     else:
         _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
+
+
+def look_again() -> None:
+    """After redo, when `leave` and the jobs have followed: absorb a stroke that it has brought and
+    that nobody knows, for it was undone before any look, or undo has led to another proxy since,
+    with which it was forgotten."""
+    ob = bpy.context.active_object
+    if ob is None or not _can_absorb(ob):
+        return
+    if _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob))) is not None:
+        _left.clear()
+        look(again=True)
 
 
 def forget() -> None:
@@ -213,10 +229,10 @@ def _known(ob: Object, now: NDArray[np.float32]) -> TrackedProxy | None:
     return proxies.track(ob, now)
 
 
-def _submit(job: Job) -> bool:
+def _submit(job: Job, again: bool = False) -> bool:
     """False where there is no worker."""
     try:
-        session.submit(job)
+        (session.submit_again if again else session.submit)(job)
     except SculptError as error:
         log.warning("%s is not absorbed: %s", job.label, error)
         session.watcher.warned(error.text)

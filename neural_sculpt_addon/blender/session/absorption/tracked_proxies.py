@@ -83,7 +83,7 @@ class TrackedProxy:
         """One more, instead of what could be redone."""
         self.keep(self.count)
         self.known.append(stroke)
-        self.count, self.rests = self.count + 1, False
+        self.count += 1
 
     def keep(self, count: int, why: str = UNDONE) -> None:
         """Forget all strokes but the first ones."""
