@@ -123,7 +123,7 @@ def bring_back(*_: object) -> None:
     """After redo, have done again what undo has cancelled: absorbing strokes, or another job."""
     if _State.passing or native_steps.is_ours():
         return
-    live.look_again()
+    session.arrivals.come_again()
     if (job := session.undone.bring_back()) is None:
         return
     before = sculpt_steps.steps()[0]

@@ -66,3 +66,6 @@ class Arrivals:
 
     def follow(self, job: Job) -> None:
         """The result of a job has come into the scene."""
+
+    def come_again(self) -> None:
+        """Redo has brought back a state of the scene, and `follow_history` is done."""

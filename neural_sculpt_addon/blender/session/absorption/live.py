@@ -82,6 +82,16 @@ class LiveResults(BrushResults):
         if ob is not None and job.kind is not JobKind.ABSORB_STROKE and _can_absorb(ob):
             _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
 
+    def come_again(self) -> None:
+        """Absorb a stroke that redo has brought and that nobody knows: it was undone before any
+        look, or undo has led to another proxy since, with which it was forgotten."""
+        ob = bpy.context.active_object
+        if ob is None or not _can_absorb(ob):
+            return
+        if _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob))) is not None:
+            _left.clear()
+            look(again=True)
+
 
 def is_on_its_way(ob: Object) -> bool:
     """Whether all that brushes did to the proxy is being absorbed."""
@@ -176,18 +186,6 @@ def leave() -> None:
         _left[ob.session_uid] = native_edits.mark(ob)
     else:
         _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob)))
-
-
-def look_again() -> None:
-    """After redo, when `leave` and the jobs have followed: absorb a stroke that it has brought and
-    that nobody knows, for it was undone before any look, or undo has led to another proxy since,
-    with which it was forgotten."""
-    ob = bpy.context.active_object
-    if ob is None or not _can_absorb(ob):
-        return
-    if _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob))) is not None:
-        _left.clear()
-        look(again=True)
 
 
 def forget() -> None:
