@@ -14,7 +14,7 @@ and redo let the rest come in first (`finish`), and jobs on the object wait for 
 meanwhile is one more stroke. A file that is saved half-way has the rest on its mesh alone.
 
 A stroke that undo takes from the mesh is remembered here until undo has led to another proxy; after
-that, it is absorbed anew when redo brings it (see `LiveResults.come_again`). Until the next stroke or
+that, it is absorbed anew when redo brings it (`LiveResults.come_again`). Until the next stroke or
 change no step of ours is made, since it would cut off what can be redone: strokes keep their steps
 then, in any Blender.
 """
