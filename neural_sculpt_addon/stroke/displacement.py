@@ -8,8 +8,8 @@ the sine of the angle to the tangent, so the cap continues the sides; beyond a f
 Where the surface's normal turns away from n(u), by more than 90 degrees, it is the other sheet of a
 thin part and is not displaced. From 60 degrees on the stroke reaches less far, so the displacement
 fades and there is no cliff at an edge: a share of 1 - |v| / r is left. Where a path leads around an
-edge, its nearest point may lie on the other sheet. So a point that faces away from that belongs to
-the vertex of the path that reaches it farthest. A mask m weakens d by the factor 1 - m.
+edge, its nearest point may lie on the other sheet. A surface point that faces away from it belongs
+to the vertex of the path with the largest reach there. A mask m weakens d by the factor 1 - m.
 
 Model space. See docs/method.md, section 2.
 """
@@ -44,8 +44,8 @@ class Displacement(NamedTuple):
     relative_distance: Array  # (M,)
     beyond: NDArray[np.bool_]  # (M,), past an open end or around a dab
     normals: Array  # (M, 3), by which it was found
-    vertex: NDArray[np.intp]  # (M,), of the path: the nearest one, or
-    facing: NDArray[np.bool_]  # (M,), the one that reaches the point farthest
+    vertex: NDArray[np.intp]  # (M,), of the path, by which it was found: the nearest one or,
+    facing: NDArray[np.bool_]  # (M,), where this is true, the one with the largest reach there
     share: Array  # (M,), of the reach that the angle between the normals leaves
 
     @property
@@ -55,16 +55,7 @@ class Displacement(NamedTuple):
 
     def where(self, chosen: NDArray[np.bool_] | NDArray[np.intp]) -> "Displacement":
         """The chosen points' part."""
-        return Displacement(
-            self.amount[chosen],
-            self.direction[chosen],
-            self.relative_distance[chosen],
-            self.beyond[chosen],
-            self.normals[chosen],
-            self.vertex[chosen],
-            self.facing[chosen],
-            self.share[chosen],
-        )
+        return self._make(array[chosen] for array in self)
 
 
 def displace(
@@ -109,7 +100,7 @@ def displace_at(
 def _facing(
     stroke: Stroke, path: Path, points: Array, normals: Array
 ) -> tuple[NDArray[np.intp], Array]:
-    """The vertices (M,) of the path that reach surface points (M, 3) farthest, and how far (M,)."""
+    """The vertices (M,) of the path with the largest reach at surface points (M, 3); that reach."""
     radius = np.maximum(local_radius(stroke, path.u), 1e-9)
     vertex, reach = np.empty(len(points), np.intp), np.empty(len(points))
     for start in range(0, len(points), POINTS_AT_ONCE):

@@ -92,16 +92,12 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
     vertex: (M,) the nearest of points beside these, closer to them than vertices to each other
     """
     x = np.asarray(points, float).reshape(-1, 3)
+    if len(path.points) == 1:
+        return place_at(path, x, np.zeros(len(x), np.intp))
     if vertex is None:
         vertex = _nearest_vertex(path.points, x)
-    if len(path.points) == 1:
-        index, t = vertex, np.zeros(len(x))
-        following = index
-    else:
-        index, t = _foot(path, x, vertex)
-        following = index + 1
-
-    start, end = path.table.take(index, axis=0), path.table.take(following, axis=0)
+    index, t = _foot(path, x, vertex)
+    start, end = path.table.take(index, axis=0), path.table.take(index + 1, axis=0)
     blend = start * (1 - t[:, None]) + end * t[:, None]
     offset = x - blend[:, :3]
     distance = _length(offset)
@@ -109,9 +105,9 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
     side = np.einsum("ij,ij->i", offset, laterals)
     sine, cosine, beyond = np.sign(side), np.zeros(len(x)), np.zeros(len(x), bool)
     if not path.closed:
-        some = np.flatnonzero((u <= 0) | (u >= 1))  # of a dab all
+        some = np.flatnonzero((u <= 0) | (u >= 1))
         ahead = np.einsum("ij,ij->i", offset[some], path.tangents[np.where(u[some] <= 0, 0, -1)])
-        past = np.where(u[some] <= 0, ahead < 0, ahead > 0) | (len(path.points) == 1)
+        past = np.where(u[some] <= 0, ahead < 0, ahead > 0)
         some, ahead = some[past], ahead[past]
         beyond[some] = True
         flat = np.maximum(np.hypot(side[some], ahead), 1e-12)
@@ -120,14 +116,14 @@ def locate(path: Path, points: ArrayLike, vertex: NDArray[np.intp] | None = None
 
 
 def place_at(path: Path, points: ArrayLike, vertex: NDArray[np.intp]) -> Place:
-    """The place in the stroke of `points` (M, 3), each by a given vertex (M,) of the path, be it
+    """The place in the stroke of `points` (M, 3) beside given vertices (M,) of its path, be these
     the nearest or not."""
     offset = np.asarray(points, float) - path.points[vertex]
     side = np.einsum("ij,ij->i", offset, path.laterals[vertex])
     ahead = np.einsum("ij,ij->i", offset, path.tangents[vertex])
     flat = np.maximum(np.hypot(side, ahead), 1e-12)
     last = len(path.points) - 1
-    beyond = ((vertex == 0) & (ahead < 0)) | ((vertex == last) & (ahead > 0))
+    beyond = ((vertex == 0) & (ahead < 0)) | ((vertex == last) & (ahead > 0)) | (last == 0)
     return Place(
         path.u[vertex],
         _length(offset),

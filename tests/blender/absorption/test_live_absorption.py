@@ -26,8 +26,6 @@ from harness import (
     vertices,
 )
 
-KEPT = module("blender.scene.kept_steps").EXACT
-"""Whether all steps of Blender's brushes stay in its history."""
 ASSET = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 
 
