@@ -181,7 +181,8 @@ class LocalEdit:
         level, problem = self.resolution.level, self._problem
         fine = dilated(self._active, level)
         every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
-        cells = every
+        cells = every = every[self._swept.near(centres(places(every, level), level))]
+        fine = np.intersect1d(fine, every, assume_unique=True)
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
             loose = loose_parts(self.field, cells, level, held, problem.check, fine)
