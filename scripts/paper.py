@@ -9,6 +9,8 @@ a machine with nothing else to do; tables 1 and 4 have some.
     --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
     --plan      only tell what is left and how long it takes
     --finished  make no more rows, and write the tables of those that are there
+    --anew METHOD  measure one method anew, where it needs no other for it: after a change of ours,
+                baselines stay as they are recorded in benchmarks/paper.json
     1 2 3 4 beyond figures   only these
 """
 
@@ -22,6 +24,7 @@ from workshop import ROOT, environment
 from neural_sculpt_addon.worker.runtime import set_up
 
 ROWS = ROOT / "test-output" / "paper"
+RECORD = ROOT / "benchmarks" / "paper.json"
 TABLES = ("1", "2", "3", "4", "beyond", "figures")
 
 
@@ -32,6 +35,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a small form, in minutes")
     parser.add_argument("--plan", action="store_true", help="only tell how long it takes")
     parser.add_argument("--finished", action="store_true", help="only write what is finished")
+    parser.add_argument("--anew", metavar="METHOD", help="measure one method anew, as local")
     parser.add_argument("--work", type=Path, help="folder of finished rows")
     parser.add_argument("--out", type=Path, help="where the tables go (default: docs/paper)")
     options = parser.parse_args()
@@ -45,6 +49,7 @@ def main() -> None:
 
     form = "quick" if options.quick else "full"
     out = options.out or (ROWS / "quick" / "tables" if options.quick else ROOT / "docs" / "paper")
+    whole = not (options.quick or options.tables or options.out)
     try:
         run.run(
             options.quick,
@@ -54,7 +59,9 @@ def main() -> None:
             functools.partial(print, flush=True),
             only_plan=options.plan,
             only_finished=options.finished,
-            readme=None if options.quick or options.tables or options.out else ROOT / "README.md",
+            readme=ROOT / "README.md" if whole else None,
+            record=RECORD if whole else None,
+            anew=options.anew,
         )
     except SculptError as error:
         sys.exit(f"{error}")

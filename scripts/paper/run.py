@@ -37,12 +37,16 @@ def run(
     only_plan: bool = False,
     only_finished: bool = False,
     readme: Path | None = None,
+    record: Path | None = None,
+    anew: str | None = None,
 ) -> None:
     """Make what is missing of the `chosen` tables, and write them to `out`.
 
     only_plan:     tell what is missing, and make nothing
     only_finished: make no rows; the page tells which are missing
     readme:        gets the main table, too
+    record:        a file of all rows, which is written at the end
+    anew:          a method that is measured anew, alone, in the rows that are finished or recorded
 
     SculptError when the finished rows are of another machine or version.
     """
@@ -58,11 +62,18 @@ def run(
 
     facts = about(settings)
     work = Work(work_folder, facts)
+    if anew and record:
+        work.take(record)
     tasks = [task for name in chosen for task in MODULES[name].tasks(settings, scene, work_folder)]
     if only_plan:
         say(plan(len(tasks), [task for task in tasks if work.finished(task) is None]))
         return
-    rows = work.rows(tasks) if only_finished else work.do(tasks, say)
+    if anew:
+        rows = work.measure_anew(tasks, anew, say)
+    else:
+        rows = work.rows(tasks) if only_finished else work.do(tasks, say)
+    if record:
+        work.keep(record, rows)
     main = main_table.main_table(rows)
     tables = [*main, *(table for name in chosen for table in MODULES[name].tables(rows))]
     heading = ["# The paper's tables and figures\n", f"{told(facts)}\n"]

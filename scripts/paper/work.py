@@ -3,8 +3,8 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,15 @@ class Task:
 
     key:     names its file
     seconds: that it is expected to take, on two cores with nothing else to do
+    make:    the row
+    anew:    what a method alone adds to it, by the names of those that can be measured alone; not
+             of those that are timed in turns with others
     """
 
     key: str
     seconds: float
     make: Callable[[], Row]
+    anew: Mapping[str, Callable[[], Row]] = field(default_factory=dict)
 
 
 class Work:
@@ -55,16 +59,54 @@ class Work:
         for number, task in enumerate(left, start=1):
             started = time.monotonic()
             row = task.make()
-            write_whole(self._path(task), json.dumps(row, indent=1).encode())
+            self._write(task, row)
             took = time.monotonic() - started
             rest = sum(other.seconds for other in left[number:])
             say(f"{number}/{len(left)} {task.key}: {took:.0f} s; about {_span(rest)} left")
+        return self.rows(tasks)
+
+    def measure_anew(
+        self, tasks: Sequence[Task], method: str, say: Callable[[str], None]
+    ) -> dict[str, Row]:
+        """All finished rows by their keys, after one method has been measured anew in each that has
+        it; what the others did stays. SculptError when no row has it."""
+        if not any(method in task.anew and self.finished(task) for task in tasks):
+            raise SculptError(
+                f"No finished row has {method}, alone. Make the rows first, without --anew, or"
+                " name another method as the tables call it."
+            )
+        for task in tasks:
+            row, make = self.finished(task), task.anew.get(method)
+            if row is not None and make is not None:
+                new = make()
+                if "methods" in row:
+                    new["methods"] = {**row["methods"], **new["methods"]}
+                self._write(task, new)
+                say(task.key)
         return self.rows(tasks)
 
     def rows(self, tasks: Sequence[Task]) -> dict[str, Row]:
         """Those rows that are finished, by their keys."""
         rows = {task.key: self.finished(task) for task in tasks}
         return {key: row for key, row in rows.items() if row is not None}
+
+    def take(self, record: Path) -> None:
+        """Have the rows of a file that `keep` wrote, where there is one for these conditions."""
+        if record.is_file() and (kept := _read(record))["about"] == self._about:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            for key, row in kept["rows"].items():
+                path = self._folder / f"{key}.json"
+                if not path.is_file():
+                    write_whole(path, json.dumps(row, indent=1).encode())
+
+    def keep(self, record: Path, rows: Mapping[str, Row]) -> None:
+        """Write rows by their keys as one file, one row on each line."""
+        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(row)}" for key, row in rows.items())
+        text = f'{{"about": {json.dumps(self._about)},\n"rows": {{\n{lines}\n}}}}\n'
+        write_whole(record, text.encode())
+
+    def _write(self, task: Task, row: Row) -> None:
+        write_whole(self._path(task), json.dumps(row, indent=1).encode())
 
     def _path(self, task: Task) -> Path:
         return self._folder / f"{task.key}.json"

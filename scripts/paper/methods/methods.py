@@ -14,8 +14,9 @@ are right, and the loss is rounded at zero, so the last iterate drifts less (see
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -31,6 +32,7 @@ from neural_sculpt_addon.field.problem.tube import COLUMNS, Tube
 from neural_sculpt_addon.stroke.stroke import Stroke
 
 from ..measures.surface import FieldSurface, Surface
+from ..work import Row
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,13 @@ class _Fewer(Problem):
 def ours() -> list[Method]:
     """This project's methods."""
     return [Product("network", "network"), Product("local", "local")]
+
+
+def each_alone(
+    make: Callable[[Sequence[Method]], Row], compared: Sequence[Method]
+) -> dict[str, Callable[[], Row]]:
+    """The row that `make` makes of methods, of each of those `compared` alone."""
+    return {method.name: partial(make, [method]) for method in compared}
 
 
 def timed(

@@ -9,6 +9,7 @@ Model space.
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ from ..measures.chamfer import tube_of
 from ..measures.ground import displaced_mesh
 from ..measures.measures import angles, measure
 from ..measures.surface import FieldSurface
-from ..methods.methods import Method, Product, Scene, ours
+from ..methods.methods import Method, Product, Scene, each_alone, ours
 from ..methods.three_dns import ThreeDns
 from ..settings import Settings
 from ..work import Row, Task
@@ -48,35 +49,41 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
     stroke, second = Product("stroke", "paper", settings.quality), settings.quality * 0.08
     dns = ThreeDns("3DNS union", settings.quality, union=True)
     profiled, torn = [stroke, *ours()], [stroke, dns, *ours()]
-    made = [
-        *(
-            (f"peaks-{n}", second + 12, _peaks(profiled, scene, n, settings))
-            for n in settings.peaks
-        ),
-        ("undo", 0.8 * settings.session, _undo(scene, settings)),
-        *(
-            (f"session-{name}", settings.session * seconds, _session(name, scene, settings))
-            for name, seconds in (("local", 0.6), ("network", 1))
-        ),
-        *(
-            (f"torn-{height:g}", 4 * second, _torn(torn, scene, height, settings))
-            for height in settings.intensities
-        ),
-        (
-            "session-paper",
-            settings.session * settings.speed * 0.08,
-            _session("paper", scene, settings),
-        ),
+
+    def session(name: str, seconds: float) -> Task:
+        make = _session(name, scene, settings)
+        return Task(f"beyond-session-{name}", settings.session * seconds, make, {name: make})
+
+    def compared(
+        key: str, seconds: float, make: Callable[[Sequence[Method]], Row], methods: list[Method]
+    ) -> Task:
+        return Task(f"beyond-{key}", seconds, partial(make, methods), each_alone(make, methods))
+
+    def peaks(count: int) -> Task:
+        make = _peaks(scene, count, settings)
+        return compared(f"peaks-{count}", second + 12, make, profiled)
+
+    def tear(height: float) -> Task:
+        make = _torn(scene, height, settings)
+        return compared(f"torn-{height:g}", 4 * second, make, torn)
+
+    undo = _undo(scene, settings)
+    return [
+        *map(peaks, settings.peaks),
+        Task("beyond-undo", 0.8 * settings.session, undo, {"local": undo}),
+        session("local", 0.6),
+        session("network", 1),
+        *map(tear, settings.intensities),
+        session("paper", settings.speed * 0.08),
     ]
-    return [Task(f"beyond-{key}", seconds, make) for key, seconds, make in made]
 
 
 def _peaks(
-    compared: Sequence[Method], scene: Callable[[str], Scene], count: int, settings: Settings
-) -> Callable[[], Row]:
+    scene: Callable[[str], Scene], count: int, settings: Settings
+) -> Callable[[Sequence[Method]], Row]:
     """A stroke whose profile has so many peaks, each as high as the others."""
 
-    def make() -> Row:
+    def make(compared: Sequence[Method]) -> Row:
         here = scene(SHAPE)
         points = random_edit(here.preparation, 0, settings.seed).points
         stroke = Stroke(points, Brush(WIDE, LOW, peaked(count)))
@@ -101,11 +108,11 @@ def peaked(count: int) -> Profile:
 
 
 def _torn(
-    compared: Sequence[Method], scene: Callable[[str], Scene], height: float, settings: Settings
-) -> Callable[[], Row]:
+    scene: Callable[[str], Scene], height: float, settings: Settings
+) -> Callable[[Sequence[Method]], Row]:
     """A stroke so many radii high: pieces of the result, and what of the height is missing."""
 
-    def make() -> Row:
+    def make(compared: Sequence[Method]) -> Row:
         here = scene(SHAPE)
         stroke = random_edit(here.preparation, 1, settings.seed)
         stroke = replace(stroke, brush=replace(stroke.brush, intensity=height * RADIUS))

@@ -17,7 +17,7 @@ from ..measures.ground import displaced_mesh
 from ..measures.measures import measure
 from ..measures.surface import MeshSurface
 from ..methods.mesh_edit import Coarse
-from ..methods.methods import Method, Product, Scene, ours
+from ..methods.methods import Method, Product, Scene, each_alone, ours
 from ..methods.three_dns import ThreeDns
 from ..settings import Settings
 from ..work import Row, Task
@@ -55,10 +55,10 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
     seconds += SECONDS_OF_MEASURES * settings.samples / 100_000 + 3
 
     def task(shape: str, number: int) -> Task:
-        def make() -> Row:
-            return row(compared, scene(shape), shape, number, settings)
+        def make(methods: Sequence[Method] = compared) -> Row:
+            return row(methods, scene(shape), shape, number, settings)
 
-        return Task(f"table2-{shape}-{number}", seconds, make)
+        return Task(f"table2-{shape}-{number}", seconds, make, each_alone(make, compared))
 
     return [task(shape, number) for number in range(settings.edits) for shape in settings.shapes]
 

@@ -6,7 +6,7 @@ many rows of tube samples as there are points, 3DNS so many brushes. Ours choose
 themselves, so their rows tell what control points alone do.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from neural_sculpt_addon.field.problem.pose import pose
@@ -15,7 +15,7 @@ from ..edits import random_edit
 from ..measures.chamfer import Chamfer, tube_of
 from ..measures.ground import displaced_mesh
 from ..measures.measures import measure
-from ..methods.methods import Method, RowsOfStroke, Scene, ours
+from ..methods.methods import Method, RowsOfStroke, Scene, each_alone, ours
 from ..methods.three_dns import ThreeDns
 from ..settings import Settings
 from ..work import Row, Task
@@ -42,7 +42,7 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
     compared, most = methods(settings), max(settings.along)
 
     def task(points: int) -> Task:
-        def make() -> Row:
+        def make(methods: Sequence[Method] = compared) -> Row:
             here = scene(SHAPE)
             reference = random_edit(here.preparation, 0, settings.seed, most)
             problem = pose(here.preparation, reference)
@@ -50,7 +50,7 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
             chamfer = Chamfer(truth, tube, settings.samples, points)
             row: Row = {"points": points, **chamfer.floor, "methods": {}}
             stroke = random_edit(here.preparation, 0, settings.seed, points)
-            for method in compared:
+            for method in methods:
                 method.prepare(here)
                 surface = method.edit(here, stroke).surface
                 row["methods"][method.name] = {
@@ -62,7 +62,8 @@ def tasks(settings: Settings, scene: Callable[[str], Scene], _folder: Path) -> l
         stroke, dns, more = SECONDS
         epoch = stroke + dns + 1.5 * more * points + dns
         measures = SECONDS_OF_MEASURES * settings.samples / 100_000
-        return Task(f"table3-{points}", settings.quality * epoch + measures + 5, make)
+        seconds = settings.quality * epoch + measures + 5
+        return Task(f"table3-{points}", seconds, make, each_alone(make, compared))
 
     return [task(points) for points in settings.along]
 

@@ -75,6 +75,47 @@ def test_rows_of_another_machine_are_refused(tmp_path):
         Work(tmp_path, {"processor": "two"})
 
 
+def test_one_method_is_measured_anew_and_the_others_stay(tmp_path):
+    def task(number):
+        def make(names):
+            return {"floor": number, "methods": {name: number for name in names}}
+
+        alone = {"a": lambda: make(["a"]), "b": lambda: make(["b"])}
+        return Task("compared", 1, lambda: make(["a", "b"]), alone)
+
+    def lone(number):
+        return Task("lone", 1, lambda: {"x": number}, {"b": lambda: {"x": number}})
+
+    def timed(number):
+        return Task("timed", 1, lambda: {"methods": {"a": number, "b": number}})
+
+    work = Work(tmp_path, {})
+    work.do([task(1), lone(1), timed(1)], quiet)
+    missing = Task("missing", 1, dict, {"b": dict})
+    rows = work.measure_anew([task(2), lone(2), timed(2), missing], "b", quiet)
+    assert rows == {
+        "compared": {"floor": 2, "methods": {"a": 1, "b": 2}},
+        "lone": {"x": 2},
+        "timed": {"methods": {"a": 1, "b": 1}},
+    }
+    with pytest.raises(SculptError, match="No finished row has c"):
+        work.measure_anew([task(3)], "c", quiet)
+
+
+def test_rows_that_are_kept_are_taken_under_the_same_conditions(tmp_path):
+    record, tasks = tmp_path / "rows.json", [Task(key, 1, lambda: {"x": 1}) for key in "ab"]
+    work = Work(tmp_path / "first", {"cores": 2})
+    work.keep(record, work.do(tasks, quiet))
+    assert json.loads(record.read_text())["rows"] == {"a": {"x": 1}, "b": {"x": 1}}
+    other = Work(tmp_path / "other", {"cores": 4})
+    other.take(record)
+    assert other.rows(tasks) == {}
+    again = Work(tmp_path / "again", {"cores": 2})
+    again.do([Task("a", 1, lambda: {"x": 2})], quiet)
+    again.take(record)
+    assert again.rows(tasks) == {"a": {"x": 2}, "b": {"x": 1}}
+
+
 def test_the_plan_tells_hours():
     tasks = [Task(str(number), 3600.0, dict) for number in range(3)]
     assert "3.0 hours" in plan(4, tasks)
