@@ -37,7 +37,7 @@ SUBJECT = Subject(
         ),
         "solve.edit_rows": (
             *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "SLOPE_WEIGHT", "NORMAL_BIAS", "NEAR"),
-            *("STEEPEST", "TRIES", "MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES"),
+            *("STEEPEST", "TRIES", "MORE", "BEYOND", "CREASED", "NEAREST_SAMPLES", "FARTHEST"),
         ),
         "solve.spline_system": ("DAMPING", "LEAST_TOUCHED", "ITERATIONS", "CONVERGED"),
         "projection": ("ARRIVED", "ON_SURFACE"),

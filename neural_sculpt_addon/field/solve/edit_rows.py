@@ -56,6 +56,11 @@ NEAREST_SAMPLES = 10
 6 of them, and half a cell for BEYOND, blades of a cell have twice as many points on the wrong side.
 """
 
+FARTHEST = 2.0
+"""Cells that a row beside a fold asks for at most, or |f0| where its side stays. With half as much,
+f stands still above a carve, and the next stroke there comes out with holes; with twice as much,
+lips along the rim of a thin part turn the untouched surface."""
+
 TRIES = 3
 """Points in each such cell that are brought to the surface."""
 
@@ -166,7 +171,7 @@ class EditedSurface:
             near = np.flatnonzero(self._swept.near(points) | (away > spacing(level)))
             f0_near = was(near)
             sides = np.where(self._problem.folded.inside(points[near], f0_near), -1, 1)
-            most = np.maximum(sides * f0_near, spacing(level))
+            most = np.maximum(sides * f0_near, FARTHEST * spacing(level))
             wanted[near] = sides * np.minimum(self._problem.folded.distance(points[near]), most)
         return points, wanted.astype(np.float32)
 

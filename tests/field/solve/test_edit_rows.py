@@ -118,9 +118,8 @@ def test_finer_samples_of_a_carve_through_a_thin_part_are_none_behind_it():
     assert values(lens.field, points).max() < 2e-3
 
 
-def test_far_beside_the_wall_of_a_carve_the_side_is_that_of_the_shape():
-    """A hole with steep walls through a lens, of which samples are few: their planes reach beyond
-    the lens, where all is outside."""
+def around_a_hole():
+    """As `around`, in space, for a hole with steep walls through a lens, with few samples."""
     lens = prepare(ellipsoid((0.5, 0.5, 0.05)))
     flat = Profile(points=((-1, 0), (-0.8, 1), (0.8, 1), (1, 0)))
     problem = pose(lens, Stroke(np.array([[0, 0, 0.05]]), Brush(0.15, -0.2, flat)))
@@ -130,7 +129,23 @@ def test_far_beside_the_wall_of_a_carve_the_side_is_that_of_the_shape():
     near = random.uniform(-0.35, 0.35, (60_000, 3)).astype(np.float32)
     active, nothing = distinct(cells_of(near, LEVEL), LEVEL), np.empty(0, np.int32)
     rows = EditedSurface(problem, displaced, active, nothing, nothing, LEVEL, random).rows
-    around = rows.weights == np.float32(AROUND_WEIGHT)
-    beyond = around & (np.abs(rows.points[:, 2]) > 0.06)
+    some = rows.weights == np.float32(AROUND_WEIGHT)
+    return rows.points[some], rows.targets[some]
+
+
+def test_far_beside_the_wall_of_a_carve_the_side_is_that_of_the_shape():
+    """Their planes reach beyond the lens, where all is outside."""
+    points, targets = around_a_hole()
+    beyond = np.abs(points[:, 2]) > 0.06
     assert beyond.sum() > 10_000
-    assert rows.targets[beyond].min() > 0
+    assert targets[beyond].min() > 0
+
+
+def test_in_a_hole_f_goes_on_rising_for_two_cells():
+    """Where it stood still, a later stroke would have nothing to follow."""
+    points, targets = around_a_hole()
+    h, middle = spacing(LEVEL), np.abs(points[:, 2]) < 0.01
+    away = 0.143 - np.hypot(*points[middle, :2].T)  # the walls' slope is 1 to 6
+    within = (away > 0.5 * h) & (away < 1.8 * h)
+    assert within.sum() > 50
+    np.testing.assert_allclose(targets[middle][within], away[within], atol=0.35 * h)
