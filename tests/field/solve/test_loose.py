@@ -120,3 +120,8 @@ def test_a_part_with_untouched_surface_is_not_loose():
     top = hollow[hollow[:, 2].argmax()]
     wall = Samples(top[None] + np.float32([[0, 0, spacing(LEVEL + 2)]]), np.float32([[0, 0, -1]]))
     assert not len(loose(field, cells, held=wall).points)
+
+
+def test_where_nothing_is_looked_at_nothing_is_loose():
+    """As near a fold that samples show and the mesh does not."""
+    assert loose_parts(ball(0.5), np.empty(0, np.int32), LEVEL, NONE, go_on, np.empty(0, int)) == {}
