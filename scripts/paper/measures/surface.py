@@ -12,7 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from neural_sculpt_addon.field.field import Field
-from neural_sculpt_addon.field.mesh.proxy import Proxy
+from neural_sculpt_addon.field.mesh.proxy import Proxy, extract
 from neural_sculpt_addon.field.projection import find_surface, project
 from neural_sculpt_addon.field.threads import in_pieces
 
@@ -22,6 +22,7 @@ Inside = Callable[[Array], NDArray[np.bool_]]
 
 SPARE = 1.1  # times as many samples as a region seems to need are drawn
 ROUNDS = 100  # of drawing at most
+SAMPLED_CELLS = 256  # per axis, of the mesh on which a field's samples are drawn
 
 
 class Seen(NamedTuple):
@@ -99,11 +100,17 @@ class MeshSurface:
 
 @dataclass(frozen=True)
 class FieldSurface:
-    """The zero set of a field; `proxy` is where samples are drawn before they are projected."""
+    """The zero set of a field, and its proxy as an artist gets it."""
 
     field: Field
     proxy: Proxy
     bytes: int
+
+    @cached_property
+    def _fine(self) -> Proxy:
+        """On which samples are drawn before they are projected: the other one has no slits that are
+        thinner than its cells."""
+        return extract(self.field, SAMPLED_CELLS)
 
     def see(self, points: Array) -> Seen:
         """It, as Newton steps find it."""
@@ -116,7 +123,7 @@ class FieldSurface:
         def bring(points: Array) -> Array:
             return in_pieces(lambda part: project(self.field, points[part]).points, len(points))
 
-        mesh = self.proxy
+        mesh = self._fine
         return _drawn(mesh.vertices.astype(float), mesh.triangles, count, seed, inside, bring)
 
 

@@ -10,6 +10,8 @@ from paper.measures.measures import angles, measure
 from paper.measures.surface import FieldSurface, MeshSurface
 from paper.methods.mesh_edit import decimated
 
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.field import Field
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
@@ -17,7 +19,7 @@ from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Stroke
-from tests.field.analytic import ball, ellipsoid
+from tests.field.analytic import ball, ellipsoid, siren
 
 RADIUS, HEIGHT = 0.1, 0.04
 
@@ -80,6 +82,18 @@ def test_a_field_and_a_mesh_are_seen_alike(preparation):
         assert angles(seen.normals, points / 0.52).max() < 1
         drawn = surface.sample(3000, 0)
         assert np.linalg.norm(drawn, axis=1) == pytest.approx(0.5, abs=4e-4)
+
+
+def test_samples_of_a_field_lie_on_sheets_that_a_proxy_misses(preparation):
+    """Four plates, 0.011 thick, in the middle between points of the proxy's lattice."""
+    wave, middle = 4 * np.pi, 1 / 128
+    plates = Field(siren(([[0, 0, wave]], [-np.pi / 2 - wave * middle]), ([[1.0]], [0.99761])))
+    with pytest.raises(SculptError, match="no surface"):
+        extract(plates, 128)
+    drawn = FieldSurface(plates, preparation.proxy, 0).sample(3000, 0)
+    places, counts = np.unique(np.round((drawn[:, 2] - middle) * 2), return_counts=True)
+    assert len(places) == 4
+    assert counts.min() > 600
 
 
 def test_small_angles_of_float32_vectors():
