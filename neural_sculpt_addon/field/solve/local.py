@@ -35,6 +35,7 @@ from ..levels import (
 )
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
+from ..problem.fold import SweptVolume
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .loose import loose_parts
@@ -173,15 +174,15 @@ class LocalEdit:
             self._rows.weights[wrong] *= HEAVIER
             self._add_near(self._rows.points[wrong], level)
         if self._swept is not None:
-            self._clear()
+            self._clear(self._swept)
         return self._layer
 
-    def _clear(self) -> None:
+    def _clear(self, swept: SweptVolume) -> None:
         """Solve away what is loose where the displaced surface runs through itself."""
         level, problem = self.resolution.level, self._problem
         fine = dilated(self._active, level)
         every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
-        cells = every = every[self._swept.near(centres(places(every, level), level))]
+        cells = every = every[swept.near(centres(places(every, level), level))]
         fine = np.intersect1d(fine, every, assume_unique=True)
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
