@@ -9,8 +9,8 @@ a machine with nothing else to do; tables 1 and 4 have some.
     --quick     a small form, in minutes, into test-output/paper/quick: does all of it work?
     --plan      only tell what is left and how long it takes
     --finished  make no more rows, and write the tables of those that are there
-    --anew METHOD  measure one method anew, where it needs no other for it: after a change of ours,
-                baselines stay as they are recorded in benchmarks/paper.json
+    --anew METHOD  measure one method anew, but for times; the others keep their rows, which are
+                finished here or were recorded in benchmarks/paper.json by a full run
     1 2 3 4 beyond figures   only these
 """
 

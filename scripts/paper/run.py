@@ -45,7 +45,7 @@ def run(
     only_plan:     tell what is missing, and make nothing
     only_finished: make no rows; the page tells which are missing
     readme:        gets the main table, too
-    record:        a file of all rows, which is written at the end
+    record:        a file of all rows, written once none is missing
     anew:          a method that is measured anew, alone, in the rows that are finished or recorded
 
     SculptError when the finished rows are of another machine or version.
@@ -72,7 +72,7 @@ def run(
         rows = work.measure_anew(tasks, anew, say)
     else:
         rows = work.rows(tasks) if only_finished else work.do(tasks, say)
-    if record:
+    if record and len(rows) == len(tasks):
         work.keep(record, rows)
     main = main_table.main_table(rows)
     tables = [*main, *(table for name in chosen for table in MODULES[name].tables(rows))]
@@ -112,7 +112,9 @@ def _drawn(rows: Mapping[str, Row], folder: Path, out: Path) -> list[str]:
         sheet.save(out / name, picture)
         shown.append((name, caption))
     for name, caption in figures.pictures(rows).items():
-        write_whole(out / f"{name}.png", (folder / f"{name}.png").read_bytes())
+        drawn = folder / f"{name}.png"
+        if drawn.is_file():  # a recorded row has its picture in `out` alone
+            write_whole(out / drawn.name, drawn.read_bytes())
         shown.append((f"{name}.png", caption))
     if (out / GALLERY).is_file():
         shown.append((GALLERY, SHOWN))

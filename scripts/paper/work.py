@@ -22,8 +22,7 @@ class Task:
     key:     names its file
     seconds: that it is expected to take, on two cores with nothing else to do
     make:    the row
-    anew:    what a method alone adds to it, by the names of those that can be measured alone; not
-             of those that are timed in turns with others
+    anew:    the row of one method alone, by its name; empty where methods are timed in turns
     """
 
     key: str
@@ -47,7 +46,7 @@ class Work:
 
     def finished(self, task: Task) -> Row | None:
         """The row, where it has been made."""
-        path = self._path(task)
+        path = self._path(task.key)
         return _read(path) if path.is_file() else None
 
     def do(self, tasks: Sequence[Task], say: Callable[[str], None]) -> dict[str, Row]:
@@ -59,7 +58,7 @@ class Work:
         for number, task in enumerate(left, start=1):
             started = time.monotonic()
             row = task.make()
-            self._write(task, row)
+            self._write(task.key, row)
             took = time.monotonic() - started
             rest = sum(other.seconds for other in left[number:])
             say(f"{number}/{len(left)} {task.key}: {took:.0f} s; about {_span(rest)} left")
@@ -68,12 +67,12 @@ class Work:
     def measure_anew(
         self, tasks: Sequence[Task], method: str, say: Callable[[str], None]
     ) -> dict[str, Row]:
-        """All finished rows by their keys, after one method has been measured anew in each that has
-        it; what the others did stays. SculptError when no row has it."""
+        """All finished rows by their keys, with one method measured anew in each that compares it;
+        what the others did stays. SculptError when there is no such row."""
         if not any(method in task.anew and self.finished(task) for task in tasks):
             raise SculptError(
-                f"No finished row has {method}, alone. Make the rows first, without --anew, or"
-                " name another method as the tables call it."
+                f"No finished row compares {method}. Make the rows first, without --anew, or"
+                " name a method as the tables do."
             )
         for task in tasks:
             row, make = self.finished(task), task.anew.get(method)
@@ -81,7 +80,7 @@ class Work:
                 new = make()
                 if "methods" in row:
                     new["methods"] = {**row["methods"], **new["methods"]}
-                self._write(task, new)
+                self._write(task.key, new)
                 say(task.key)
         return self.rows(tasks)
 
@@ -91,13 +90,12 @@ class Work:
         return {key: row for key, row in rows.items() if row is not None}
 
     def take(self, record: Path) -> None:
-        """Have the rows of a file that `keep` wrote, where there is one for these conditions."""
+        """Add rows from a file that `keep` wrote under the same conditions, if there is one."""
         if record.is_file() and (kept := _read(record))["about"] == self._about:
             self._folder.mkdir(parents=True, exist_ok=True)
             for key, row in kept["rows"].items():
-                path = self._folder / f"{key}.json"
-                if not path.is_file():
-                    write_whole(path, json.dumps(row, indent=1).encode())
+                if not self._path(key).is_file():
+                    self._write(key, row)
 
     def keep(self, record: Path, rows: Mapping[str, Row]) -> None:
         """Write rows by their keys as one file, one row on each line."""
@@ -105,11 +103,11 @@ class Work:
         text = f'{{"about": {json.dumps(self._about)},\n"rows": {{\n{lines}\n}}}}\n'
         write_whole(record, text.encode())
 
-    def _write(self, task: Task, row: Row) -> None:
-        write_whole(self._path(task), json.dumps(row, indent=1).encode())
+    def _write(self, key: str, row: Row) -> None:
+        write_whole(self._path(key), json.dumps(row, indent=1).encode())
 
-    def _path(self, task: Task) -> Path:
-        return self._folder / f"{task.key}.json"
+    def _path(self, key: str) -> Path:
+        return self._folder / f"{key}.json"
 
 
 def plan(count: int, left: Sequence[Task]) -> str:

@@ -57,9 +57,9 @@ NEAREST_SAMPLES = 10
 """
 
 FARTHEST = 2.0
-"""Cells that a row beside a fold asks for at most, or |f0| where its side stays. With half as much,
-f stands still above a carve, and the next stroke there comes out with holes; with twice as much,
-lips along the rim of a thin part turn the untouched surface."""
+"""Cells: the largest |f| that a row beside a fold asks for, unless |f0| is larger and its side
+stays. With half as much, f is flat above a carve, and the next stroke there comes out with holes.
+With twice as much, lips along the rim of a thin part turn the untouched surface."""
 
 TRIES = 3
 """Points in each such cell that are brought to the surface."""

@@ -178,12 +178,13 @@ class LocalEdit:
         return self._layer
 
     def _clear(self, swept: SweptVolume) -> None:
-        """Solve away what is loose where the displaced surface runs through itself."""
+        """Solve away loose parts near places where the displaced surface runs through itself."""
         level, problem = self.resolution.level, self._problem
         fine = dilated(self._active, level)
         every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
-        cells = every = every[swept.near(centres(places(every, level), level))]
+        every = every[swept.near(centres(places(every, level), level))]
         fine = np.intersect1d(fine, every, assume_unique=True)
+        cells = every
         held = problem.preparation.surface.where(problem.known_untouched)
         for _ in range(REPAIRS):
             loose = loose_parts(self.field, cells, level, held, problem.check, fine)

@@ -108,8 +108,8 @@ class FieldSurface:
 
     @cached_property
     def _fine(self) -> Proxy:
-        """On which samples are drawn before they are projected: the other one has no slits that are
-        thinner than its cells."""
+        """A finer mesh, on which samples are drawn before they are projected: slits thinner than a
+        cell of the proxy are missing there."""
         return extract(self.field, SAMPLED_CELLS)
 
     def see(self, points: Array) -> Seen:

@@ -98,7 +98,7 @@ def test_one_method_is_measured_anew_and_the_others_stay(tmp_path):
         "lone": {"x": 2},
         "timed": {"methods": {"a": 1, "b": 1}},
     }
-    with pytest.raises(SculptError, match="No finished row has c"):
+    with pytest.raises(SculptError, match="No finished row compares c"):
         work.measure_anew([task(3)], "c", quiet)
 
 
