@@ -52,16 +52,15 @@ SUBJECT = Subject(
     count=len(SOLIDS),
     constants={
         "fit.mesh_cleanup": ("WELD_CELLS", "LEAST_PLACES", "CLOSED", "BULKY"),
-        "fit.mesh_winding": ("PROBES_OF_PIECE", "DISSENT"),
+        "fit.mesh_winding": ("FAST", "CLOSE", "PROBES_OF_PIECE", "DISSENT"),
         "fit.mesh_open": ("ALIKE", "SHEET", "FEW_SHEETS", "PROPOSED", "WORTH", "SHEET_PROBES"),
         "fit.mesh_thicken": ("SMOOTHED_SHARE", "LONGEST_OFFSET"),
         "fit.mesh_union": (
             *("BESIDE_FACE", "BESIDE_THIN", "PARALLEL", "NEAR_CORNER", "CLOSEST"),
             *("BOTH_INSIDE", "HIDDEN", "WHOLE", "UNCUT_EDGE", "MOST_PAIRS"),
         ),
-        "fit.mesh_distance": (
-            *("PROBES", "WALLS", "ALL_SHEETS", "SCRAP", "FILM", "NEAR_FILM", "INSIDE_OUT"),
-        ),
+        "fit.mesh_distance": (*("PROBES", "WALLS", "ALL_SHEETS", "SCRAP", "INSIDE_OUT"),),
+        "fit.mesh_film": ("FILM_CELLS", "RIM_RINGS", "OFF_MESH", "OFF_RIM", "HALVINGS"),
         "fit.mesh_pieces": ("BURIED_PROBES",),
     },
     ratios=("area",),

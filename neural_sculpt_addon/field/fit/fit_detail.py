@@ -184,13 +184,14 @@ def _sample(
     cells: Cells | None = None,
     level: int = 0,
 ) -> _Samples:
-    """Samples of the mesh, `density` for each unit of area, in `cells` of `level` if given."""
+    """Samples of the mesh and its films, `density` for each unit of area, in `cells` of `level` if
+    given."""
     area = float(areas(distance.vertices[distance.faces]).sum())
     parts = int(density * area / BATCH) + 1
     found = []
     for _ in range(parts):
         check()
-        surface = distance.surface(int(density * area / parts) + 1, rng)
+        surface = distance.surface(int(density * area / parts) + 1, rng, films=True)
         points, normals = surface.points.astype(np.float32), surface.normals.astype(np.float32)
         if cells is not None:
             inside = among(linear(cells_of(points, level), level), cells)

@@ -49,12 +49,12 @@ def sample(
     """`count` points near the surface and in the box, with the distance there."""
     near, around = int(NEAR_SHARE * count), int(AROUND_SHARE * count)
     spread = rng.permutation(np.repeat([NEAR_DEVIATION, AROUND_DEVIATION], [near, around]))[:, None]
-    points = distance.surface(near + around, rng).points
+    points = distance.surface(near + around, rng, films=True).points
     points = points + spread * rng.standard_normal(points.shape)
     rest = rng.uniform(-SAMPLED_BOX, SAMPLED_BOX, (count - near - around, 3))
     points = np.concatenate([points, rest]).clip(-SAMPLED_BOX, SAMPLED_BOX)
     found = distance(points, progress)
-    close = found.certain & (np.arange(count) < near + around)
+    close = np.arange(count) < near + around
     return arranged(points, found.value, found.gradient, close)
 
 

@@ -117,7 +117,7 @@ def report(
     volume = rng.uniform(-1, 1, (VOLUME_SAMPLES, 3))
     wrong = volume[(values(field, volume) < 0) != distance.inside(volume)]
     truth = distance(wrong, lambda part, text: progress(0.2 + 0.5 * part, text))
-    clear = truth.certain & (np.abs(truth.value) > SIGN_CLEARANCE)
+    clear = np.abs(truth.value) > SIGN_CLEARANCE
     progress(0.7, "Comparing pieces")
     pieces = find_pieces(mesh, distance.crossing)
     of_pieces = _measured(field, proxy, _of_pieces(mesh, pieces, distance))

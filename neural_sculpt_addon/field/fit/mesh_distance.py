@@ -3,13 +3,14 @@
 
 The magnitude is the exact distance to the triangles (libigl's AABB tree). The sign comes from the
 winding number (Barill et al., "Fast winding numbers for soups and clouds", 2018): near 1 inside,
-near 0 outside, and smoothly in between across a hole, which it closes like a soap film. What has
+near 0 outside, and smoothly in between across a hole, which a film closes (`mesh_film`). What has
 the inside on both sides (inner walls, parts stuck into each other) is no part of the surface and
 is dropped first (`mesh_union`). A sheet has no inside at all; it needs a thickness first
 (`mesh_thicken`). Model space throughout.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import igl
@@ -21,21 +22,21 @@ from ...common.progress import Progress, silent
 from ..geometry import unit
 from ..mesh.surface import spatial_order
 from .mesh_cleanup import CleanMesh, areas, normals
+from .mesh_film import find_film
 from .mesh_open import SHEET, doubtful
 from .mesh_union import BESIDE_FACE, HIDDEN, crossings, cut
-from .mesh_winding import winding
+from .mesh_winding import CLOSE, FAST, Winding
 
 Array = NDArray[np.float64]
 
 BATCH = 1 << 14
 """Queries between two looks at `progress`, at most some 200 ms of one core. libigl asks its tree on
 all cores from 10,000 on."""
+LOOKING = "Looking for the inside"  # told by `progress`
 PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 ALL_SHEETS = 0.99  # share of the surface from which on all of it is said to be sheets
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
-FILM = 0.2  # half width of the passage across a hole, as a share of the threshold
-NEAR_FILM = 0.6  # half width of what is near a film, as that
 INSIDE_OUT = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
@@ -52,13 +53,13 @@ class Distance(NamedTuple):
 
     value: Array  # (N,), negative inside
     gradient: Array  # (N, 3), unit
-    certain: NDArray[np.bool_]  # (N,), false near the film across a hole
 
 
 class MeshDistance:
     """The signed distance to a clean mesh. SculptError when much of it is an open sheet.
 
-    vertices, faces: of what bounds the inside, (V, 3) and (F, 3)
+    vertices, faces: of what bounds the inside, (V, 3) and (F, 3): of the mesh, then of its films
+    of_mesh:         how many of the faces are the mesh's
     crossing:        pairs of faces of the mesh that cross (N, 2)
     """
 
@@ -67,45 +68,54 @@ class MeshDistance:
     ) -> None:
         """Judge the mesh by `PROBES` random places, and drop what is no outer surface."""
         self.vertices, self.faces = mesh.vertices, mesh.triangles
-        self._winding = winding(self.vertices, self.faces)
+        self.of_mesh = len(self.faces)
+        self._winding = Winding(self.vertices, self.faces)
         probes = self.surface(PROBES, rng)
         sides = self._sides(probes, progress)
         _refuse_sheets(sides, mesh.pieces[probes.faces])
         self.crossing = pairs = crossings(self.vertices, self.faces)
         if len(pairs) or (np.abs(sides).min(axis=0) > HIDDEN).mean() > WALLS:
             parts = cut(self.vertices, self.faces, pairs, self._winding, progress)
-            self._winding = winding(*_soup(parts.solid))
+            self._winding = Winding(*_soup(parts.solid))
             self.vertices, self.faces = _soup(parts.surface)
+            self.of_mesh = len(self.faces)
             sides = self._sides(self.surface(PROBES, rng), progress)
         # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
         self._threshold = float(np.clip(np.median(np.abs(sides).max(axis=0)) / 2, 0.25, 0.5))
-        self._tree = igl.AABB()
-        self._tree.init(self.vertices, self.faces)
+        self._build_tree()
+        border = mesh.vertices[np.asarray(igl.boundary_facets(mesh.triangles)[0])]
+        depth = partial(self._depth, accuracy=CLOSE)
+        film = find_film(border, depth, self.away, lambda: progress(0.9, LOOKING))
+        if len(film):
+            corners, count = film.reshape(-1, 3), len(self.vertices)
+            faces = count + np.arange(len(corners)).reshape(-1, 3)
+            self.vertices = np.concatenate([self.vertices, corners])
+            self.faces = np.concatenate([self.faces, faces])
+            self._build_tree()
 
     def __call__(self, points: Array, progress: Progress = silent) -> Distance:
         """The distance at `points` (N, 3)."""
         order = spatial_order(points)  # neighbours walk the same branches of the tree
         sorted_points = np.ascontiguousarray(points[order])
-        value, certain = np.empty(len(points)), np.ones(len(points), bool)
-        gradient = np.empty((len(points), 3))
+        value, gradient = np.empty(len(points)), np.empty((len(points), 3))
         for part in _batches(len(points), progress):
-            found = self._measure(sorted_points[part])
             where = order[part]
-            value[where], gradient[where], certain[where] = found
-        return Distance(value, gradient, certain)
+            value[where], gradient[where] = self._measure(sorted_points[part])
+        return Distance(value, gradient)
 
     def away(self, points: Array) -> Array:
-        """How far the points (N, 3) are from the mesh (N,), films across holes left out; without
-        the sign, which takes three times as long where the mesh is near."""
+        """How far the points (N, 3) are from the mesh and its films (N,); without the sign, which
+        takes three times as long where the mesh is near."""
         order = spatial_order(points)
         square = np.empty(len(points))
         sorted_points = np.ascontiguousarray(points[order])
         square[order] = self._tree.squared_distance(self.vertices, self.faces, sorted_points)[0]
         return np.sqrt(square)
 
-    def surface(self, count: int, rng: np.random.Generator) -> MeshSamples:
-        """`count` points of the mesh, spread evenly, in the order of its faces."""
-        corners = self.vertices[self.faces]
+    def surface(self, count: int, rng: np.random.Generator, *, films: bool = False) -> MeshSamples:
+        """`count` points of the mesh, or of it and its films, spread evenly, in the order of the
+        faces."""
+        corners = self.vertices[self.faces[: None if films else self.of_mesh]]
         area = areas(corners)
         part = (np.arange(count) + rng.random(count)) / count  # of the whole area
         faces = np.searchsorted(np.cumsum(area) / area.sum(), part)
@@ -118,11 +128,6 @@ class MeshDistance:
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """Which of the points (N, 3) are inside."""
         return self._depth(points) > 1
-
-    def known(self, points: Array) -> NDArray[np.bool_]:
-        """Which of the points (N, 3) are clearly inside or outside: not near the film across a
-        hole, where the distance is no measure of where the surface may be."""
-        return np.abs(self._depth(points) - 1) > NEAR_FILM
 
     def facing(self, points: NDArray, normals: NDArray) -> NDArray[np.int8]:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
@@ -138,20 +143,24 @@ class MeshDistance:
         square, face, closest = (np.asarray(array) for array in found)
         distance = np.sqrt(square)  # (N,)
         touching = distance < 1e-7
-        sign = np.clip((1 - self._depth(points)) / FILM, -1, 1)
+        sign = np.where(self._depth(points) > 1, -1.0, 1.0)
         away: Array = points - closest  # (N, 3)
-        gradient = unit(np.where(sign < 0, -1.0, 1.0)[:, None] * away)
+        gradient = unit(sign[:, None] * away)
         gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
-        return Distance(sign * distance, gradient, (np.abs(sign) == 1) | touching)
+        return Distance(sign * distance, gradient)
 
-    def _depth(self, points: Array) -> Array:
+    def _build_tree(self) -> None:
+        self._tree = igl.AABB()
+        self._tree.init(self.vertices, self.faces)
+
+    def _depth(self, points: Array, accuracy: float = FAST) -> Array:
         """How far points (N, 3) are inside by their winding number: from 1 on they are."""
-        number = self._winding(points)
+        number = self._winding(points, accuracy)
         return np.maximum(number / self._threshold, -number / INSIDE_OUT)
 
     def _sides(self, probes: MeshSamples, progress: Progress) -> Array:
         """Winding number just behind and just before each of the probes (2, N)."""
-        progress(0.0, "Looking for the inside")
+        progress(0.0, LOOKING)
         step = BESIDE_FACE * probes.normals
         sides = np.concatenate([probes.points - step, probes.points + step])
         return self._winding(sides).reshape(2, -1)

@@ -21,7 +21,7 @@ from ..geometry import unit
 from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals
 from .mesh_thicken import open_faces, thicken
 from .mesh_union import BESIDE_FACE
-from .mesh_winding import winding
+from .mesh_winding import Winding
 
 Array = NDArray[np.float64]
 
@@ -146,7 +146,7 @@ def _sheets(mesh: CleanMesh, opened: NDArray[np.bool_]) -> NDArray[np.bool_]:
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), SHEET_PROBES)).astype(int)]
     corners = mesh.corners[chosen]
     middle, step = corners.mean(axis=1), BESIDE_FACE * unit(normals(corners))
-    number = winding(mesh.vertices, mesh.triangles)
+    number = Winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
     pieces, area = mesh.pieces[chosen], areas(corners)
     many = int(mesh.pieces.max()) + 1

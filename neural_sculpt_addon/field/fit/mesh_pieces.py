@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from ..geometry import unit
 from .mesh_cleanup import BULKY, CleanMesh, areas, normals
 from .mesh_union import BESIDE_FACE, BOTH_INSIDE, HIDDEN
-from .mesh_winding import winding
+from .mesh_winding import Winding
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -101,7 +101,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     chosen = np.linspace(0, len(corners) - 1, min(len(corners), BURIED_PROBES)).astype(int)
     middle = corners[chosen].mean(axis=1)
     step = BESIDE_FACE * unit(normals(corners[chosen]))
-    number = winding(mesh.vertices, mesh.triangles)
+    number = Winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
     inner = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
     middle, owner = middle[inner], of_parts[chosen[inner]]
@@ -112,7 +112,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
         near = ((middle > low[part]) & (middle < high[part])).all(axis=1) & (owner != part)
         if near.any():
             own = mesh.triangles[order[starts[part] : starts[part + 1]]]
-            within = winding(mesh.vertices, own)(middle[near]) > 0.5
+            within = Winding(mesh.vertices, own)(middle[near]) > 0.5
             others = np.unique(owner[near][within])
             pairs.append(np.stack([np.full(len(others), part), others], axis=1))
     return np.concatenate(pairs)

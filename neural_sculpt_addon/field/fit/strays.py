@@ -18,7 +18,6 @@ from ..geometry import search_tree
 from ..levels import SUPPORT, cells_of, centres, dilated, distinct, linear, places, spacing
 from ..mesh.extraction.loose_pieces import loose_places
 from ..mesh.proxy import Proxy
-from ..threads import join
 from .fit_detail import among
 from .mesh_distance import MeshDistance
 
@@ -70,17 +69,10 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     points, piece = proxy.vertices[asked], labels[asked]
     away = distance.away(points.astype(float))
     cell = proxy.active.spacing
-    far = away > NEAR_MESH * cell
-    beside = np.bincount(piece, ~far, count) == 0  # a film begins and ends at the mesh
-    apart = Strays(points[beside[piece]], away[beside[piece]])
-    far[far] = distance.known(points[far].astype(float))
-    mesh = far | (away <= NEAR_MESH * cell)  # no film
-    points, piece, away, far = points[mesh], piece[mesh], away[mesh], far[mesh]
     mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
-    far |= (mean > NO_PIECE * cell)[piece]
-    far |= _facing_elsewhere(proxy, asked[mesh], piece, distance)
-    far &= ~beside[piece]
-    return join([_known(Strays(points[far], away[far]), distance), apart])
+    far = (away > NEAR_MESH * cell) | (mean > NO_PIECE * cell)[piece]
+    far |= _facing_elsewhere(proxy, asked, piece, distance)
+    return Strays(points[far], away[far])
 
 
 def _facing_elsewhere(
@@ -122,7 +114,7 @@ def find_hidden(
     doubted = (value * np.sign(true) < ON_ITS_SIDE * np.abs(true)) & (np.abs(true) > h / 2)
     points, true = points[doubted], true[doubted]
     wrong = _worst_around(field, points, true, rng) < WRONG_SHARE * np.abs(true)
-    return _known(Strays(points[wrong], np.abs(true[wrong])), distance)
+    return Strays(points[wrong], np.abs(true[wrong]))
 
 
 def _around_surface(
@@ -169,22 +161,14 @@ def _worst_around(
     return (value * np.sign(true)[:, None]).min(axis=1)
 
 
-def _known(strays: Strays, distance: MeshDistance) -> Strays:
-    """The strays that are not near the film across a hole."""
-    known = distance.known(strays.points.astype(float))
-    return Strays(strays.points[known], strays.away[known])
-
-
 def find_tiny(field: Field, proxy: Proxy, distance: MeshDistance) -> Strays:
-    """Strays among the pieces that pass between the points of the proxy's lattice. The mesh is more
-    than NEAR_MESH away; or there is no film, and the piece is off by more than NO_PIECE or does not
-    face as the mesh does."""
+    """Strays among the pieces that pass between the points of the proxy's lattice, by the rules for
+    pieces that it sees: they are off by more than NO_PIECE, or do not face as the mesh does."""
     points, cell = tiny_places(field, proxy), proxy.active.spacing
     place = points.astype(float)
     away = distance.away(place)
     cosines = np.einsum("na,na->n", distance(place).gradient, normals(field, points))
-    apart = (away > NO_PIECE * cell) | (cosines < FACING_ALIKE)
-    stray = (away > NEAR_MESH * cell) | (apart & distance.known(place))
+    stray = (away > NO_PIECE * cell) | (cosines < FACING_ALIKE)
     return Strays(points[stray], away[stray])
 
 

@@ -5,11 +5,13 @@ In the proxy a crest that is thinner than its cells comes out as a row of teeth.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check
+from ..evaluate import values
 from ..field import Field
 from ..projection import ARRIVED, project
 from ..threads import in_pieces
@@ -45,7 +47,7 @@ def extract_near(
         known[tuple(new)] = np.where(is_near(middles), 1, -1)
         return known[tuple(place)] > 0
 
-    active = find_near(field, fine, points, within, lambda *_: check())
+    active = find_near(partial(values, field), fine, points, within, lambda *_: check())
     beside = active.index + corner_steps(fine)[:, None]  # (8, A), own the cells' edges
     whole = within(beside.ravel()).reshape(beside.shape).all(axis=0)
     mesh = march(active, whole)

@@ -181,7 +181,6 @@ def test_distance_of_a_sphere_is_the_closed_form():
     radius = np.linalg.norm(x, axis=1)
     assert found.value == pytest.approx(radius - 0.85, abs=2e-4)
     assert np.abs(found.gradient - x / radius[:, None]).max() < 0.05
-    assert found.certain.all()
 
 
 @settings(max_examples=15, deadline=None)

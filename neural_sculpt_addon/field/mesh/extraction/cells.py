@@ -20,7 +20,7 @@ Cells and points are named as in `lattice`.
 """
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,9 @@ miss what hides between the corners of one."""
 UNKNOWN = np.float32(0)  # never evaluated: a value of zero is stored as INSIDE
 INSIDE, OUTSIDE = np.float32(-1e-12), np.float32(1)
 
+Values = Callable[[NDArray[np.float32]], NDArray[np.float32]]
+"""f at points (N, 3) -> (N,)."""
+
 # Whether the corners of a face disagree, for each sign code: (axis, side) -> (256,).
 _CODE_BITS = np.arange(256)[:, None] >> np.arange(8) & 1  # (256, 8)
 _MIXED_FACE = {
@@ -52,9 +55,9 @@ _MIXED_FACE = {
 
 def find_active(field: Field, cells: int, progress: Progress = silent) -> ActiveCells:
     """The active cells of `field`. SculptError when it yields values that are not finite."""
-    search = Search(field, cells, progress)
+    search = Search(partial(values, field), cells, progress)
     active = search.flood(np.concatenate([search.descend(), search.ring_seeds()]))
-    loose = search.loose_seeds()
+    loose = search.loose_seeds(field)
     return search.flood(np.concatenate([active.index, loose])) if len(loose) else active
 
 
@@ -66,7 +69,7 @@ def find_beside(
 
     Away from the seeds and the cells beside them the field must be what it was.
     """
-    search = Search(field, kept.cells, progress)
+    search = Search(partial(values, field), kept.cells, progress)
     if len(seeds):
         beside = int(search.steps.sum())
         ends = np.searchsorted(kept.index, (seeds[0] - beside, seeds[-1] + beside + 1))
@@ -78,15 +81,15 @@ def find_beside(
 
 
 def find_near(
-    field: Field,
+    value: Values,
     cells: int,
     points: NDArray[np.float32],
     within: Callable[[NDArray[np.int32]], NDArray[np.bool_]],
     progress: Progress = silent,
 ) -> ActiveCells:
-    """The active cells around points (N, 3) of the surface, and those that a flood finds from there
+    """The active cells of `value` around points (N, 3), and those that a flood finds from there
     `within` a part of the lattice: see `Search.flood`."""
-    search = Search(field, cells, progress)
+    search = Search(value, cells, progress)
     seeds = search.distinct(search.cells_at(points))
     return search.flood(search.crossed(seeds[within(seeds)]), within)
 
@@ -97,8 +100,8 @@ class Search:
     The arrays span the lattice, but of memory that nobody touches the system gives none.
     """
 
-    def __init__(self, field: Field, cells: int, progress: Progress) -> None:
-        self.field, self.cells, self.progress = field, cells, progress
+    def __init__(self, value: Values, cells: int, progress: Progress) -> None:
+        self.value, self.cells, self.progress = value, cells, progress
         self.n = cells + 3
         self.flat = np.zeros(self.n**3, np.float32)
         self.seen = np.zeros(self.n**3, bool)  # cells that are known to be active
@@ -165,14 +168,14 @@ class Search:
         points = points[((place == 1) | (place == self.cells + 1)).any(axis=0)]
         return self.crossed(np.unique(points - self.corners))
 
-    def loose_seeds(self) -> NDArray[np.int32]:
-        """Active cells of loose pieces, after a flood that has not come to them."""
+    def loose_seeds(self, field: Field) -> NDArray[np.int32]:
+        """Active cells of loose pieces of the field, after a flood that has not come to them."""
         around = np.unique(self.corners - self.corners.T)  # (27,)
 
         def unseen(points: NDArray[np.float32]) -> NDArray[np.bool_]:
             return ~self.seen.take(self.cells_at(points) + around[:, None]).any(axis=0)
 
-        beside = self.cells_at(loose_places(self.field, unseen))[:, None] + around
+        beside = self.cells_at(loose_places(field, unseen))[:, None] + around
         inner = np.unique(beside)
         place = places(inner, self.cells)
         inner = inner[((place > 0) & (place <= self.cells)).all(axis=0)]
@@ -237,7 +240,7 @@ class Search:
             self.progress(self.fraction, "Searching the surface")
             part = points[start : start + BATCH]
             x = self.axis.take(places(part, self.cells))  # (3, P)
-            value = values(self.field, x.T)
+            value = self.value(x.T)
             if not np.isfinite(value).all():
                 raise SculptError("The field's weights are damaged. Undo the last change.")
             value[value == 0] = INSIDE
