@@ -60,7 +60,7 @@ SUBJECT = Subject(
             *("BOTH_INSIDE", "HIDDEN", "WHOLE", "UNCUT_EDGE", "MOST_PAIRS"),
         ),
         "fit.mesh_distance": (*("PROBES", "WALLS", "ALL_SHEETS", "SCRAP", "INSIDE_OUT"),),
-        "fit.mesh_film": ("FILM_CELLS", "RIM_RINGS", "OFF_MESH", "OFF_RIM", "HALVINGS"),
+        "fit.mesh_film": ("FILM_CELLS", "RIM_RINGS", "OFF_MESH", "GAP", "HALVINGS"),
         "fit.mesh_pieces": ("BURIED_PROBES",),
     },
     ratios=("area",),

@@ -100,8 +100,8 @@ def _around(
     check: Check,
 ) -> Coefficients:
     """Detail that gives the field the mesh's distance around strays, on levels as coarse as the
-    mesh is far, or so many `finer`: where the distance jumps at the edge of a film, a coarse one
-    swings, and makes a stray of its own."""
+    mesh is far, or so many `finer`: in a gap, a coarse one may have no node that leaves the mesh
+    as it is."""
     found: dict[int, Level] = {}
     order = np.argsort(-strays.away, kind="stable")
     strays = Strays(strays.points[order], strays.away[order])

@@ -143,7 +143,7 @@ class MeshDistance:
         square, face, closest = (np.asarray(array) for array in found)
         distance = np.sqrt(square)  # (N,)
         touching = distance < 1e-7
-        sign = np.where(self._depth(points) > 1, -1.0, 1.0)
+        sign: Array = np.where(self._depth(points) > 1, -1.0, 1.0)
         away: Array = points - closest  # (N, 3)
         gradient = unit(sign[:, None] * away)
         gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))

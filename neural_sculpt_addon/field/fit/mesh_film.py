@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...common.progress import Check
 from ..mesh.extraction.cells import find_near
-from ..mesh.extraction.lattice import ActiveCells, corner_steps, places, steps
+from ..mesh.extraction.lattice import corner_steps, places, steps
 from ..mesh.extraction.march import march
 
 Array = NDArray[np.float64]
@@ -28,8 +28,8 @@ FILM_CELLS = 256
 finest level of a fit. An opening narrower than one has no film."""
 RIM_RINGS = 2  # rings of cells around the border that may hold both film and mesh
 OFF_MESH = 1.0  # cells between the mesh and the middle of any other cell that holds film
-OFF_RIM = 0.25  # cells between the mesh and some corner of each triangle of the film
-HALVINGS = 5  # of an edge: at the rim the winding number jumps, and cannot be interpolated
+GAP = 0.5  # cells between the mesh and the middle of a triangle of the film
+HALVINGS = 6  # of an edge at the rim
 
 
 def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check: Check) -> Array:
@@ -40,15 +40,17 @@ def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check
     """
     if not len(border):
         return np.empty((0, 3, 3))
-    h = 2 / FILM_CELLS
-    rim = _cells_around(border)
+    h, rim = 2 / FILM_CELLS, _cells_around(border)
+    known = np.zeros((FILM_CELLS + 3) ** 3, np.int8)  # 1 may hold film, -1 not, 0 not asked yet
+    known[rim] = 1
 
     def within(cells: Cells) -> NDArray[np.bool_]:
-        place = places(cells, FILM_CELLS).T
-        found = ((place > 0) & (place <= FILM_CELLS)).all(axis=1)
-        asked = np.flatnonzero(found & ~np.isin(cells, rim))
-        found[asked] = away(_points(place[asked] + 0.5)) > OFF_MESH * h
-        return found
+        new = np.unique(cells[known[cells] == 0])
+        place = places(new, FILM_CELLS).T
+        inside = ((place > 0) & (place <= FILM_CELLS)).all(axis=1)
+        inside[inside] = away(_points(place[inside] + 0.5)) > OFF_MESH * h
+        known[new] = np.where(inside, 1, -1)
+        return known[cells] > 0
 
     def value(points: NDArray[np.float32]) -> NDArray[np.float32]:
         return (1 - depth(points.astype(float))).astype(np.float32)
@@ -57,9 +59,28 @@ def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check
     active = find_near(value, FILM_CELLS, middles, within, lambda *_: check())
     if not len(active.index):
         return np.empty((0, 3, 3))
-    corners = _marched(active, within, depth)
-    off = away(corners.reshape(-1, 3)).reshape(-1, 3).max(axis=1) > OFF_RIM * h
-    return corners[off]
+    owners = active.index + corner_steps(FILM_CELLS)[:, None]  # (8, A), of the cells' edges
+    mesh = march(active, within(owners.ravel()).reshape(owners.shape).all(axis=0))
+    vertices = mesh.vertices.astype(float)
+    at_rim = np.flatnonzero(np.isin(mesh.edges // 3, rim))
+    vertices[at_rim] = _on_film(mesh.edges[at_rim], depth)
+    corners = vertices[mesh.triangles]
+    return corners[away(corners.mean(axis=1)) > GAP * h]
+
+
+def _on_film(edges: NDArray[np.int64], depth: Depth) -> Array:
+    """Where `depth` is 1 (N, 3) on edges of the lattice, each named 3 * (point at its lower end) +
+    axis; halved, for at the rim the winding number jumps and cannot be interpolated."""
+    point, axis = np.divmod(edges, 3)
+    low = _points(places(point.astype(np.int32), FILM_CELLS).T)
+    way = np.eye(3)[axis] * (2 / FILM_CELLS)
+    first, last = np.zeros(len(low)), np.ones(len(low))  # shares of the edge
+    begins = depth(low) >= 1
+    for _ in range(HALVINGS):
+        middle = (first + last) / 2
+        same = (depth(low + middle[:, None] * way) >= 1) == begins
+        first, last = np.where(same, middle, first), np.where(same, last, middle)
+    return low + ((first + last) / 2)[:, None] * way
 
 
 def _cells_around(border: Array) -> Cells:
@@ -70,35 +91,13 @@ def _cells_around(border: Array) -> Cells:
     edge = np.repeat(np.arange(len(border)), parts)
     number = np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)
     points = begin[edge] + (number / parts[edge])[:, None] * way[edge]
-    place = np.unique(np.floor((points + 1) / h).astype(np.int32) + 1, axis=0)
-    reach = np.arange(-RIM_RINGS, RIM_RINGS + 1)
-    ring = np.stack(np.meshgrid(reach, reach, reach), axis=-1).reshape(-1, 3)
-    place = (place[:, None] + ring).reshape(-1, 3)
-    place = place[((place > 0) & (place <= FILM_CELLS)).all(axis=1)]
-    return np.unique(place @ steps(FILM_CELLS)).astype(np.int32)
+    place = np.floor((points + 1) / h).astype(np.int32) + 1
+    cells = np.unique(place.clip(1 + RIM_RINGS, FILM_CELLS - RIM_RINGS) @ steps(FILM_CELLS))
+    for step in steps(FILM_CELLS):
+        cells = np.unique(cells[:, None] + step * np.arange(-RIM_RINGS, RIM_RINGS + 1))
+    return cells.astype(np.int32)
 
 
-def _marched(
-    active: ActiveCells, within: Callable[[Cells], NDArray[np.bool_]], depth: Depth
-) -> Array:
-    """The triangles (T, 3, 3) of active cells, their vertices where `depth` is 1."""
-    owners = active.index + corner_steps(FILM_CELLS)[:, None]  # (8, A), of the cells' edges
-    mesh = march(active, within(owners.ravel()).reshape(owners.shape).all(axis=0))
-    used, triangles = np.unique(mesh.triangles, return_inverse=True)
-    point, axis = np.divmod(mesh.edges[used], 3)
-    low = _points(places(point.astype(np.int32), FILM_CELLS).T)
-    way = np.eye(3)[axis] * (2 / FILM_CELLS)
-    first, last = np.zeros(len(low)), np.ones(len(low))  # shares of the edge
-    begins = depth(low) >= 1
-    for _ in range(HALVINGS):
-        middle = (first + last) / 2
-        same = (depth(low + middle[:, None] * way) >= 1) == begins
-        first, last = np.where(same, middle, first), np.where(same, last, middle)
-    before, after = (depth(low + part[:, None] * way) - 1 for part in (first, last))
-    part = first + (last - first) * before / (before - after)
-    return (low + part[:, None] * way)[triangles.reshape(-1, 3)]
-
-
-def _points(place: NDArray[np.number]) -> Array:
+def _points(place: NDArray) -> Array:
     """Points (N, 3) by their place in the ringed lattice."""
     return (place - 1) * (2 / FILM_CELLS) - 1.0

@@ -57,8 +57,7 @@ def test_the_film_of_a_cup_is_a_disk():
     inner = film[np.linalg.norm(film.mean(axis=1)[:, :2], axis=1) < RADIUS - 2 * H]
     assert inner[..., 2] == pytest.approx(LEVEL, abs=1e-4)
     assert normals(inner)[:, 2].min() > 0  # outward
-    area = CYLINDER.facets_area.max()  # of the lid
-    assert area * (1 - 2 * H / RADIUS) ** 2 < areas(film).sum() < area
+    assert areas(film).sum() == pytest.approx(CYLINDER.facets_area.max(), rel=2 * H / RADIUS)
 
 
 def test_a_tube_has_two_films_that_bulge_alike():
@@ -72,11 +71,11 @@ def test_a_tube_has_two_films_that_bulge_alike():
 
 
 def test_vertices_of_a_film_are_where_the_winding_number_passes_the_threshold():
-    film = film_of(BARREL, 0.4).reshape(-1, 3)
-    number = Winding(np.asarray(BARREL.vertices), np.asarray(BARREL.faces))(film)
-    far = away_from(BARREL)(film) > H
-    assert far.mean() > 0.5
-    assert number[far] == pytest.approx(0.4, abs=2e-3)
+    film = film_of(BARREL, 0.4).reshape(-1, 3)[::20]
+    far = film[away_from(BARREL)(film) > H]
+    assert len(far) > len(film) / 2
+    exact = igl.winding_number(np.asarray(BARREL.vertices), np.asarray(BARREL.faces), far)
+    assert exact == pytest.approx(0.4, abs=3e-3)  # of 0 to 1 within a cell at the rim
 
 
 @pytest.mark.parametrize(
