@@ -22,8 +22,8 @@ from ...common.progress import Progress, silent
 from ..geometry import unit
 from ..mesh.surface import spatial_order
 from .mesh_cleanup import CleanMesh, areas, normals
-from .mesh_film import find_film
-from .mesh_open import SHEET, doubtful
+from .mesh_film import find_film, wide_borders
+from .mesh_open import SHEET, borders, doubtful
 from .mesh_union import BESIDE_FACE, HIDDEN, crossings, cut
 from .mesh_winding import CLOSE, FAST, Winding
 
@@ -37,6 +37,9 @@ PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 ALL_SHEETS = 0.99  # share of the surface from which on all of it is said to be sheets
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
+PASSAGE = (
+    0.2  # half width of the passage from side to side of a torn mesh, as share of the threshold
+)
 INSIDE_OUT = 0.5  # minus the winding number of what is inside of faces that look inward
 
 
@@ -83,9 +86,11 @@ class MeshDistance:
         # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
         self._threshold = float(np.clip(np.median(np.abs(sides).max(axis=0)) / 2, 0.25, 0.5))
         self._build_tree()
-        border = mesh.vertices[np.asarray(igl.boundary_facets(mesh.triangles)[0])]
+        edges, opening = borders(mesh)
+        wide = wide_borders(mesh.vertices[edges], opening)
         depth = partial(self._depth, accuracy=CLOSE)
-        film = find_film(border, depth, self.away, lambda: progress(0.9, LOOKING))
+        film = find_film(wide, depth, self.away, lambda: progress(0.9, LOOKING))
+        self._torn = len(wide) > 0 and not len(film)  # or all is hidden, where it does not matter
         if len(film):
             corners, count = film.reshape(-1, 3), len(self.vertices)
             faces = count + np.arange(len(corners)).reshape(-1, 3)
@@ -143,9 +148,10 @@ class MeshDistance:
         square, face, closest = (np.asarray(array) for array in found)
         distance = np.sqrt(square)  # (N,)
         touching = distance < 1e-7
-        sign: Array = np.where(self._depth(points) > 1, -1.0, 1.0)
+        beyond = 1 - self._depth(points)
+        sign = np.clip(beyond / PASSAGE, -1, 1) if self._torn else np.where(beyond < 0, -1.0, 1.0)
         away: Array = points - closest  # (N, 3)
-        gradient = unit(sign[:, None] * away)
+        gradient = unit(np.where(beyond < 0, -1.0, 1.0)[:, None] * away)
         gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
         return Distance(sign * distance, gradient)
 

@@ -25,11 +25,24 @@ Depth = Callable[[Array], Array]
 
 FILM_CELLS = 256
 """Cells along each axis of the lattice on which films are found: half as long as those of the
-finest level of a fit. An opening narrower than one has no film."""
+finest level of a fit."""
+WIDE = (
+    0.05  # extent of an opening, below which it has no film: a cell of the coarsest level of a fit
+)
+MOST_RIM = 1 << 16  # cells at rims, from which on a mesh is so torn that films would take seconds
 RIM_RINGS = 2  # rings of cells around the border that may hold both film and mesh
 OFF_MESH = 1.0  # cells between the mesh and the middle of any other cell that holds film
 GAP = 0.5  # cells between the mesh and the middle of a triangle of the film
 HALVINGS = 6  # of an edge at the rim
+
+
+def wide_borders(border: Array, opening: NDArray[np.int32]) -> Array:
+    """Those of the edges (E, 2, 3) whose `opening` (E,) is WIDE."""
+    count = int(opening.max(initial=-1)) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, opening, border.min(axis=1))
+    np.maximum.at(high, opening, border.max(axis=1))
+    return border[((high - low).max(axis=1) > WIDE)[opening]]
 
 
 def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check: Check) -> Array:
@@ -41,6 +54,8 @@ def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check
     if not len(border):
         return np.empty((0, 3, 3))
     h, rim = 2 / FILM_CELLS, _cells_around(border)
+    if len(rim) > MOST_RIM:
+        return np.empty((0, 3, 3))
     known = np.zeros((FILM_CELLS + 3) ** 3, np.int8)  # 1 may hold film, -1 not, 0 not asked yet
     known[rim] = 1
 

@@ -112,17 +112,23 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
     return Prepared(mesh, notes)
 
 
-def openings(mesh: CleanMesh) -> Openings:
-    """How many openings the mesh has, and how large they are."""
-    edges = np.asarray(igl.boundary_facets(mesh.triangles)[0])  # (E, 2), in the faces' winding
-    if not len(edges):
-        return Openings(0, 0.0)
+def borders(mesh: CleanMesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """Edges that one face has (E, 2), as that is wound, and which opening each is of (E,)."""
+    edges = np.asarray(igl.boundary_facets(mesh.triangles)[0]).reshape(-1, 2)
     _, ends = np.unique(edges, return_inverse=True)
     ends = ends.reshape(-1, 2)
-    count = int(ends.max()) + 1
+    count = int(ends.max(initial=-1)) + 1
     graph = csr_matrix((np.ones(len(ends)), ends.T), (count, count))
-    number, of_vertex = connected_components(graph, directed=False)
-    border = of_vertex[ends[:, 0]]  # (E,)
+    _, of_vertex = connected_components(graph, directed=False)
+    return edges, of_vertex[ends[:, 0]]
+
+
+def openings(mesh: CleanMesh) -> Openings:
+    """How many openings the mesh has, and how large they are."""
+    edges, border = borders(mesh)
+    if not len(edges):
+        return Openings(0, 0.0)
+    number = int(border.max()) + 1
     a, b = mesh.vertices[edges[:, 0]], mesh.vertices[edges[:, 1]]
     lengths = np.bincount(border, minlength=number)
     sums = [np.bincount(border, a[:, axis], number) for axis in range(3)]

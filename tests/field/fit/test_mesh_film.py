@@ -87,6 +87,18 @@ def test_there_is_no_film_without_an_opening(mesh):
     assert not len(film_of(mesh))
 
 
+@pytest.mark.parametrize("share", [1e-4, 0.4], ids=["two small openings", "torn"])
+def test_small_openings_and_a_torn_mesh_have_no_film_but_an_inside(share):
+    rng = np.random.default_rng(0)
+    mesh = without(BALL, rng.permutation(len(BALL.faces)) < share * len(BALL.faces))
+    distance = MeshDistance(clean(mesh.vertices, mesh.faces), rng)
+    assert distance.of_mesh == len(distance.faces) < len(BALL.faces)
+    points = rng.uniform(-1, 1, (5000, 3))
+    radius = np.linalg.norm(points, axis=1)
+    far = np.abs(radius - 0.85) > 0.05  # a mesh has a longest side of 1.7
+    assert distance(points[far]).value == pytest.approx(radius[far] - 0.85, abs=0.01)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_distance_to_an_open_mesh_changes_no_faster_than_one_walks(seed):
     """Through the rim too, where the film ends a quarter of a cell before the mesh."""
