@@ -149,9 +149,10 @@ class MeshDistance:
         distance = np.sqrt(square)  # (N,)
         touching = distance < 1e-7
         beyond = 1 - self._depth(points)
-        sign = np.clip(beyond / PASSAGE, -1, 1) if self._torn else np.where(beyond < 0, -1.0, 1.0)
+        side = np.where(beyond < 0, -1.0, 1.0)
+        sign: Array = np.clip(beyond / PASSAGE, -1, 1) if self._torn else side
         away: Array = points - closest  # (N, 3)
-        gradient = unit(np.where(beyond < 0, -1.0, 1.0)[:, None] * away)
+        gradient = unit(side[:, None] * away)
         gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
         return Distance(sign * distance, gradient)
 
