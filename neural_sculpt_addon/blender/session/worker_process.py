@@ -5,9 +5,11 @@ Bytes go to a process once, by their id; a worker that lacks some says so and ge
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 
+from ...common.errors import SculptError
 from ...worker.client import Client, JobKind, Message, WorkerState
 from ..folders import log_file
 from .job import Request
@@ -77,9 +79,10 @@ class Worker:
         return [] if self.client is None else self.client.poll_once()
 
     def cancel(self, number: int) -> None:
-        """Let it stop a job."""
+        """Let it stop a job. Where the disk has no room to tell it, it goes on in vain."""
         if self.client is not None:
-            self.client.cancel(number)
+            with suppress(SculptError):
+                self.client.cancel(number)
 
     def settle(self, number: int) -> None:
         """Let it end a job with what it has."""

@@ -68,6 +68,23 @@ class BrokenWorker(SteeredCase):
         undo()
         self.assertEqual(len(self.listed()), len(WAYS))
 
+    def test_undo_and_another_file_end_a_job_that_the_worker_cannot_be_told_of(self) -> None:
+        """As on a full disk: what is waited for is taken back, and not what was done before it."""
+        (self.session.client.folder / "requests" / "part").mkdir()
+        stroke(np.eye(3), name="Refused")
+        self.assertIn("Refused is in the history, muted.", self.session.last_error)
+        shutil.rmtree(self.session.client.folder / "requests" / "part")
+        stroke(np.eye(3), name="Waits")
+        (self.session.client.folder / "requests" / "part").mkdir()
+        undo()
+        self.assertFalse(self.session.jobs)
+        self.assertEqual(self.listed(), [("Refused", True)])
+        shutil.rmtree(self.session.client.folder / "requests" / "part")
+        stroke(np.eye(3), name="Waits")
+        (self.session.client.folder / "requests" / "part").mkdir()
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        self.assertFalse(self.session.jobs)
+
     def test_a_history_that_lacks_a_layer_is_not_believed(self) -> None:
         for name in ("One", "Two", "Three"):
             stroke(np.eye(3), name=name)
