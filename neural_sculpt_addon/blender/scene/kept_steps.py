@@ -183,23 +183,23 @@ def look(active: Step | None) -> None:
 
 
 def follow() -> None:
-    """After undo and redo: bring the field to what it was at the step that Blender has come to."""
+    """After undo and redo: bring the fields to what they were at the step that Blender has come to.
+
+    At an ordinary step, and of fields that are not being sculpted, Blender has brought all that
+    there was when the step was made: what became known later is missing.
+    """
     before, _ = sculpt_steps.steps()
     _State.last = before[-1] if before else None
-    ob = bpy.context.active_object
-    if not is_field(ob) or not before or proxy_mesh.why_locked(ob):
-        return
-    known = _known.get(ob.session_uid, {})
-    if not sculpt_steps.is_native(before[-1]):  # Blender has brought all that there was then
-        field = known.get(before[-1])
-        if field is not None and _shows(ob, field):
-            _bring(ob, field)
-        return
-    for step in reversed(before):
-        if (field := known.get(step)) is not None:
-            _bring(ob, field)
-        if field is not None or not sculpt_steps.is_native(step):
-            break
+    for target, known in [*_known.items()]:
+        ob = find(target)
+        if not before or not is_field(ob) or proxy_mesh.why_locked(ob):
+            continue
+        sculpted = sculpt_steps.is_native(before[-1]) and ob == bpy.context.active_object
+        for step in reversed(before):
+            if (field := known.get(step)) is not None and (sculpted or _shows(ob, field)):
+                _bring(ob, field)
+            if field is not None or not sculpt_steps.is_native(step):
+                break
 
 
 def _shows(ob: Object, field: FieldAt) -> bool:

@@ -184,6 +184,28 @@ class KeptSteps(BrushCase):
         self.assertEqual(self.names(), ["Clay"])
         self.assertFalse(self.edited())
 
+    def test_another_object_is_active_when_they_have_results(self) -> None:
+        """Undo to a step that was made before brings the stroke with the vertices."""
+        brush("Clay", 0)
+        self.look()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        push_undo("Object Mode")
+        other = bpy.data.objects.new("Other", None)
+        bpy.context.collection.objects.link(other)
+        bpy.context.view_layer.objects.active = other
+        push_undo("Add Other")
+        self.finish()
+        brushed = state(self.ob())
+        self.assertEqual(self.names(), ["Clay"])
+        bpy.data.objects["Other"].location.x = 1.0
+        push_undo("Move")
+        for step in (undo, undo, redo, redo):
+            step()
+            kept_steps.settle()
+            self.assertEqual(self.names(), ["Clay"], step)
+            self.assertFalse(self.edited(), step)
+        self.assertEqual(state(self.ob()), brushed)
+
     def now(self) -> tuple[object, str]:
         """All of the field, with the normals that are behind, and the mode."""
         kept_steps.settle()
