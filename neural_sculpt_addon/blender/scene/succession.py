@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
-from bpy.types import Mesh, Object
+from bpy.types import Collection, Mesh, Object
 
 NO_DEFORMING = {"ARMATURE", "LATTICE"}
 """Types of parents that also deform their child. The fitted shape has that deformation already."""
@@ -17,11 +17,19 @@ NO_DEFORMING = {"ARMATURE", "LATTICE"}
 
 def link(ob: Object, like: Object | None) -> None:
     """Put an object into the collections of another one that is in the view layer, and else into
-    the active collection."""
+    the active collection. Where these are linked they take nothing in: then the scene's own does.
+    """
     context = bpy.context
     seen = like is not None and like.name in context.view_layer.objects
-    for collection in like.users_collection if like is not None and seen else [context.collection]:
+    places = like.users_collection if like is not None and seen else ()
+    others = context.collection, context.scene.collection
+    for collection in [*filter(_is_own, places)] or [*filter(_is_own, others)][:1]:
         collection.objects.link(ob)
+
+
+def _is_own(collection: Collection) -> bool:
+    """Whether a collection belongs to this file, which can put objects into it."""
+    return collection.library is None and collection.override_library is None
 
 
 def inherit(ob: Object, like: Object) -> None:
