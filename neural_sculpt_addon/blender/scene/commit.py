@@ -94,13 +94,17 @@ def add_entry(
     ob: Object, entry: Entry, result: Message, label: str, replaced: Object | None = None
 ) -> None:
     """Append the entry of an edit or of absorbed sculpting, and hide the other object of a Boolean.
-    SculptError when the object is locked."""
+    In a file that is older than layers, a layer stands on the field as a whole: that becomes the
+    base. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
     state, layers = edited(ob, result), {}
     if "layer" in result.fields:
         entry = replace(entry, layer=result.fields["layer"], context=result.fields["context"])
         layers[entry.layer] = bytes_of(result, "layer")
     begin_change()
+    group = field_of(ob)
+    if layers and group.weights:
+        _take_as_base(ob, group.weights, group.weights_id)
     _write(ob, state)
     stroke_list.append(ob, (entry,), layers)
     _hide(replaced)
@@ -190,15 +194,11 @@ def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | N
     ends here, too. SculptError when the object is locked.
     """
     proxy_mesh.refuse_locked(ob)
-    muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
-    group = field_of(ob)
     state = None if result is None else edited(ob, result)
     begin_change()
     if state is not None:
         _write(ob, state)
-    group.base_weights, group.base_id = base, name
-    group.weights, group.weights_id = b"", ""
-    stroke_list.write(ob, muted, {})
+    _take_as_base(ob, base, name)
     push_undo(label)
 
 
@@ -231,6 +231,14 @@ def renew_proxy(ob: Object, spare: SpareMesh) -> None:
 def _show_as(group: NEURAL_SCULPT_PG_field, shown: ShownAs) -> None:
     group.resolution, group.smooth = shown.resolution, shown.smooth
     group.refine, group.most_triangles = shown.refine, shown.most_triangles
+
+
+def _take_as_base(ob: Object, base: bytes, name: str) -> None:
+    group = field_of(ob)
+    muted = [entry for entry in stroke_list.readable(ob) if entry.muted]
+    group.base_weights, group.base_id = base, name
+    group.weights, group.weights_id = b"", ""
+    stroke_list.write(ob, muted, {})
 
 
 def _write(ob: Object, state: ObjectState) -> None:

@@ -162,8 +162,8 @@ class Layers(SteeredCase):
         ops.set_strength(uid=uid, strength=0.5)
         self.assert_sum(self.ob)
 
-    def test_a_file_that_is_older_than_layers(self) -> None:
-        """It has weights and strokes, whose layers are computed at the first change."""
+    def open_older(self) -> tuple[object, ...]:
+        """A file with weights and strokes that have no layers; the field's state."""
         self.stroke(0.5, "One")
         self.stroke(-0.5, "Two")
         group = self.ob.neural_sculpt
@@ -175,8 +175,39 @@ class Layers(SteeredCase):
         bpy.ops.wm.save_as_mainfile(filepath=str(path))
         bpy.ops.wm.open_mainfile(filepath=str(path))
         push_undo("Open")
+        return state(field("Sphere"))
+
+    def test_a_layer_upon_a_file_that_is_older_than_layers(self) -> None:
+        """The field as it is becomes the base, for its strokes have no layers; a muted one stays."""
+        before = self.open_older()
+        field("Sphere").neural_sculpt.strokes[1].muted = True
+        points = vertices(field("Sphere"))
+        points[:3] += 7
+        field("Sphere").data.vertices.foreach_set("co", points.ravel())
+        push_undo("Native")
+        ops.absorb()
+        self.assert_upon_the_base(before, "Sculpted")
+        np.testing.assert_array_equal(vertices(field("Sphere")), points)
+        undo()
+        undo()
+        self.assertEqual(state(field("Sphere")), before)
+        bpy.ops.mesh.primitive_cube_add()
+        field("Sphere").select_set(True)
+        bpy.context.view_layer.objects.active = field("Sphere")
+        field("Sphere").neural_sculpt.strokes[1].muted = True
+        ops.boolean(operation="UNION")
+        self.assert_upon_the_base(before, "Union with Cube")
+
+    def assert_upon_the_base(self, before: tuple[object, ...], name: str) -> None:
+        group = field("Sphere").neural_sculpt
+        self.assertEqual((group.base_weights, group.weights), (before[0], b""))
+        self.assertEqual(names(), ["Two", name])
+        self.assert_sum(field("Sphere"))
+
+    def test_a_file_that_is_older_than_layers(self) -> None:
+        """It has weights and strokes, whose layers are computed at the first change."""
+        before = self.open_older()
         ob = field("Sphere")
-        before = state(ob)
         ops.remesh(resolution=20)
         self.assert_sum(ob)
         undo()

@@ -11,7 +11,7 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Context, Event, Operator
 
 from ...scene.mesh import native_edits, proxy_mesh
-from ...scene.properties import NETWORK, field_of
+from ...scene.properties import NETWORK, NEURAL_SCULPT_PG_field, field_of
 from ...session import states
 from ...session.absorption import live
 from ...session.absorption.whole_proxy import LABEL, absorb_job
@@ -27,6 +27,12 @@ from ..job_operator import (
 )
 
 QUESTION = n_("The field's {} strokes become part of its base and leave the history.")
+
+
+def strokes_that_leave(group: NEURAL_SCULPT_PG_field) -> int:
+    """How many strokes one more layer makes part of the base: in a file that is older than layers
+    all that are not muted."""
+    return sum(not item.muted for item in group.strokes) if states.is_whole(group) else 0
 
 
 class NEURAL_SCULPT_OT_absorb(Operator):
@@ -54,8 +60,7 @@ class NEURAL_SCULPT_OT_absorb(Operator):
 
     def invoke(self, context: Context, event: Event) -> Outcome:
         """Ask before strokes without layers leave the list."""
-        group = field_of(active_field(context))
-        count = sum(not item.muted for item in group.strokes) if states.is_whole(group) else 0
+        count = strokes_that_leave(field_of(active_field(context)))
         if not count:
             return self.execute(context)
         return context.window_manager.invoke_confirm(

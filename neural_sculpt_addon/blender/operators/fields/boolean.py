@@ -27,7 +27,7 @@ from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
 from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch, refuse
-from . import boolean_preview
+from . import absorb, boolean_preview
 from .from_mesh import read_in
 
 OPERATIONS = (
@@ -77,6 +77,17 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         """Ask for the operation and the blend radius."""
         self.check(context)
         return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, context: Context) -> None:
+        """The settings, and whether strokes leave the history."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "operation")
+        layout.prop(self, "blend")
+        ob = context.active_object
+        if is_field(ob) and (count := absorb.strokes_that_leave(field_of(ob))):
+            told = iface_(absorb.QUESTION).format(count)
+            layout.label(text=told, icon="INFO", translate=False)
 
     def check(self, context: Context) -> bool:
         """Preview the Boolean with the settings of the dialog; whether the dialog is to be drawn
