@@ -118,6 +118,11 @@ class Strokes(SculptCase):
         with self.assertRaisesRegex(RuntimeError, "shape keys"):
             bpy.ops.neural_sculpt.stroke(points=points)
         self.ob.shape_key_clear()
+        bpy.ops.object.modifier_add(type="MULTIRES")
+        bpy.ops.object.multires_subdivide(modifier="Multires")
+        with self.assertRaisesRegex(RuntimeError, "Multires"):
+            bpy.ops.neural_sculpt.stroke(points=points)
+        bpy.ops.object.modifier_remove(modifier="Multires")
 
     def test_ordinary_objects(self) -> None:
         bpy.ops.mesh.primitive_cube_add()

@@ -178,7 +178,7 @@ class Layers(SteeredCase):
         return state(field("Sphere"))
 
     def test_a_layer_upon_a_file_that_is_older_than_layers(self) -> None:
-        """The field as it is becomes the base, for its strokes have no layers; a muted one stays."""
+        """The field as it is becomes the base, for its strokes have no layers; muted ones stay."""
         before = self.open_older()
         field("Sphere").neural_sculpt.strokes[1].muted = True
         points = vertices(field("Sphere"))

@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.types import Mesh, Object
+from bpy.types import Mesh, MultiresModifier, Object
 from numpy.typing import NDArray
 
 from ....common.errors import SculptError
@@ -42,6 +42,12 @@ def why_locked(ob: Object) -> str:
     if mesh.shape_keys:
         return Text(
             "{} has shape keys, which a new proxy would break. Remove them to sculpt.", ob.name
+        )
+    if any(isinstance(each, MultiresModifier) and each.total_levels for each in ob.modifiers):
+        return Text(
+            "{} has a Multires modifier, whose sculpting a new proxy would lose. Apply or remove it"
+            " to sculpt the field.",
+            ob.name,
         )
     if in_dyntopo(ob):
         return Text(
