@@ -34,9 +34,11 @@ def refresh() -> None:
 
 
 def save(preset: Preset) -> str:
-    """Write a preset of the artist and return its stem; one of the same stem is replaced, whole or
+    """Write a preset of the artist and return its stem; one of the same name is replaced, whole or
     not at all."""
-    stem = bpy.path.clean_name(f"{preset.kind}-{preset.name}").lower()
+    stem, known = bpy.path.clean_name(f"{preset.kind}-{preset.name}").lower(), own(preset.kind)
+    while stem in known and known[stem].name != preset.name:
+        stem += "_"
     path = preset_folder() / (stem + SUFFIX)
     part = path.with_suffix(".part")
     try:
@@ -49,6 +51,16 @@ def save(preset: Preset) -> str:
         raise SculptError("The preset was not written ({}). Free some space.", error) from error
     refresh()
     return stem
+
+
+def refuse_taken(preset: Preset, stem: str = "") -> None:
+    """SculptError when this name is that of another shape of the artist's, whose stem is another
+    one."""
+    others = (other for known, other in own(preset.kind).items() if known != stem)
+    if any(other.name == preset.name and other != preset for other in others):
+        raise SculptError(
+            "There is already a preset {}. Rename or delete that one first.", preset.name
+        )
 
 
 def delete(stem: str) -> None:

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import unittest
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -122,6 +123,27 @@ class Presets(SculptCase):
         ops.import_preset(filepath=str(shared))
         (preset,) = self.presets.own("modulation").values()
         self.assertEqual(preset, self.store.preset("modulation", "Pearls"))
+
+    def test_none_takes_the_place_of_another_one(self) -> None:
+        """Whose name differs in letters alone that no file's name has; or of one by the same name,
+        which is not the one that was saved."""
+        self.brush.profile = "GEM"
+        ops.save_preset(kind="profile", name="Ä")
+        self.brush.profile = "DENT"
+        ops.save_preset(kind="profile", name="Ö")
+        self.brush.profile = "RIDGE"
+        ops.save_preset(kind="profile", name="Other")
+        before = self.presets.own("profile")
+        stems = {preset.name: stem for stem, preset in before.items()}
+        self.assertEqual({*stems}, {"Ä", "Ö", "Other"})
+        other = {"kind": "profile", "preset": stems["Other"]}
+        self.assert_fails("already a preset Ö.", ops.rename_preset, **other, name="Ö")
+        shared = self.folder / "from a friend.json"
+        shared.write_text(self.files.dump_preset(replace(before[stems["Other"]], name="Ä")))
+        self.assert_fails("already a preset Ä.", ops.import_preset, filepath=str(shared))
+        self.assertEqual(self.presets.own("profile"), before)
+        ops.rename_preset(**other, name="Ü")
+        self.assertEqual({p.name for p in self.presets.own("profile").values()}, {"Ä", "Ö", "Ü"})
 
     @unittest.skipUnless(os.name == "posix", "no file can be limited")
     def test_a_preset_for_which_there_is_no_room_leaves_the_one_that_is_there(self) -> None:

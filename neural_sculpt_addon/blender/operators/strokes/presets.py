@@ -103,8 +103,10 @@ class NEURAL_SCULPT_OT_rename_preset(_OwnOperator):
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
-        """Write it under the new name and delete the old file."""
-        stem = presets.save(replace(self._chosen(), name=self.name))
+        """Write it under the new name, which no other preset may have, and delete the old file."""
+        renamed = replace(self._chosen(), name=self.name)
+        presets.refuse_taken(renamed, self.preset)
+        stem = presets.save(renamed)
         if stem != self.preset:
             presets.delete(self.preset)
         return FINISHED
@@ -146,6 +148,8 @@ class NEURAL_SCULPT_OT_import_preset(Operator):
 
     @reports_errors
     def execute(self, context: Context) -> Outcome:
-        """Read it strictly, and write it among the others."""
-        presets.save(presets.read(Path(bpy.path.abspath(self.filepath))))
+        """Read it strictly, and write it among the others, none of which it may replace."""
+        preset = presets.read(Path(bpy.path.abspath(self.filepath)))
+        presets.refuse_taken(preset)
+        presets.save(preset)
         return FINISHED
