@@ -145,6 +145,15 @@ class Presets(SculptCase):
         ops.rename_preset(**other, name="Ü")
         self.assertEqual({p.name for p in self.presets.own("profile").values()}, {"Ä", "Ö", "Ü"})
 
+    def test_rename_takes_the_old_name_away_and_no_other(self) -> None:
+        """Wherever among the others the new one stands: Blender knows a choice by its place."""
+        self.brush.profile = "GEM"
+        for name in ("A", "C", "D"):
+            ops.save_preset(kind="profile", name=name)
+        stems = {preset.name: stem for stem, preset in self.presets.own("profile").items()}
+        ops.rename_preset(kind="profile", preset=stems["D"], name="B")
+        self.assertEqual({p.name for p in self.presets.own("profile").values()}, {"A", "B", "C"})
+
     @unittest.skipUnless(os.name == "posix", "no file can be limited")
     def test_a_preset_for_which_there_is_no_room_leaves_the_one_that_is_there(self) -> None:
         import resource

@@ -104,11 +104,10 @@ class NEURAL_SCULPT_OT_rename_preset(_OwnOperator):
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Write it under the new name, which no other preset may have, and delete the old file."""
-        renamed = replace(self._chosen(), name=self.name)
-        presets.refuse_taken(renamed, self.preset)
-        stem = presets.save(renamed)
-        if stem != self.preset:
-            presets.delete(self.preset)
+        renamed, before = replace(self._chosen(), name=self.name), self.preset
+        presets.refuse_taken(renamed, before)
+        if presets.save(renamed) != before:  # by now `self.preset` may be another one
+            presets.delete(before)
         return FINISHED
 
 
