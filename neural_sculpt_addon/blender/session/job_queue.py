@@ -182,10 +182,11 @@ class JobQueue:
         """End a job for a reason that is not the fault of its strokes: these stay in the history,
         muted.
 
-        In a mode whose undo steps would not hold the strokes, the job ends when that mode is left.
+        In a mode whose undo steps would not hold the strokes, the job ends when that mode is left,
+        and while a brush is used when it is put down.
         """
         if job.keep is not None and find(job.target or 0) is not None:
-            if self.caller.acts and self.in_other_mode(job):
+            if self.caller.acts and (self.in_other_mode(job) or self.arrivals.may_come(job)):
                 job.status, job.number, job.failure = JobStatus.RUNNING, -1, why
                 return
             try:

@@ -60,8 +60,8 @@ class Arrivals:
         return False
 
     def may_come(self, job: Job) -> bool:
-        """Whether the artist is doing something that may become a result which a job must take into
-        account."""
+        """Whether the artist is doing something that must end before a job changes the scene, or
+        that may become a result which the job must take into account."""
         return False
 
     def follow(self, job: Job) -> None:

@@ -69,12 +69,14 @@ class LiveResults(BrushResults):
         return taken
 
     def may_come(self, job: Job) -> bool:
-        """Whether a brush is at work on the object of the job, or what it did was not looked at
-        yet."""
-        ob = None if job.target is None else find(job.target)
-        if ob is None or job.kind is JobKind.ABSORB_STROKE or not _can_absorb(ob):
+        """Whether a brush is at work, or what it did on the object of the job was not looked at
+        yet. A brush stroke's own result changes nothing in the scene."""
+        if job.kind is JobKind.ABSORB_STROKE:
             return False
-        return is_brushing() or (_will_look() and not is_at_work())
+        if is_brushing():
+            return True
+        ob = None if job.target is None else find(job.target)
+        return ob is not None and _can_absorb(ob) and _will_look() and not is_at_work()
 
     def follow(self, job: Job) -> None:
         """Track the proxy at once: a brush may begin before the next look."""

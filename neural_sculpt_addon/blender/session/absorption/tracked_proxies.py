@@ -21,7 +21,10 @@ Vectors = NDArray[np.float32]
 
 UNDONE = n_("Absorbing was cancelled: its stroke was undone.")
 REPLACED = n_("Absorbing was cancelled: the proxy is another one.")
-_BRUSH_OPERATORS = "SCULPT_OT_", "TRANSFORM_OT_"
+_BRUSH_OPERATORS = (
+    *("SCULPT_OT_", "TRANSFORM_OT_", "PAINT_OT_", "SCULPT_CURVES_OT_"),
+    *("GREASE_PENCIL_OT_", "GPENCIL_OT_"),
+)
 _AT_WORK = (*_BRUSH_OPERATORS, "NEURAL_SCULPT_OT_draw")
 
 
@@ -145,7 +148,9 @@ proxies = TrackedProxies()
 
 
 def is_at_work() -> bool:
-    """Whether a brush, or something else that moves vertices, is being used."""
+    """Whether a brush, or something else that moves what it began with, is being used. A step of
+    ours in the midst of it would hold it half done, and Blender crashes when a brush of Sculpt Mode
+    goes on after that."""
     return _runs(_AT_WORK)
 
 
