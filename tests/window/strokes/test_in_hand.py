@@ -21,7 +21,7 @@ from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from test_mask_brush import choose_mask_brush, masks
 
-ANSWERED = 1.0  # seconds in which the worker has its result, and what must not happen would
+ANSWERED = 3.0  # seconds in which the worker has its result, and what must not happen would
 
 
 class InHand(WindowCase):
