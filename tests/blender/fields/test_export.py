@@ -164,6 +164,15 @@ class Export(SculptCase):
             self.assert_fails("taken", export, filepath=str(path), resolution=RESOLUTION)
         self.assertEqual(self.ob.neural_sculpt.base_weights, self.base)
 
+    def test_what_other_brushes_did_is_not_left_out_in_silence(self) -> None:
+        points = vertices(self.ob)
+        points[0] *= 1.1
+        self.ob.data.vertices.foreach_set("co", points.ravel())
+        for name in ("field.safetensors", "mesh.ply"):
+            path = self.folder / name
+            self.assert_fails("other brushes", bpy.ops.neural_sculpt.export, filepath=str(path))
+            self.assertFalse(path.exists())
+
     def test_needs_a_field(self) -> None:
         bpy.ops.mesh.primitive_cube_add()
         with self.assertRaisesRegex(RuntimeError, "Select a neural field"):

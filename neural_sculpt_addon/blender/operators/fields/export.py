@@ -23,6 +23,7 @@ from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
 from ...scene.undo_step import in_window
 from ...session import states
+from ...session.absorption import live
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 from . import level_set
@@ -132,6 +133,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             raise SculptError("There is no folder {}. Choose another place.", path.parent)
         if kind is JobKind.SAMPLE:
             level_set.check()
+        live.refuse_edits(active_field(context))  # the file would lack what is seen
         target = active_field(context).session_uid
         most = self.most_triangles if self.refine else 0
         fields = {"path": str(path), "resolution": self.resolution, "triangles": most}
