@@ -237,6 +237,31 @@ class KeptSteps(BrushCase):
                 bpy.ops.ed.undo_history(item=first + place)
             self.assertEqual(state(self.ob()), states[place])
 
+    def test_a_jump_to_strokes_that_were_forgotten(self) -> None:
+        """They were undone without results, and so was what they began with."""
+        stroke(arc(self.ob(), tilt=2.0), radius=0.1, intensity=0.03, name="Neural")
+        self.finish()
+        begun = state(self.ob())
+        for each in (("Grab", -40), ("Clay", 20), ("Mask", 0)):
+            brush(*each)
+            self.look()
+        brushed, place = vertices(self.ob()), len(sculpt_steps.steps()[0]) - 1
+        for _ in range(4):
+            undo()
+        self.assertEqual((self.names(), len(self.session.jobs)), ([], 0))
+        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+            bpy.ops.ed.undo_history(item=place)
+        self.live.look_later()
+        self.finish()
+        np.testing.assert_array_equal(vertices(self.ob()), brushed)
+        self.assertEqual(self.names(), ["Neural", "Grab", "Clay"])
+        self.assertFalse(self.edited())
+        for count in (3, 2, 1):
+            undo()
+            self.assertEqual(self.names(), ["Neural", "Grab", "Clay"][:count])
+            self.assertFalse(self.edited())
+        self.assertEqual(state(self.ob()), begun)
+
     def test_a_file_has_all_of_it(self) -> None:
         before = vertices(self.ob())
         self.absorb(("Clay", -20), ("Grab", 20))

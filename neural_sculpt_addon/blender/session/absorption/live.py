@@ -12,6 +12,7 @@ strokes. Changes of the topology bring one, too.
 """
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
 
 import bpy
@@ -27,7 +28,9 @@ from ...scene import kept_steps, native_steps, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ...scene.mesh.moved_part import cut
+from ...scene.mesh.preview import preview
 from ...scene.properties import LOCAL, field_of, find, found, is_field, shown_as
+from ...scene.sculpt_steps import Step
 from ...scene.stroke_list import SCULPTED
 from ...scene.undo_step import in_window
 from .. import states
@@ -54,6 +57,9 @@ undo or redo has brought them, or they could not be absorbed."""
 class _State:
     brushes: bool = False
     """Whether a brush was at work when something changed last, and was not looked at since."""
+    jumped: Step | None = None
+    """A step of Blender's history to which redo has led, past the proxy that its strokes began
+    with."""
 
 
 class LiveResults(BrushResults):
@@ -93,6 +99,9 @@ class LiveResults(BrushResults):
         if _known(ob, preview_attributes.true_positions(proxy_mesh.mesh_of(ob))) is not None:
             _left.clear()
             look(again=True)
+        else:
+            _State.jumped = sculpt_steps.active()
+            _look_soon()
 
 
 def is_on_its_way(ob: Object) -> bool:
@@ -170,8 +179,36 @@ def look(again: bool = False) -> None:
         _left[target] = native_edits.mark(ob)
 
 
+def _look_one_by_one() -> None:
+    """Absorb what a jump in Blender's history has brought, which has passed over the proxy that it
+    began with: go back to that, and look at each stroke as it is redone."""
+    end, _State.jumped = _State.jumped, None
+    ob = bpy.context.active_object
+    if ob is None or end != sculpt_steps.active() or not _can_absorb(ob):
+        return
+    target = ob.session_uid
+    with preview.hidden():
+        with native_steps.ours():
+            for _ in native_steps.names():
+                bpy.ops.ed.undo()
+        ob = find(target)
+        is_made = ob is not None and _known(ob, proxy_mesh.positions(ob)) is not None
+        if is_made:
+            _left.clear()
+        while (step := sculpt_steps.active()) != end:
+            with native_steps.ours():
+                bpy.ops.ed.redo()
+            if sculpt_steps.active() == step:
+                break
+            if is_made:
+                look(again=True)
+        if not is_made and (ob := find(target)) is not None:
+            _left[target] = native_edits.mark(ob)
+
+
 def leave() -> None:
     """After undo and redo: track the proxies as they are now."""
+    _State.jumped = None
     kept_steps.follow()
     renewal.follow()
     settling.wait_for_rest()
@@ -192,7 +229,7 @@ def leave() -> None:
 
 def forget() -> None:
     """Before another file is loaded."""
-    _State.brushes = False
+    _State.brushes, _State.jumped = False, None
     proxies.forget()
     kept_steps.forget()
     _left.clear()
@@ -293,8 +330,7 @@ def _note(*_: object) -> None:
         return
     if not is_field(ob):
         return
-    if not _will_look():
-        bpy.app.timers.register(look_later)
+    _look_soon()
     if at_work:
         _State.brushes = True
     elif _State.brushes and session.worker.alive and not session.jobs:
@@ -311,18 +347,23 @@ def _will_look() -> bool:
     return bpy.app.timers.is_registered(look_later)
 
 
+def _look_soon() -> None:
+    if not _will_look():
+        bpy.app.timers.register(look_later)
+
+
 def look_later() -> float | None:
     if is_at_work():
         return AGAIN
-    _try_to_look()
+    _try_to_look(look if _State.jumped is None else _look_one_by_one)
     return None
 
 
-def _try_to_look() -> None:
+def _try_to_look(how: Callable[[], None] = look) -> None:
     """Look for strokes. A defect is logged, and the next stroke is looked at all the same."""
     _State.brushes = False
     try:
-        look()
+        how()
     except Exception:
         log.exception("brush strokes cannot be absorbed")
 
