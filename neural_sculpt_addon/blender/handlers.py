@@ -124,15 +124,15 @@ def bring_back(*_: object) -> None:
     if _State.passing or native_steps.is_ours():
         return
     session.arrivals.come_again()
-    if (job := session.undone.bring_back()) is None:
-        return
+    jobs = session.undone.bring_back()
     before = sculpt_steps.steps()[0]
-    if len(before) > 1 and before[-1].name == sculpt_steps.BORDER:
-        session.move_on(before[-2], before[-1])
-    try:
-        session.submit_again(job)
-    except SculptError as error:
-        notice.tell(error.text)
+    if jobs and len(before) > len(jobs) and before[-1].name == sculpt_steps.BORDER:
+        session.move_on(before[-1 - len(jobs)], before[-1])
+    for job in jobs:
+        try:
+            session.submit_again(job)
+        except SculptError as error:
+            notice.tell(error.text)
 
 
 @persistent

@@ -87,17 +87,21 @@ class Undone:
             self._steps_aside = True
             self._step_back(1)
 
-    def bring_back(self) -> Job | None:
-        """The job whose border, or whose place, redo has just reached; None when it has reached
-        none."""
+    def bring_back(self) -> list[Job]:
+        """The jobs whose borders, or whose place, redo has just reached, in order: one, or more
+        after a jump in Blender's menu of its history."""
         if self._steps_aside:
             self._steps_aside = False
-            return self._jobs.pop() if self.is_next() else None
+            return self._take_out(1 if self.is_next() else len(self._jobs))
         before, after = sculpt_steps.steps()
-        if not self._jobs or [*before[-1:], *after] != self._borders:
-            return None
-        del self._borders[:1]
-        return self._jobs.pop()
+        count = len(self._borders) - len(after)
+        if count < 1 or [*before[-count:], *after] != self._borders:
+            return []
+        del self._borders[:count]
+        return self._take_out(count)
+
+    def _take_out(self, count: int) -> list[Job]:
+        return [self._jobs.pop() for _ in range(count)]
 
     def push_again(self) -> None:
         """Push the borders again, after a new step of Blender's history has cut them off. While an

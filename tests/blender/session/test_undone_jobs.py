@@ -3,7 +3,9 @@
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, push_undo, redo, state, stroke, undo
+from harness import SteeredCase, field, module, push_undo, redo, state, stroke, undo
+
+sculpt_steps = module("blender.scene.sculpt_steps")
 
 
 class UndoneJobs(SteeredCase):
@@ -68,6 +70,37 @@ class UndoneJobs(SteeredCase):
                 self.assertEqual(state(field("Sphere")), before)
         bpy.ops.object.mode_set(mode="OBJECT")
 
+    def test_a_jump_in_the_history_brings_back_all_that_it_passes(self) -> None:
+        before = state(self.ob)
+        self.draw("One", "Two", "Three")
+        for _ in range(3):
+            undo()
+        place = len(sculpt_steps.steps()[0])
+        jump(place + 1)
+        self.assertEqual(self.waiting(), ["One", "Two"])
+        redo()
+        self.assertEqual(self.waiting(), ["One", "Two", "Three"])
+        self.finish()
+        for count in (2, 1, 0):
+            undo()
+            self.assertEqual(self.listed(), ["One", "Two", "Three"][:count])
+        self.assertEqual(state(field("Sphere")), before)
+
+    def test_a_jump_past_the_place_where_one_was_undone(self) -> None:
+        """Without a border, for something else can be redone there."""
+        self.draw("One")
+        place = len(sculpt_steps.steps()[0]) - 1
+        for x in (1.0, 2.0):
+            field("Sphere").location.x = x
+            push_undo("Move")
+        for waiting in (["One"], ["One"], []):
+            undo()
+            self.assertEqual(self.waiting(), waiting)
+        jump(place + 2)
+        self.assertEqual((self.waiting(), field("Sphere").location.x), (["One"], 2.0))
+        self.finish()
+        self.assertEqual(self.listed(), ["One"])
+
     def test_a_result_comes_before_redo(self) -> None:
         for mode in ("OBJECT", "SCULPT"):
             with self.subTest(mode=mode):
@@ -114,3 +147,9 @@ class UndoneJobs(SteeredCase):
         redo()
         self.assertEqual(self.waiting(), [])
         self.assertEqual(self.listed(), ["Three"])
+
+
+def jump(place: int) -> None:
+    """Choose a step in Blender's menu of its history, by its number."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.undo_history(item=place)
