@@ -50,6 +50,7 @@ class JobQueue:
         self.watcher = Watcher()
         self.arrivals = Arrivals()
         self.undone = Undone()
+        self._gone: list[Job] = []  # strokes whose object is gone, until undo brings it back
         self.last_error = ""
         self.caller: Caller = Script() if bpy.app.background else Artist()
 
@@ -180,7 +181,7 @@ class JobQueue:
 
     def fail(self, job: Job, why: str) -> None:
         """End a job for a reason that is not the fault of its strokes: these stay in the history,
-        muted.
+        muted. If the object is gone, they are sculpted when undo has brought it back.
 
         In a mode whose undo steps would not hold the strokes, the job ends when that mode is left,
         and while a brush is used when it is put down.
@@ -194,6 +195,8 @@ class JobQueue:
                 why = Text("{} {} is in the history, muted.", why, job.title)
             except SculptError as error:  # the object cannot be changed at all
                 log.warning("%s cannot be kept: %s", job.label, error)
+        elif job.keep is not None and self.caller.acts:
+            self._gone.append(job)
         self.end(job, JobStatus.FAILED, why)
 
     def end(self, job: Job, status: JobStatus, message: str) -> None:

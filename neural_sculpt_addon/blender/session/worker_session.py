@@ -16,6 +16,7 @@ from functools import partial
 
 from bpy.app.translations import pgettext_n as n_
 
+from ...common.errors import SculptError
 from ...common.text import Text
 from ...worker.client import Client, JobKind, Message, MessageKind, WorkerGoneError
 from ..scene import sculpt_steps
@@ -139,15 +140,24 @@ class Session(WorkerNews):
         return self.worker.hangs
 
     def follow_history(self) -> None:
-        """After undo and redo: cancel the jobs whose object or base is gone. The strokes of all
-        others wait while something can be redone."""
+        """After undo and redo: cancel the jobs whose object or base is gone, and begin those again
+        whose object is back. Their strokes wait while something can be redone."""
         for job in self.jobs:
             job.rests, job.waits = bool(job.strokes), False
         for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or (first.base and field_of(ob).revision != first.base):
                 for job in self.pending(target):
+                    if ob is None and job.keep is not None:
+                        self._gone.append(job)
                     self.cancel_job(job, f"{first.label:.100} was cancelled: its field was undone.")
+        back = [job for job in self._gone if find(job.target or 0) is not None]
+        self._gone = [job for job in self._gone if job not in back]
+        for job in back:
+            try:
+                self.submit_again(job)
+            except SculptError as error:
+                self.watcher.warned(error.text)
         if self.jobs:
             self.watcher.work_came()
 
@@ -155,6 +165,7 @@ class Session(WorkerNews):
         """Cancel and forget all, before another file is loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
         self.undone.forget()
+        self._gone.clear()
         self.drop_behind()
 
     def poll_once(self) -> bool:

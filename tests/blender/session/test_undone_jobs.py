@@ -101,6 +101,24 @@ class UndoneJobs(SteeredCase):
         self.finish()
         self.assertEqual(self.listed(), ["One"])
 
+    def test_the_object_is_deleted_and_comes_back(self) -> None:
+        """Before the strokes have results, which then find no object."""
+        self.draw("One", "Two")
+        self.ob.select_set(True)
+        bpy.ops.object.delete("EXEC_DEFAULT", True)
+        self.finish()
+        self.assertIn("the object is gone", self.session.last_error)
+        self.assertEqual(self.waiting(), [])
+        undo()
+        self.assertEqual(self.waiting(), ["One", "Two"])
+        redo()
+        self.assertEqual((self.waiting(), len(bpy.data.objects)), ([], 0))
+        undo()
+        self.assertEqual(self.waiting(), ["One", "Two"])
+        self.draw("Three")
+        self.finish()
+        self.assertEqual(self.listed(), ["One", "Two", "Three"])
+
     def test_a_result_comes_before_redo(self) -> None:
         for mode in ("OBJECT", "SCULPT"):
             with self.subTest(mode=mode):
