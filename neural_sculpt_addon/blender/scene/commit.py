@@ -198,6 +198,8 @@ def set_base(ob: Object, label: str, base: bytes, name: str, result: Message | N
     begin_change()
     if state is not None:
         _write(ob, state)
+    else:  # the worker remembers by the revision what later layers stand on
+        field_of(ob).revision = new_revision()
     _take_as_base(ob, base, name)
     push_undo(label)
 

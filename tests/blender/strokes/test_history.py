@@ -235,6 +235,15 @@ class History(SculptCase):
         undo()
         self.assertEqual(state(field("Sphere")), muted)
 
+    def test_what_is_drawn_upon_a_new_base_stays_as_it_was_computed(self) -> None:
+        ops.apply_to_base()
+        for name, tilt in (("Four", 0.4), ("Five", -0.8)):
+            stroke(arc(self.ob, spread=0.2, tilt=tilt), radius=0.1, intensity=0.03, name=name)
+        before = state(self.ob)[2]
+        ops.mute_stroke(uid=self.uid("Five"))
+        ops.mute_stroke(uid=self.uid("Five"))
+        self.assertEqual(state(self.ob)[2], before)
+
     def test_a_stroke_that_would_float_is_named_and_leaves_all_as_it_was(self) -> None:
         stroke(arc(self.ob, tilt=-1.2), radius=0.3, intensity=0.25, name="Hill")
         top = arc(self.ob, spread=0.1, tilt=-1.2)
