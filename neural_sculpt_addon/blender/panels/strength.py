@@ -18,6 +18,7 @@ from .. import notice
 from ..scene import stroke_list
 from ..scene.properties import field_of, find, is_field, strength_property
 from ..scene.undo_step import in_window
+from ..session.absorption.tracked_proxies import is_at_work
 from ..session.replay import change_history
 from ..session.worker_session import session
 
@@ -105,6 +106,8 @@ def _tick() -> float | None:
     left = _State.until - time.monotonic()
     if left > 0:
         return left
+    if is_at_work():
+        return AFTER_RELEASE
     if _State.waiting:
         _apply()
     return None
