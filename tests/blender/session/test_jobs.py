@@ -211,6 +211,20 @@ class Jobs(SculptCase):
         self.assertEqual(self.session.last_error, "")
         self.assertEqual(self.ob.neural_sculpt.resolution, 40)
 
+    def test_another_object_is_in_dyntopo(self) -> None:
+        """What is sculpted there could not be taken back beyond a step of ours."""
+        bpy.ops.mesh.primitive_cube_add()
+        bpy.ops.object.mode_set(mode="SCULPT")
+        bpy.ops.sculpt.dynamic_topology_toggle()
+        with self.as_in_a_window():
+            bpy.ops.neural_sculpt.add(kind="TORUS")
+            self.pump(lambda: not self.session.jobs or "Dyntopo" in self.session.jobs[0].message)
+            self.assertNotIn("Torus", bpy.data.objects)
+            bpy.ops.sculpt.dynamic_topology_toggle()
+            self.finish()
+        self.assertIn("Torus", bpy.data.objects)
+        bpy.ops.object.mode_set(mode="OBJECT")
+
     def test_another_file_is_opened(self) -> None:
         with self.as_in_a_window():
             self.stroke(name="One")
