@@ -9,8 +9,8 @@ marked `long` are left out.
 
 With --all they are not, and every Blender that this computer can have takes part: the bpy wheels,
 each in a virtual environment of its own; those named in the environment variable BLENDER or found
-on the PATH; those that ../shared/tools/real-blender.sh provides. Pictures of the windows go to
-test-output/window/.
+on the PATH; those that ../shared/tools/real-blender.sh provides. A program of a version that has a
+wheel takes part with its window alone. Pictures of the windows go to test-output/window/.
 
 A part that fails does not keep others from running. Ends with a table, the line "N passed, N
 failed, N skipped" and, if there is any, what failed and why. Standard library only.
@@ -96,7 +96,8 @@ def _in_blenders(workshop: Workshop, options: argparse.Namespace) -> tuple[list[
     background = []
     if options.all:
         background = [_wheel(workshop, version, extension) for version in environment.BLENDERS]
-        background += [parts.installed(program, extension) for program in programs]
+        others = [p for p in programs if p.version not in environment.BLENDERS]
+        background += [parts.installed(program, extension) for program in others]
     elif not options.window:
         background = [_wheel(workshop, workshop.blender_version, extension, *more)]
     if missing := screen.why_none() if programs else "there is no installed Blender":

@@ -24,7 +24,10 @@ SUITES = {"sid": "5.2", "trixie": "4.3"}
 
 @dataclass(frozen=True)
 class Program:
-    """A Blender: what to put before its arguments. `missing` says why there is none after all."""
+    """A Blender: what to put before its arguments. `missing` says why there is none after all.
+
+    version: as bpy wheels are named, where it is known
+    """
 
     name: str
     command: tuple[str, ...] = ()
@@ -32,6 +35,7 @@ class Program:
     missing: str = ""
     named: bool = False
     """Whether a person asked for it, so that it is a failure when it cannot run."""
+    version: str = ""
 
 
 def programs(workshop: Workshop) -> Iterator[Program]:
@@ -78,4 +82,5 @@ def _debian(suite: str, workshop: Workshop) -> Program:
         "REAL_BLENDER_SUITE": suite,
         "REAL_BLENDER_BIND": os.pathsep.join(map(str, (ROOT, home, environment))),
     }
-    return Program(name, ("bash", str(REAL_BLENDER), "exec", "--", "blender"), variables)
+    command = ("bash", str(REAL_BLENDER), "exec", "--", "blender")
+    return Program(name, command, variables, version=SUITES[suite])
