@@ -54,8 +54,10 @@ def save(preset: Preset) -> str:
 
 
 def refuse_taken(preset: Preset, stem: str = "") -> None:
-    """SculptError when this name is that of another shape of the artist's, whose stem is another
-    one."""
+    """SculptError when another preset of the artist has this name.
+
+    stem: of the one that may have it
+    """
     others = (other for known, other in own(preset.kind).items() if known != stem)
     if any(other.name == preset.name and other != preset for other in others):
         raise SculptError(

@@ -37,9 +37,8 @@ PROBES = 4000  # places at which the whole mesh is judged
 WALLS = 0.002  # share of the surface with both sides inside, from which on it is worth dropping
 ALL_SHEETS = 0.99  # share of the surface from which on all of it is said to be sheets
 SCRAP = 0.01  # share of the surface that may be sheets without a word about it
-PASSAGE = (
-    0.2  # half width of the passage from side to side of a torn mesh, as share of the threshold
-)
+PASSAGE = 0.2
+"""Half width of the passage from side to side in a torn mesh, as a share of the threshold."""
 INSIDE_OUT = 0.5  # minus the winding number of what is inside of faces that look inward
 
 

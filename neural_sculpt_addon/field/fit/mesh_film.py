@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Check
-from ..mesh.extraction.cells import find_near
-from ..mesh.extraction.lattice import corner_steps, places, steps
-from ..mesh.extraction.march import march
+from ..mesh.extraction.lattice import places, steps
+from ..mesh.local_extraction import march_near
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int32]
@@ -24,11 +23,10 @@ Depth = Callable[[Array], Array]
 """How far points (N, 3) are inside (N,): from 1 on they are."""
 
 FILM_CELLS = 256
-"""Cells along each axis of the lattice on which films are found: half as long as those of the
-finest level of a fit."""
-WIDE = (
-    0.05  # extent of an opening, below which it has no film: a cell of the coarsest level of a fit
-)
+"""Cells along each axis of the lattice on which films are found: as long as those of level 7, the
+finest of the preset fine."""
+WIDE = 0.05
+"""Extent of an opening from which on it has a film: 1.6 cells of the coarsest level of a fit."""
 MOST_RIM = 1 << 16  # cells at rims, from which on a mesh is so torn that films would take seconds
 RIM_RINGS = 2  # rings of cells around the border that may hold both film and mesh
 OFF_MESH = 1.0  # cells between the mesh and the middle of any other cell that holds film
@@ -56,26 +54,18 @@ def find_film(border: Array, depth: Depth, away: Callable[[Array], Array], check
     h, rim = 2 / FILM_CELLS, _cells_around(border)
     if len(rim) > MOST_RIM:
         return np.empty((0, 3, 3))
-    known = np.zeros((FILM_CELLS + 3) ** 3, np.int8)  # 1 may hold film, -1 not, 0 not asked yet
-    known[rim] = 1
 
-    def within(cells: Cells) -> NDArray[np.bool_]:
-        new = np.unique(cells[known[cells] == 0])
-        place = places(new, FILM_CELLS).T
-        inside = ((place > 0) & (place <= FILM_CELLS)).all(axis=1)
-        inside[inside] = away(_points(place[inside] + 0.5)) > OFF_MESH * h
-        known[new] = np.where(inside, 1, -1)
-        return known[cells] > 0
+    def may_hold(middles: NDArray[np.float32]) -> NDArray[np.bool_]:
+        found = (np.abs(middles) < 1).all(axis=1)
+        asked = np.flatnonzero(found & ~np.isin(_places(middles) @ steps(FILM_CELLS), rim))
+        found[asked] = away(middles[asked].astype(float)) > OFF_MESH * h
+        return found
 
     def value(points: NDArray[np.float32]) -> NDArray[np.float32]:
         return (1 - depth(points.astype(float))).astype(np.float32)
 
     middles = _points(places(rim, FILM_CELLS).T + 0.5).astype(np.float32)
-    active = find_near(value, FILM_CELLS, middles, within, lambda *_: check())
-    if not len(active.index):
-        return np.empty((0, 3, 3))
-    owners = active.index + corner_steps(FILM_CELLS)[:, None]  # (8, A), of the cells' edges
-    mesh = march(active, within(owners.ravel()).reshape(owners.shape).all(axis=0))
+    mesh = march_near(value, middles, may_hold, FILM_CELLS, 1, check)
     vertices = mesh.vertices.astype(float)
     at_rim = np.flatnonzero(np.isin(mesh.edges // 3, rim))
     vertices[at_rim] = _on_film(mesh.edges[at_rim], depth)
@@ -106,11 +96,16 @@ def _cells_around(border: Array) -> Cells:
     edge = np.repeat(np.arange(len(border)), parts)
     number = np.arange(len(edge)) - np.repeat(np.cumsum(parts) - parts, parts)
     points = begin[edge] + (number / parts[edge])[:, None] * way[edge]
-    place = np.floor((points + 1) / h).astype(np.int32) + 1
+    place = _places(points)
     cells = np.unique(place.clip(1 + RIM_RINGS, FILM_CELLS - RIM_RINGS) @ steps(FILM_CELLS))
     for step in steps(FILM_CELLS):
         cells = np.unique(cells[:, None] + step * np.arange(-RIM_RINGS, RIM_RINGS + 1))
     return cells.astype(np.int32)
+
+
+def _places(points: NDArray[np.floating]) -> Cells:
+    """Places (N, 3) in the ringed lattice of the cells in which points (N, 3) lie."""
+    return np.floor((points + 1) * (FILM_CELLS / 2)).astype(np.int32) + 1
 
 
 def _points(place: NDArray) -> Array:

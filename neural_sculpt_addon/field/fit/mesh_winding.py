@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 FAST, CLOSE = 2.0, 3.0
-"""Radii of a group of faces, as which it must be farther to be taken for one: the number is off by
-1e-3 at most, or by 2e-4 for twice the time, which makes films smooth."""
+"""Accuracy: a group of faces counts as one beyond so many of its radii. The number is off by 1e-3
+at most, or by 2e-4 for twice the time, which films need to be smooth."""
 PROBES_OF_PIECE = 16  # faces of a piece at which it is asked what encloses it
 DISSENT = 0.1  # share of the probes that may say otherwise: pieces may touch
 

@@ -15,9 +15,9 @@ from ..evaluate import values
 from ..field import Field
 from ..projection import ARRIVED, project
 from ..threads import in_pieces
-from .extraction.cells import find_near
+from .extraction.cells import Values, find_near
 from .extraction.lattice import corner_steps, places
-from .extraction.march import march
+from .extraction.march import RawMesh, march
 from .surface import Samples, SurfaceMesh
 
 
@@ -30,6 +30,30 @@ def extract_near(
     check: Check,
 ) -> SurfaceMesh:
     """The surface around `points` (N, 3) of it, as far as it goes on in cells that are near.
+
+    Arguments as of `march_near`.
+    """
+    mesh = march_near(partial(values, field), points, is_near, cells, times, check)
+    used, triangles = np.unique(mesh.triangles, return_inverse=True)
+    start = mesh.vertices[used]
+
+    def bring(part: slice) -> Samples:
+        return Samples(*project(field, start[part], tolerance=ARRIVED)[:2])
+
+    surface = in_pieces(bring, len(used), check)
+    return SurfaceMesh(surface, triangles.reshape(-1, 3).astype(np.int32))
+
+
+def march_near(
+    value: Values,
+    points: NDArray[np.float32],
+    is_near: Callable[[NDArray[np.float32]], NDArray[np.bool_]],
+    cells: int,
+    times: int,
+    check: Check,
+) -> RawMesh:
+    """Marching cubes where `value` is zero around `points` (N, 3), as far as that goes on in cells
+    that are near.
 
     is_near: which cells of a coarse lattice are, by their middles (C, 3)
     cells:   of that lattice, per axis
@@ -47,15 +71,6 @@ def extract_near(
         known[tuple(new)] = np.where(is_near(middles), 1, -1)
         return known[tuple(place)] > 0
 
-    active = find_near(partial(values, field), fine, points, within, lambda *_: check())
+    active = find_near(value, fine, points, within, lambda *_: check())
     beside = active.index + corner_steps(fine)[:, None]  # (8, A), own the cells' edges
-    whole = within(beside.ravel()).reshape(beside.shape).all(axis=0)
-    mesh = march(active, whole)
-    used, triangles = np.unique(mesh.triangles, return_inverse=True)
-    start = mesh.vertices[used]
-
-    def bring(part: slice) -> Samples:
-        return Samples(*project(field, start[part], tolerance=ARRIVED)[:2])
-
-    surface = in_pieces(bring, len(used), check)
-    return SurfaceMesh(surface, triangles.reshape(-1, 3).astype(np.int32))
+    return march(active, within(beside.ravel()).reshape(beside.shape).all(axis=0))
