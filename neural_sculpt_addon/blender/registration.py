@@ -72,6 +72,7 @@ from .scene.brush import kept_brush
 from .scene.brush.brush_properties import NEURAL_SCULPT_PG_brush, NEURAL_SCULPT_PG_point
 from .scene.mesh import seen_surface
 from .scene.properties import GROUP, NEURAL_SCULPT_PG_field, NEURAL_SCULPT_PG_listed_stroke
+from .session import saved_strokes
 from .session.absorption import live
 from .session.worker_session import session
 from .viewport import changed_stroke, fit_overlay, overlay, worst_place
@@ -168,7 +169,8 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Stop the worker and take everything back."""
+    """Stop the worker and take everything back. Strokes that wait stay in the history, muted."""
+    saved_strokes.leave()
     session.stop()
     install_worker.stop()
     for part in reversed(PARTS):

@@ -47,6 +47,7 @@ WHY = {
     },
     "what is asked for, and what the artist is told: another value is another wish": {
         "edit.fairing": ("SMOOTHED", "SPREAD", "PINCHED"),
+        "edit.patch": ("SHARP",),
         "fit.mesh_cleanup": ("LONGEST_SIDE", "SMALLER"),
         "fit.schedule": ("SETTLING", "PREVIEW_SECONDS", "SMOOTHING"),
         "mesh.nearest": ("LENGTHENED", "LONGER", "ASIDE", "OFF"),

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes without a result yet, which a file that is saved meanwhile holds as muted ones.
+"""Strokes without a result yet, which a file that is saved meanwhile holds as muted ones, and the
+scene where the extension is disabled.
 
-The scene has these entries only while the file is written, so no step of Blender's history holds
-them.
+For a file the scene has these entries only while that is written, so no step of Blender's history
+holds them.
 """
 
 from dataclasses import replace
@@ -14,7 +15,7 @@ from .worker_session import session
 _places: dict[int, int] = {}
 """By session_uid of the object the place of the active entry before."""
 _uids: set[str] = set()
-"""Of the entries that are there for the file alone."""
+"""Of the entries that are there for a file alone."""
 
 
 def add() -> None:
@@ -40,5 +41,15 @@ def remove() -> None:
                 listed.remove(index)
         field_of(ob).active_stroke = place
         chosen.forget()
+    _forget()
+
+
+def leave() -> None:
+    """Put them into the histories for good, before the worker ends with the extension."""
+    add()
+    _forget()
+
+
+def _forget() -> None:
     _places.clear()
     _uids.clear()

@@ -15,6 +15,10 @@ from ..mesh.edges import find_edges
 Array = NDArray[np.float32]
 
 FINEST_PATCH = 8
+SHARP = 0.5
+"""Cosine of the normals at the ends of an edge, 60 degrees, below which it is a crease and not what
+stands for a curve: it stays straight."""
+
 HELD = 2.0
 """Edge of what was moved / h of the finest level: with 1 the error is twice as large."""
 
@@ -39,12 +43,14 @@ def bent(
 
     An edge from a to b with normals n and m has its middle at (a + b) / 2 - (n (b - a) . n +
     m (a - b) . m) / 8, that of the cubic curve of Vlachos et al., "Curved PN triangles", 2001.
+    SHARP ones stay straight, as those of a cube do.
     """
     normals = np.nan_to_num(igl.per_vertex_normals(vertices, triangles))
     one, other = find_edges(triangles)[0].T
     along = vertices[other] - vertices[one]  # (E, 3)
     n, m = normals[one], normals[other]
-    middles = (vertices[one] + vertices[other]) / 2 - bend(along, n, m)
+    smooth = (n * m).sum(1, keepdims=True) > SHARP
+    middles = (vertices[one] + vertices[other]) / 2 - np.where(smooth, bend(along, n, m), 0)
     return Patch(
         np.concatenate([vertices, middles]).astype(np.float32),
         np.concatenate([normals, unit(n + m)]).astype(np.float32),

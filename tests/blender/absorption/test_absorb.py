@@ -73,6 +73,23 @@ class Absorb(SculptCase):
         undo()
         self.assertFalse(edited(field(name)))
 
+    def test_another_mesh_on_the_object_is_a_native_edit(self) -> None:
+        edited = module("blender.scene.mesh.native_edits").edited
+        ob = add("SPHERE")
+        line = arc(ob)
+        bpy.ops.mesh.primitive_cube_add(size=0.8)
+        cube = bpy.context.active_object
+        bpy.context.view_layer.objects.active, ob.data = ob, cube.data
+        push_undo("Other Mesh")
+        self.assertTrue(edited(ob))
+        self.assert_fails("Absorb takes that into the field", stroke, points=line)
+        self.assertIs(ob.data, cube.data)
+        self.assertEqual(bpy.ops.neural_sculpt.absorb(), {"FINISHED"})
+        self.assertFalse(edited(ob))
+        self.assertEqual(len(cube.data.vertices), 8, "the cube has its mesh still")
+        far = np.abs(vertices(ob)).max()
+        self.assertAlmostEqual(far, 0.4, delta=0.02, msg="the field is the cube")
+
     def test_nothing_else_loses_a_native_edit(self) -> None:
         """Strokes and replays are refused; Remesh Proxy drops it."""
         ob = add("SPHERE")

@@ -301,13 +301,18 @@ class Jobs(SculptCase):
             self.finish()
             self.assertIsNone(self.session.slow_job())
 
-    def test_unregistering_stops_the_worker(self) -> None:
+    def test_unregistering_stops_the_worker_and_keeps_the_strokes(self) -> None:
         registration = module("blender.registration")
         with self.as_in_a_window():
-            self.stroke()
+            self.stroke(name="One")
+            self.stroke(1.2, name="Two")
             self.wait_for_progress()
             client = self.session.client
             registration.unregister()
             registration.register()
         self.assertFalse(client.alive)
         self.assertIsNone(self.session.client)
+        self.assertEqual((self.names(), self.muted()), (["One", "Two"], [True, True]))
+        bpy.ops.neural_sculpt.mute_stroke(uid=field("Sphere").neural_sculpt.strokes[0].uid)
+        self.assertEqual(self.muted(), [False, True])
+        np.testing.assert_allclose(self.top(), self.top(1.2) + INTENSITY, atol=0.3 * INTENSITY)

@@ -91,6 +91,17 @@ def test_a_proxy_of_another_topology_is_absorbed_as_a_whole(sphere):
     assert done.report["components"] == 1
 
 
+def test_a_cube_of_twelve_triangles_is_absorbed_with_flat_faces(sphere):
+    """Its edges are creases, not what stands for a curve."""
+    field, _ = sphere
+    cube = trimesh.convex.convex_hull(trimesh.creation.box((0.8, 0.8, 0.8)))
+    done = absorb(field, cube.vertices, cube.faces)
+    points, _ = trimesh.sample.sample_surface(cube, 2000, seed=1)
+    away = find_surface(done.field, points).distance
+    assert away.mean() < 1e-3
+    assert np.percentile(away, 95) < 4e-3
+
+
 def test_what_cannot_be_absorbed_says_why(sphere):
     field, proxy = sphere
     with pytest.raises(SculptError, match="nothing to absorb"):

@@ -13,13 +13,14 @@ from . import preview_attributes, proxy_mesh
 
 
 def edited(ob: Object) -> bool:
-    """Whether the proxy of a field differs from the mesh that the field has given; some 1 ms."""
+    """Whether the proxy of a field differs from the mesh that the field has given, or is another
+    mesh; some 1 ms."""
     mesh = ob.data
     assert isinstance(mesh, Mesh)
-    filled = mesh.get(proxy_mesh.FILLED)
-    if filled is None or mesh.is_editmode:
+    if mesh.is_editmode or not mesh.vertices:
         return False
-    return filled != proxy_mesh.fill_mark(preview_attributes.true_positions(mesh))
+    now = proxy_mesh.fill_mark(preview_attributes.true_positions(mesh))
+    return now != mesh.get(proxy_mesh.FILLED)
 
 
 def mark(ob: Object) -> int:
@@ -40,6 +41,6 @@ def refuse(ob: Object) -> None:
     """SculptError when a new proxy would lose what other brushes did."""
     if edited(ob):
         raise SculptError(
-            "The proxy was sculpted by other brushes, which the field does not know of."
+            "The proxy is not as the field made it: other brushes or tools changed it."
             " Absorb takes that into the field, Remesh Proxy drops it."
         )

@@ -334,7 +334,7 @@ def _note(*_: object) -> None:
     if at_work:
         _State.brushes = True
     elif _State.brushes and session.worker.alive and not session.jobs:
-        _try_to_look()
+        _try_to_look(look)
 
 
 def expect_no_stroke() -> None:
@@ -359,7 +359,7 @@ def look_later() -> float | None:
     return None
 
 
-def _try_to_look(how: Callable[[], None] = look) -> None:
+def _try_to_look(how: Callable[[], None]) -> None:
     """Look for strokes. A defect is logged, and the next stroke is looked at all the same."""
     _State.brushes = False
     try:
