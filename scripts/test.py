@@ -8,9 +8,10 @@ Blender of the project's own environment, the demo, ruff, basedpyright and impor
 marked `long` are left out.
 
 With --all they are not, and every Blender that this computer can have takes part: the bpy wheels,
-each in a virtual environment of its own; those named in the environment variable BLENDER or found
-on the PATH; those that ../shared/tools/real-blender.sh provides. A program of a version that has a
-wheel takes part with its window alone. Pictures of the windows go to test-output/window/.
+each in a virtual environment of its own, with the long tests in the oldest and the newest; those
+named in the environment variable BLENDER or found on the PATH; those that
+../shared/tools/real-blender.sh provides. A program of a version that has a wheel takes part with
+its window alone. Pictures of the windows go to test-output/window/.
 
 A part that fails does not keep others from running. Ends with a table, the line "N passed, N
 failed, N skipped" and, if there is any, what failed and why. Standard library only.
@@ -95,7 +96,11 @@ def _in_blenders(workshop: Workshop, options: argparse.Namespace) -> tuple[list[
             commands.run([*program.command, "--version"], program.variables, SET_UP_SECONDS)
     background = []
     if options.all:
-        background = [_wheel(workshop, version, extension) for version in environment.BLENDERS]
+        short = dict.fromkeys([*environment.BLENDERS][1:-1], (parts.SHORT,))  # between
+        background = [
+            _wheel(workshop, version, extension, *short.get(version, ()))
+            for version in environment.BLENDERS
+        ]
         others = [p for p in programs if p.version not in environment.BLENDERS]
         background += [parts.installed(program, extension) for program in others]
     elif not options.window:
