@@ -144,7 +144,8 @@ def note_mode(*_: object) -> None:
 
 @persistent
 def leave(*_: object) -> None:
-    """Let go of the file, before another one is loaded."""
+    """Let go of what belonged to the file before, when another one was loaded. One that cannot be
+    read leaves everything as it is."""
     preview.let_go()
     live.forget()
     session.leave_file()
@@ -160,7 +161,7 @@ _HANDLERS = (
     ("save_pre", prepare_file),
     ("save_post", show),
     ("save_post_fail", show),
-    ("load_pre", leave),
+    ("load_post", leave),
     ("load_post", hide),
 )
 

@@ -288,7 +288,7 @@ def _know_pushed(ob: Object, field: FieldAt) -> bool:
 
 
 def forget() -> None:
-    """Before another file is loaded."""
+    """Another file was loaded."""
     _known.clear()
     _unsettled.clear()
     _State.last = None

@@ -162,7 +162,7 @@ class Session(WorkerNews):
             self.watcher.work_came()
 
     def leave_file(self) -> None:
-        """Cancel and forget all, before another file is loaded."""
+        """Cancel and forget all, for another file was loaded."""
         self.cancel(why="Cancelled, for another file was opened.")
         self.undone.forget()
         self._gone.clear()

@@ -228,7 +228,7 @@ def leave() -> None:
 
 
 def forget() -> None:
-    """Before another file is loaded."""
+    """Another file was loaded."""
     _State.brushes, _State.jumped = False, None
     proxies.forget()
     kept_steps.forget()

@@ -139,7 +139,7 @@ class TrackedProxies:
             proxy.keep(0, REPLACED)
 
     def forget(self) -> None:
-        """Track none, for another file is loaded, with which all jobs end."""
+        """Track none, for another file was loaded, with which all jobs end."""
         self._proxies.clear()
 
 
