@@ -30,15 +30,20 @@ import bpy
 
 log = logging.getLogger(__name__)
 
-BORDER = "Border"
+OURS = "\N{NO-BREAK SPACE}"
+"""Last character of the names of steps that nobody asked for. It tells them from the steps of
+strokes, which an artist may have named so."""
+
+BORDER = f"Border{OURS}"
 """Name of a border in the menu of the history."""
 
-RENEWED = "Renewed Proxy"
+RENEWED = f"Renewed Proxy{OURS}"
 """Name of a step that brings another proxy of the same field. The artist has not asked for it: undo
 passes over it, and redo of the step before goes on to it."""
 
 _STDOUT = 1
-_LINE = re.compile(r"\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*)'")
+_STEP = re.compile(r"^\[(.)[^]]*] +\d+ (\{[^}]*}) type='([^']*)', name='(.*?)'\r?$", re.M | re.S)
+"""A step as Blender prints it. A name may have several lines."""
 _OF_SCULPT_MODE, _ORDINARY = "Sculpt", "Global Undo"
 
 
@@ -100,12 +105,12 @@ def steps() -> tuple[list[Step], list[Step]]:
         if not bpy.ops.ed.undo_history.poll():  # Blender would crash  # pyright: ignore[reportCallIssue]
             return [], []
     try:
-        lines = [line for line in map(_LINE.match, _printed().splitlines()) if line]
+        found = [*_STEP.finditer(_printed())]
     except OSError as error:
         log.debug("Blender's history cannot be read: %s", error)
-        lines = []
-    listed = [Step(line[2], line[3], line[4]) for line in lines]
-    place = 1 + next((i for i, line in enumerate(lines) if line[1] == "*"), -1)
+        found = []
+    listed = [Step(step[2], step[3], step[4]) for step in found]
+    place = 1 + next((i for i, step in enumerate(found) if step[1] == "*"), -1)
     return listed[:place], listed[place:]
 
 

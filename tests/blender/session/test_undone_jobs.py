@@ -45,6 +45,22 @@ class UndoneJobs(SteeredCase):
             if expected is not states[-1]:
                 redo()
 
+    def test_a_stroke_of_any_name_is_one_press(self) -> None:
+        """Such as that of an object, along whose lines it was sculpted."""
+        for name in ("Border", "Renewed Proxy", "Two\nlines", "It's 'one'"):
+            with self.subTest(name=name):
+                self.draw("Before")
+                self.finish()
+                before = state(field("Sphere"))
+                self.draw(name)
+                self.finish()
+                drawn = state(field("Sphere"))
+                self.assertEqual(sculpt_steps.active().name, name)
+                undo()
+                self.assertEqual(state(field("Sphere")), before)
+                redo()
+                self.assertEqual(state(field("Sphere")), drawn)
+
     def test_what_was_done_before_is_one_press_away(self) -> None:
         for mode in ("OBJECT", "SCULPT"):
             with self.subTest(mode=mode):
