@@ -2,6 +2,7 @@
 """What strokes change, detail or the network, and the way from one to the other."""
 
 import json
+from contextlib import suppress
 
 import bpy
 import numpy as np
@@ -55,6 +56,19 @@ class Solvers(SculptCase):
         undo()
         undo()
         self.assertEqual(state(field("Sphere")), before)
+
+    def test_not_while_a_stroke_is_on_its_way(self) -> None:
+        """It would be detail of a network."""
+        with self.as_in_a_window():
+            self.stroke()
+            with suppress(RuntimeError):
+                ops.choose_solver(solver="NETWORK")
+            self.finish()
+            self.stroke(1.0)
+            self.finish()
+        group = field("Sphere").neural_sculpt
+        self.assertEqual(group.solver, "LOCAL")
+        self.assertEqual([bool(item.layer) for item in group.strokes], [True, True])
 
     @long
     def test_strokes_of_a_network(self) -> None:

@@ -6,6 +6,8 @@ from bpy.types import Context, Operator
 from ...scene.commit import set_solver
 from ...scene.field_header import header_of
 from ...scene.properties import NETWORK, field_of, solver_property
+from ...session.absorption import live
+from ...session.worker_session import session
 from ..job_operator import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
 
 
@@ -20,11 +22,15 @@ class NEURAL_SCULPT_OT_choose_solver(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A field without strokes: with them, the other solver would give another field."""
+        """A field without strokes: with them, the other solver would give another field. None is on
+        its way either."""
         if not field_poll(cls, context):
             return False
-        if len(field_of(active_field(context)).strokes):
+        ob = active_field(context)
+        if len(field_of(ob).strokes):
             return refuse(cls, "Apply the strokes to the base first, and delete muted ones")
+        if session.pending(ob.session_uid) or live.is_on_its_way(ob):
+            return refuse(cls, "The worker still changes this field")
         return True
 
     def execute(self, context: Context) -> Outcome:
