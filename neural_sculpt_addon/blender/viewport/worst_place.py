@@ -47,7 +47,10 @@ def is_shown(ob: Object) -> bool:
 
 
 def face(ob: Object, place: Point, camera: RegionView3D) -> None:
-    """Turn the view to the place if the surface hides it, or if it faces away from the view."""
+    """Turn the view to the place if the surface hides it, or if it faces away from the view; not
+    where the object is hidden itself."""
+    if not ob.visible_get():
+        return
     at = Vector(place)
     found, _, normal, _ = ob.closest_point_on_mesh(at)
     to_model = ob.matrix_world.inverted_safe()

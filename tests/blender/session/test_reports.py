@@ -6,6 +6,7 @@ import json
 import bpy
 import numpy as np
 from harness import SteeredCase, field, module, redo, stroke, undo
+from test_live_absorption import view
 
 
 class Reports(SteeredCase):
@@ -98,6 +99,16 @@ class Reports(SteeredCase):
             self.assertEqual(mark.is_shown(ob), shown)
         self.stroke("One")
         self.assertFalse(mark.is_shown(field("Sphere")))
+
+    def test_the_view_stays_where_the_field_is_hidden(self) -> None:
+        """Blender has not evaluated it."""
+        ob = field("Sphere")
+        ob.hide_viewport = True
+        bpy.context.view_layer.update()
+        camera = view()["area"].spaces.active.region_3d
+        before = camera.view_matrix.copy()
+        module("blender.viewport.worst_place").face(ob, (0.0, 0.0, 1.0), camera)
+        self.assertEqual(camera.view_matrix, before)
 
     def test_the_worst_places_of_a_fit_are_shown(self) -> None:
         mark = module("blender.viewport.worst_place")

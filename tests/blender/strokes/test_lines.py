@@ -191,6 +191,13 @@ class Strokes(SculptCase):
         bpy.context.view_layer.objects.active = self.ob
         self.assert_fails("too far", ops.strokes_from_lines)
 
+    def test_the_field_is_hidden(self) -> None:
+        grease_pencil(self.path.astype(np.float32))
+        bpy.context.view_layer.objects.active = self.ob
+        self.ob.hide_viewport = True
+        bpy.context.view_layer.update()
+        self.assert_fails("Show it", ops.strokes_from_lines)
+
 
 class File(SculptCase):
     def test_the_strokes_of_a_file_are_one_step(self) -> None:

@@ -67,6 +67,8 @@ Their thickness acts as the pen's pressure"""
     def execute(self, context: Context) -> Outcome:
         """Project the lines on the field and have the worker sculpt them, as one step."""
         ob = active_field(context)
+        if not ob.visible_get():  # Blender has not evaluated it
+            raise SculptError("{} is hidden. Show it to sculpt along lines.", ob.name)
         annotated = self.source == ANNOTATIONS
         lines = annotation_lines(context) if annotated else selected_lines(context)
         if not lines and annotated:
