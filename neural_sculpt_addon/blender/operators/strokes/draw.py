@@ -279,11 +279,12 @@ class NEURAL_SCULPT_OT_draw(Operator):
 
 
 def _turn_to(context: Context, mouse: Mouse, ob: Object) -> Object:
-    """The field to draw on: in Object Mode another one than `ob` under the mouse becomes active."""
+    """The field to draw on: in Object Mode another one than `ob` under the mouse becomes active,
+    unless an instance of it alone is seen."""
     if context.mode != "OBJECT" or over_interface(context.area, mouse):
         return ob
     other = object_under(context, mouse)
-    if other is None or other == ob or not is_field(other):
+    if other is None or other == ob or not is_field(other) or not other.visible_get():
         return ob
     commit.select(other)
     undo_step.push_undo("Select")
