@@ -53,6 +53,14 @@ class Export(SculptCase):
         self.assertEqual(len({number for number, _ in found}), len(read))
         self.assertLess(max(distance for _, distance in found), 1e-5)
 
+    def test_a_field_that_cannot_be_selected(self) -> None:
+        """Blender's exporters write what is selected."""
+        self.ob.hide_select = True
+        count = len(vertices(self.ob))
+        path = self.export("field.obj", resolution=RESOLUTION)
+        bpy.ops.wm.obj_import(filepath=path)
+        self.assertGreater(len(vertices(bpy.context.active_object)), count / 2)
+
     def test_meshes(self) -> None:
         self.ob.location = (0.0, 0.0, 5.0)
         bpy.ops.mesh.primitive_cube_add()

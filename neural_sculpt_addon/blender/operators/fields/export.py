@@ -202,7 +202,7 @@ def _stand_in(ob: Object, result: Message) -> Iterator[None]:
         mesh.materials.append(material)
     copy = ob.copy()
     copy.data = mesh
-    copy.hide_viewport = False
+    copy.hide_viewport = copy.hide_select = False
     bpy.context.scene.collection.objects.link(copy)
     copy.select_set(True)
     try:
