@@ -141,7 +141,9 @@ def moved(listed: Sequence[Entry], uid: str, step: int) -> list[Entry]:
 
 
 def changed(listed: Sequence[Entry], uid: str, stroke: Stroke) -> list[Entry]:
-    """The list with one stroke replaced by another, whose layer is to be computed."""
+    """The list with one stroke replaced by another, whose layer is to be computed. SculptError when
+    it is not in the list."""
+    _found(listed, uid)
     new = {"data": _text(stroke), "layer": "", "context": ""}
     return [replace(e, **new) if e.uid == uid and e.data != new["data"] else e for e in listed]
 

@@ -248,7 +248,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         if self._listed is None:
             return CANCELLED
         stroke = protected(ob, replace(stroke, mask=None))  # as the artist sees it now
-        return launch_change(self, context, stroke_list.changed, uid=self.uid, stroke=stroke)
+        return launch_change(self, ob, stroke_list.changed, uid=self.uid, stroke=stroke)
 
     def _only_selects(self, drawing: Drawing) -> bool:
         """Whether the mouse was only clicked, on another field, so far: a click selects that

@@ -182,11 +182,11 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
     def execute(self, context: Context) -> Outcome:
         """Replay the strokes with the given settings; all else of the stroke stays as it is."""
         changed_stroke.hide()
-        uid = chosen_uid(self, context)
+        ob, uid = active_field(context), chosen_uid(self, context)
         stroke = self._changed(self._stroke(context), context)
         if self.mask == NOW:
-            stroke = protected(active_field(context), replace(stroke, mask=None))
-        return launch_change(self, context, stroke_list.changed, uid=uid, stroke=stroke)
+            stroke = protected(ob, replace(stroke, mask=None))
+        return launch_change(self, ob, stroke_list.changed, uid=uid, stroke=stroke)
 
     def _stroke(self, context: Context) -> Stroke:
         return stroke_list.stroke_of(active_field(context), chosen_uid(self, context))

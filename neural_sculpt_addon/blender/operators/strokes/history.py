@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 from bpy.props import EnumProperty, StringProperty
-from bpy.types import Context, Operator
+from bpy.types import Context, Object, Operator
 
 from ...scene import stroke_list
 from ...scene.properties import field_of, strength_property
@@ -39,12 +39,12 @@ def listed_poll(cls: type[Operator], context: Context) -> bool:
     return True
 
 
-def launch_change(operator: Operator, context: Context, change: Change, **given: Any) -> Outcome:
-    """Change the history of the active field: `change` takes the list and what is given.
+def launch_change(operator: Operator, ob: Object, change: Change, **given: Any) -> Outcome:
+    """Change the history of a field: `change` takes the list and what is given.
 
     SculptError when it cannot be changed so.
     """
-    job = change_history(active_field(context), operator.bl_label, partial(change, **given))
+    job = change_history(ob, operator.bl_label, partial(change, **given))
     return FINISHED if job is None else launch(operator, job)
 
 
@@ -76,8 +76,8 @@ class _ListOperator(Operator):
     @reports_errors
     def execute(self, context: Context) -> Outcome:
         """Change the list and have the worker make the field of it."""
-        uid = chosen_uid(self, context)
-        return launch_change(self, context, self.change, uid=uid, **self._given())
+        ob, uid = active_field(context), chosen_uid(self, context)
+        return launch_change(self, ob, self.change, uid=uid, **self._given())
 
     def _given(self) -> dict[str, Any]:
         """Further arguments of `change`, after the list and the uid."""
