@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, add, field, long, undo, vertices
+from harness import SculptCase, SteeredCase, add, field, long, stroke, undo, vertices
 
 
 def select(*objects: Object) -> None:
@@ -67,3 +67,61 @@ class Booleans(SculptCase):
         select(bpy.context.object, ob)
         with self.assertRaisesRegex(RuntimeError, "leave the box"):
             bpy.ops.neural_sculpt.boolean(operation="UNION")
+
+
+class Waiting(SteeredCase):
+    """The other object counts as it lies when the Boolean is asked for, however long that waits."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        stroke(np.eye(3), name="Waits")
+
+    def ask(self, other: Object) -> None:
+        select(other, self.ob)
+        self.assertEqual(bpy.ops.neural_sculpt.boolean(operation="UNION"), {"FINISHED"})
+
+    def move(self, ob: Object) -> None:
+        ob.location.x += 5.0
+        bpy.context.view_layer.update()
+
+    def corners(self) -> np.ndarray:
+        """Of the mesh that the worker is to get."""
+        return self.session.jobs[-1].request().arrays["vertices"]
+
+    def test_a_mesh_is_moved(self) -> None:
+        bpy.ops.mesh.primitive_cube_add()
+        cube = bpy.context.active_object
+        self.ask(cube)
+        before = self.corners()
+        self.move(cube)
+        np.testing.assert_array_equal(self.corners(), before)
+
+    def test_another_scene_is_shown(self) -> None:
+        """In which the modifiers of the mesh are not evaluated."""
+        bpy.ops.mesh.primitive_cube_add()
+        cube = bpy.context.active_object
+        cube.modifiers.new("Subdivision", "SUBSURF").levels = 2
+        self.ask(cube)
+        before = self.corners()
+        self.assertEqual(len(before), 98)
+        bpy.context.window.scene = bpy.data.scenes.new("Other")
+        np.testing.assert_array_equal(self.corners(), before)
+
+    def test_a_mesh_is_deleted(self) -> None:
+        bpy.ops.mesh.primitive_cube_add()
+        cube = bpy.context.active_object
+        self.ask(cube)
+        bpy.data.objects.remove(cube)
+        self.finish()
+        self.assertEqual(
+            [item.name for item in self.ob.neural_sculpt.strokes][1:], ["Union with Cube"]
+        )
+
+    def test_a_field_is_moved(self) -> None:
+        add("TORUS")
+        self.finish()
+        other = field("Torus")
+        self.ask(other)
+        before = self.session.jobs[-1].request().fields["matrix"]
+        self.move(other)
+        self.assertEqual(self.session.jobs[-1].request().fields["matrix"], before)

@@ -5,6 +5,7 @@ The other object, a field or a mesh, stays and is hidden. The result is one entr
 beside the strokes. While the dialog is open the viewport shows what it would be.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +27,15 @@ from ...session import states
 from ...session.job import Job, Request
 from ...session.worker_session import session
 from ...viewport import fit_overlay
-from ..job_operator import REGISTER, Outcome, active_field, editable_poll, launch, refuse
+from ..job_operator import (
+    REGISTER,
+    Outcome,
+    active_field,
+    editable_poll,
+    fail,
+    launch,
+    refuse,
+)
 from . import absorb, boolean_preview
 from .from_mesh import read_in
 
@@ -97,7 +106,7 @@ class NEURAL_SCULPT_OT_boolean(Operator):
             assert other is not None
             target, source, settings = ob.session_uid, other.session_uid, self._settings(ob)
             boolean_preview.show(
-                ob, (source, *settings.values()), lambda: _request(target, source, **settings)
+                ob, (source, *settings.values()), lambda: _preview(target, source, **settings)
             )
         return True
 
@@ -106,17 +115,23 @@ class NEURAL_SCULPT_OT_boolean(Operator):
         boolean_preview.end(context.active_object)
 
     def execute(self, context: Context) -> Outcome:
-        """Have the worker combine both; the result is an entry of the history."""
+        """Have the worker combine both as they lie now; the result is an entry of the history."""
         ob, other = active_field(context), _other(context)
         assert other is not None
         target, source = ob.session_uid, other.session_uid
         name = iface_(ENTRIES[self.operation]).format(other.name)
         label = self.bl_label
         settings = self._settings(ob)
+        try:
+            solid = _solid(ob, other)
+        except SculptError as error:
+            boolean_preview.end(ob)
+            return fail(self, error)
 
         def request() -> Request:
-            shown = shown_as(field_of(found(target)))
-            return _request(target, source, **settings, **shown, result_revision=new_revision())
+            ob = found(target)
+            shown = {**shown_as(field_of(ob)), "result_revision": new_revision()}
+            return _request(ob, solid(), **settings, **shown)
 
         def apply(result: Message) -> None:
             ob, other = found(target), find(source)
@@ -147,23 +162,45 @@ def _other(context: Context) -> Object | None:
     return others[0] if len(others) == 1 and others[0].type == "MESH" else None
 
 
-def _request(target: int, source: int, **fields: Any) -> Request:
-    """The request for both objects, by their session_uid, as they are now."""
-    ob, other = found(target), find(source)
-    if other is None:
-        raise SculptError("The other object of the Boolean is gone. Select one again.")
+def _preview(target: int, source: int, **fields: Any) -> Request:
+    """The request for a preview of both objects, by their session_uid, as they are now."""
+    ob = found(target)
+    return _request(ob, _solid(ob, _found_other(source))(), **fields)
+
+
+def _request(ob: Object, solid: Request, **fields: Any) -> Request:
+    """The request for a field as it is now, and the other solid."""
     native_edits.refuse(ob)
-    return _with_other(states.request(ob, **fields), ob, other)
+    asked = states.request(ob, **fields)
+    return replace(
+        asked,
+        fields={**asked.fields, **solid.fields},
+        arrays=solid.arrays,
+        held=asked.held | solid.held,
+    )
 
 
-def _with_other(asked: Request, ob: Object, other: Object) -> Request:
-    """The request with the other solid as it is now: the state of a field and the matrix from its
-    model space to that of `ob`, or the triangles of a mesh in the model space of `ob`."""
+def _solid(ob: Object, other: Object) -> Callable[[], Request]:
+    """The other solid where it lies now: its part of the request, to be made when the job's turn
+    comes.
+
+    It is the state that a field has then, and the matrix from its model space to that of `ob`; or
+    the triangles of a mesh as it is now, in the model space of `ob`.
+    """
     if is_field(other) and not native_edits.edited(other):
-        known = states.request(other)
         to_model = ob.matrix_world.inverted_safe() @ other.matrix_world
-        matrix = np.array(to_model).ravel().tolist()
-        fields = {**asked.fields, "other": known.fields, "matrix": matrix}
-        return replace(asked, fields=fields, held=asked.held | known.held)
+        matrix, source = np.array(to_model).ravel().tolist(), other.session_uid
+
+        def known() -> Request:
+            state = states.request(_found_other(source))
+            return replace(state, fields={"other": state.fields, "matrix": matrix})
+
+        return known
     vertices, triangles = read_in(other, bpy.context, ob.matrix_world)
-    return replace(asked, arrays={"vertices": vertices, "triangles": triangles})
+    return lambda: Request({}, {"vertices": vertices, "triangles": triangles})
+
+
+def _found_other(source: int) -> Object:
+    if (other := find(source)) is None:
+        raise SculptError("The other object of the Boolean is gone. Select one again.")
+    return other
