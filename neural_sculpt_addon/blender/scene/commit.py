@@ -272,21 +272,29 @@ def _own_mesh(ob: Object) -> Mesh:
 
 def _present(ob: Object, replaced: Object | None) -> None:
     """Select the object, in the place of another. A viewport in Local View shows it, as it does
-    objects that Blender adds."""
-    for area in bpy.context.screen.areas:
-        space = area.spaces.active
-        if isinstance(space, SpaceView3D) and space.local_view is not None:
-            ob.local_view_set(space, True)
-    select(ob)
+    objects that Blender adds. In another scene nothing is selected."""
+    if ob.name in bpy.context.view_layer.objects:
+        for area in bpy.context.screen.areas:
+            space = area.spaces.active
+            if isinstance(space, SpaceView3D) and space.local_view is not None:
+                ob.local_view_set(space, True)
+        select(ob)
     _hide(replaced)
 
 
 def _hide(ob: Object | None) -> None:
-    """Hide an object that something else stands for now."""
+    """Hide an object that something else stands for now: in the view layer, or in the scenes where
+    it is."""
+    if ob is None:
+        return
     with in_window():
-        if ob is not None and ob.name in bpy.context.view_layer.objects:
-            ob.hide_set(True)
-            ob.hide_render = True
+        shown, scenes = bpy.context.view_layer, ob.users_scene  # pyright: ignore[reportAttributeAccessIssue]
+        others = (layer for scene in scenes for layer in scene.view_layers)
+        layers = [shown] if ob.name in shown.objects else others
+        for layer in layers:
+            if ob.name in layer.objects:
+                ob.hide_set(True, view_layer=layer)
+                ob.hide_render = True
 
 
 def select(ob: Object) -> None:

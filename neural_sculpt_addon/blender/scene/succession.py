@@ -16,15 +16,21 @@ NO_DEFORMING = {"ARMATURE", "LATTICE"}
 
 
 def link(ob: Object, like: Object | None) -> None:
-    """Put an object into the collections of another one that is in the view layer, and else into
-    the active collection. Where these are linked they take nothing in: then the scene's own does.
+    """Put an object into the collections of another one that is in the view layer, or in another
+    scene, and else into the active collection. Where these are linked they take nothing in: then
+    the scene's own does.
     """
     context = bpy.context
-    seen = like is not None and like.name in context.view_layer.objects
-    places = like.users_collection if like is not None and seen else ()
+    places = like.users_collection if like is not None and _has_place(like) else ()
     others = context.collection, context.scene.collection
     for collection in [*filter(_is_own, places)] or [*filter(_is_own, others)][:1]:
         collection.objects.link(ob)
+
+
+def _has_place(ob: Object) -> bool:
+    """Whether an object is in the view layer, or in other scenes than the one in the window."""
+    scenes, shown = ob.users_scene, bpy.context.scene  # pyright: ignore[reportAttributeAccessIssue]
+    return ob.name in bpy.context.view_layer.objects or (bool(scenes) and shown not in scenes)
 
 
 def _is_own(collection: Collection) -> bool:

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the artist does while a mesh becomes a field."""
+
+import bpy
+from harness import SteeredCase, field, undo
+
+
+class FitMeanwhile(SteeredCase):
+    def setUp(self) -> None:
+        super().setUp()
+        bpy.ops.mesh.primitive_cube_add()
+        self.source = bpy.context.active_object
+        self.place = bpy.data.collections.new("Figures")
+        bpy.context.scene.collection.children.link(self.place)
+        self.place.objects.link(self.source)
+        bpy.context.collection.objects.unlink(self.source)
+        bpy.context.view_layer.objects.active = self.source
+        bpy.ops.ed.undo_push(message="Cube")
+        self.assertEqual(bpy.ops.neural_sculpt.from_mesh(preset="DRAFT"), {"FINISHED"})
+
+    def test_another_scene_is_shown(self) -> None:
+        """The field is beside its mesh all the same, which is hidden there."""
+        first, other = bpy.context.scene, bpy.data.scenes.new("Other")
+        bpy.context.window.scene = other
+        self.finish()
+        self.assertEqual([*field("Cube Field").users_collection], [self.place])
+        self.assertTrue(self.source.hide_get(view_layer=first.view_layers[0]))
+        self.assertIsNone(bpy.context.active_object)
+        bpy.context.window.scene = first
+        undo()
+        self.assertNotIn("Cube Field", bpy.data.objects)
+        self.assertFalse(bpy.data.objects["Cube"].hide_get())
