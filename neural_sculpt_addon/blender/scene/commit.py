@@ -271,14 +271,15 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Select the object, in the place of another. A viewport in Local View shows it, as it does
-    objects that Blender adds. In another scene nothing is selected."""
+    """Select the object, in the place of another, unless the artist works at something else by
+    now. A viewport in Local View shows it, as it does objects that Blender adds."""
     if ob.name in bpy.context.view_layer.objects:
         for area in bpy.context.screen.areas:
             space = area.spaces.active
             if isinstance(space, SpaceView3D) and space.local_view is not None:
                 ob.local_view_set(space, True)
-        select(ob)
+        if replaced is None or bpy.context.active_object in (None, replaced):
+            select(ob)
     _hide(replaced)
 
 

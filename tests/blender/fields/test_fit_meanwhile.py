@@ -2,7 +2,8 @@
 """What the artist does while a mesh becomes a field."""
 
 import bpy
-from harness import SteeredCase, field, undo
+import numpy as np
+from harness import SteeredCase, field, stroke, undo
 
 
 class FitMeanwhile(SteeredCase):
@@ -17,6 +18,22 @@ class FitMeanwhile(SteeredCase):
         bpy.context.view_layer.objects.active = self.source
         bpy.ops.ed.undo_push(message="Cube")
         self.assertEqual(bpy.ops.neural_sculpt.from_mesh(preset="DRAFT"), {"FINISHED"})
+
+    def test_the_artist_works_at_another_field(self) -> None:
+        """That stays the active one, to which buttons and keys go."""
+        bpy.context.view_layer.objects.active = self.ob
+        stroke(np.eye(3), name="One")
+        self.finish()
+        self.assertTrue(self.source.hide_get())
+        self.assertEqual(bpy.context.active_object, self.ob)
+        bpy.ops.neural_sculpt.delete_stroke()
+        self.finish()
+        self.assertEqual(len(self.ob.neural_sculpt.strokes), 0)
+
+    def test_the_artist_waits(self) -> None:
+        self.finish()
+        self.assertEqual(bpy.context.active_object, field("Cube Field"))
+        self.assertEqual(bpy.context.selected_objects, [field("Cube Field")])
 
     def test_another_scene_is_shown(self) -> None:
         """The field is beside its mesh all the same, which is hidden there."""
