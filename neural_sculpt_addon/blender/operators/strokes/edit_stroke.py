@@ -20,6 +20,8 @@ from ....stroke.modulation import Modulation
 from ....stroke.profile import Profile
 from ....stroke.stroke import Direction, Ends, Kind, Stroke
 from ....stroke.symmetry import AXES, MOST_TURNS, ONCE
+from ...layouts import draw_text
+from ...locale.translations import translated
 from ...panels.brush_widgets import draw_curve
 from ...presets import alpha_choices, curve_store
 from ...presets.shape_choices import CURVE, Shape, fixed_items
@@ -157,8 +159,12 @@ class NEURAL_SCULPT_OT_edit_stroke(Operator):
         """The settings, with the curve of the brush where that is chosen."""
         layout = self.layout
         layout.use_property_split = True
+        try:
+            stroke = self._stroke(context)
+        except SculptError as error:  # it has left the list while the dialog was open
+            draw_text(layout, context, translated(error.text), "ERROR")  # pyright: ignore[reportArgumentType]
+            return
         layout.prop(self, "scene_radius")
-        stroke = self._stroke(context)
         draws = stroke.kind is Kind.DRAW
         layout.prop(self, "scene_intensity" if draws else "strength")
         for word in (curve_store.PROFILE, curve_store.MODULATION):
