@@ -88,8 +88,11 @@ def object_under(context: Context, mouse: Mouse) -> Object | None:
     return None
 
 
-def over_interface(area: Area, mouse: Mouse) -> bool:
-    """Whether a sidebar or header lies between the mouse and the view."""
+def over_interface(area: Area | None, mouse: Mouse) -> bool:
+    """Whether a sidebar or header lies between the mouse and the view, or it is beside all
+    areas."""
+    if area is None:
+        return True
     return any(region.type != "WINDOW" and _inside(region, mouse) for region in area.regions)
 
 

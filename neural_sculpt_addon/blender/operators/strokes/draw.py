@@ -275,7 +275,8 @@ class NEURAL_SCULPT_OT_draw(Operator):
             overlay.show_stroke(ob, stroke, editing, drawing.chosen, sculpted=shown)
             if self._listed is not None and stroke != self._unchanged:
                 changed_stroke.show(ob, self._listed, stroke)
-            context.area.tag_redraw()
+            if context.area is not None:  # the mouse is beside all areas
+                context.area.tag_redraw()
 
 
 def _turn_to(context: Context, mouse: Mouse, ob: Object) -> Object:

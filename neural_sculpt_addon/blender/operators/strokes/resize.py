@@ -98,8 +98,9 @@ class NEURAL_SCULPT_OT_resize(Operator):
         """Let the brush follow the mouse again."""
         overlay.hold_brush(None)
         status_bar.show_hint(None)
-        context.area.header_text_set(None)
-        context.area.tag_redraw()
+        if context.area is not None:  # it is gone with the window
+            context.area.header_text_set(None)
+            context.area.tag_redraw()
 
     def _get(self, context: Context) -> float:
         return lengths.get(context, self.length.lower())
