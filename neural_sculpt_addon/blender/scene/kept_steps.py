@@ -76,6 +76,7 @@ class Normals:
 class FieldAt:
     """What a field is at a step of Blender's history, beside its vertices.
 
+    count:     vertices of the proxy
     layers:    bytes by id, of those that came with kept steps
     filled:    fingerprint of the vertices as the field has them
     shown:     fingerprint of the vertices that the step holds; the field may lack some strokes
@@ -83,6 +84,7 @@ class FieldAt:
     positions: (V, 3), what the step holds; None where Blender is EXACT
     """
 
+    count: int
     entries: tuple[Entry, ...]
     layers: Mapping[str, bytes]
     revision: str
@@ -120,6 +122,7 @@ def field_at(ob: Object, step: Step, positions: Vectors) -> FieldAt:
     if unsettled is None and (shown := proxy_mesh.normals_of(mesh)) is not None:
         normals = Normals(shown)
     return FieldAt(
+        count=len(mesh.vertices),
         entries=tuple(stroke_list.readable(ob)),
         layers={},
         revision=group.revision,
@@ -145,6 +148,7 @@ def grown(
     them (P,) other normals (P, 3)."""
     group, mesh, old = field_of(ob), proxy_mesh.mesh_of(ob), before.normals
     return FieldAt(
+        count=len(mesh.vertices),
         entries=(*before.entries, entry),
         layers={**before.layers, entry.layer: layer},
         revision=group.revision,
@@ -186,7 +190,8 @@ def follow() -> None:
     """After undo and redo: bring the fields to what they were at the step that Blender has come to.
 
     At an ordinary step, and of fields that are not being sculpted, Blender has brought all that
-    there was when the step was made: what became known later is missing.
+    there was when the step was made: what became known later is missing. Where Global Undo is off a
+    neural stroke is no step, and Blender leaves its proxy, which has other vertices, as it is.
     """
     before, _ = sculpt_steps.steps()
     _State.last = before[-1] if before else None
@@ -196,10 +201,18 @@ def follow() -> None:
             continue
         sculpted = sculpt_steps.is_native(before[-1]) and ob == bpy.context.active_object
         for step in reversed(before):
-            if (field := known.get(step)) is not None and (sculpted or _shows(ob, field)):
+            if (field := known.get(step)) is not None and _is_at(ob, field, sculpted):
                 _bring(ob, field)
             if field is not None or not sculpt_steps.is_native(step):
                 break
+
+
+def _is_at(ob: Object, field: FieldAt, sculpted: bool) -> bool:
+    """Whether Blender has brought the vertices that were known; those of a proxy that is sculpted
+    may have been moved since by strokes that nobody knows."""
+    if len(proxy_mesh.mesh_of(ob).vertices) != field.count:
+        return False
+    return sculpted or _shows(ob, field)
 
 
 def _shows(ob: Object, field: FieldAt) -> bool:

@@ -114,6 +114,22 @@ class BrushResults(BrushCase):
         np.testing.assert_array_equal(vertices(self.ob()), before)
         self.assertFalse(self.edited())
 
+    def test_without_global_undo_they_keep_their_steps(self) -> None:
+        """No step of ours can be made."""
+        edit = bpy.context.preferences.edit
+        edit.use_global_undo = False
+        self.addCleanup(setattr, edit, "use_global_undo", True)
+        self.brush_all()
+        steps = self.steps()
+        self.finish()
+        self.assertEqual((self.names(), self.steps()), (NAMES, steps))
+        undo()
+        self.assertEqual(self.names(), NAMES[:-1])
+        self.assertFalse(self.edited())
+        redo()
+        self.assertEqual(self.names(), NAMES)
+        self.assertFalse(self.edited())
+
     def test_undo_has_the_rest_come_in_first(self) -> None:
         for count in (-1, 0, 2, 3):
             with self.subTest(count=count):

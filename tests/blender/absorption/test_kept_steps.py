@@ -103,6 +103,21 @@ class KeptSteps(BrushCase):
             self.look()
             self.finish()
 
+    def test_a_neural_stroke_without_global_undo(self) -> None:
+        """It is no step of Blender's history, and stays where undo cannot take a brush stroke from
+        its proxy."""
+        self.absorb(("Clay", 0), ("Grab", -40))
+        edit = bpy.context.preferences.edit
+        edit.use_global_undo = False
+        self.addCleanup(setattr, edit, "use_global_undo", True)
+        stroke(arc(self.ob()), radius=0.1, intensity=0.05, name="Neural")
+        self.finish()
+        drawn = state(self.ob())
+        for step in (undo, redo):
+            step()
+            self.assertEqual(self.names(), ["Clay", "Grab", "Neural"])
+            self.assertTrue(state(self.ob()) == drawn)
+
     def test_normals_are_those_of_the_surface_when_settled(self) -> None:
         before = vertices(self.ob())
         self.absorb(("Clay", -20), ("Grab", 20))

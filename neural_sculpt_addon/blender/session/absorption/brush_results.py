@@ -22,6 +22,7 @@ then, in any Blender.
 import logging
 import time
 
+import bpy
 import numpy as np
 from bpy.types import Object
 from numpy.typing import NDArray
@@ -107,7 +108,8 @@ def can_keep(target: int, proxy: TrackedProxy) -> bool:
     """Whether the brush's own undo step of the first stroke can stay in Blender's history: it is
     the only step of that stroke, and those after it are brushes' as well, or hold the proxy as they
     left it, as when Sculpt Mode was left. Where Blender is not exact, no step of ours must be able
-    to take its place: something can be redone, or there is a step after it that stays."""
+    to take its place: something can be redone, there is a step after it that stays, or Global Undo
+    is off."""
     if proxy.half_way or not proxy.count:
         return False
     stroke = proxy.strokes[0]
@@ -119,6 +121,7 @@ def can_keep(target: int, proxy: TrackedProxy) -> bool:
     since = before[before.index(proxy.step) + 1 :]
     others = [step for step in since if not sculpt_steps.is_native(step)]
     cannot_go = proxy.rests or any(step.name != BORDER for step in others)
+    cannot_go |= not bpy.context.preferences.edit.use_global_undo
     if since[:1] != [stroke.step] or not all(map(sculpt_steps.is_ordinary, others)):
         return False
     return kept_steps.EXACT or cannot_go
