@@ -3,8 +3,6 @@
 another state."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import bpy
 import numpy as np
@@ -13,7 +11,6 @@ from harness import SculptCase, add, arc, field, module, push_undo, redo, state,
 changed_stroke = module("blender.viewport.changed_stroke")
 stroke_list = module("blender.scene.stroke_list")
 Brush = module("stroke.brush").Brush
-EditStroke = module("blender.operators.strokes.edit_stroke").NEURAL_SCULPT_OT_edit_stroke
 RADIUS, INTENSITY = 0.15, 0.06
 
 
@@ -53,23 +50,6 @@ class EditPreview(SculptCase):
         self.assertEqual(state(field(self.name)), self.before)
         redo()
         self.assertEqual(state(field(self.name)), self.drawn)
-
-    def test_the_dialog_says_that_the_stroke_is_gone(self) -> None:
-        """As when Apply to Base ended while it was open."""
-        labels: list[str] = []
-        layout = MagicMock()
-        layout.column.return_value.label = lambda text, **_: labels.append(text)
-        dialog = SimpleNamespace(layout=layout, uid=field(self.name).neural_sculpt.strokes[0].uid)
-        dialog._stroke = lambda context: EditStroke._stroke(dialog, context)
-        bpy.ops.neural_sculpt.apply_to_base()
-        system = SimpleNamespace(ui_scale=1.0)  # without a window it is 0
-        context = SimpleNamespace(
-            active_object=field(self.name),
-            region=SimpleNamespace(width=320),
-            preferences=SimpleNamespace(system=system),
-        )
-        EditStroke.draw(dialog, context)
-        self.assertIn("no longer in the list", " ".join(labels))
 
     def test_it_goes(self) -> None:
         """When the dialog is closed, and with the state of the field whose it is."""

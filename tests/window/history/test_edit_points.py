@@ -4,7 +4,17 @@ the surface shows where it will be, and the brush of the next stroke stays what 
 
 import bpy
 import numpy as np
-from drawing import INTENSITY, PICTURES, RADIUS, SECONDS, WindowCase, field, operate, undo
+from drawing import (
+    INTENSITY,
+    PICTURES,
+    RADIUS,
+    SECONDS,
+    WindowCase,
+    field,
+    middle,
+    operate,
+    undo,
+)
 from harness import brush_settings, module, state, strokes_of
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Pixel, Steps
@@ -70,6 +80,52 @@ class EditPoints(WindowCase):
         self.assertAlmostEqual(brush_settings().radius, RADIUS + WIDER, delta=3e-3)
         yield from undo()
         self.assertEqual(state(field()), self.drawn)
+
+    def test_another_field_is_active_by_now(self) -> Steps:
+        """As when one that was fitted meanwhile is ready: the points reach their own."""
+        at = yield from self.begin()
+        yield from self.resize(at, WIDER)
+        operate(bpy.ops.neural_sculpt.add, kind="TORUS")
+        yield from hand.until(lambda: "Torus" in bpy.data.objects, SECONDS, "another field")
+        self.assertEqual(bpy.context.active_object, bpy.data.objects["Torus"])
+        hand.tap("RET", at)
+        yield from hand.until(lambda: state(field()) != self.drawn, SECONDS, "a replay")
+        yield from self.idle()
+        self.assertAlmostEqual(strokes_of(field())[0]["radius"], RADIUS + WIDER, delta=3e-3)
+        self.assertEqual(strokes_of(bpy.data.objects["Torus"]), [])
+
+    def test_the_stroke_has_left_the_history(self) -> Steps:
+        """Nothing is replayed, and a sentence says why."""
+        at = yield from self.begin()
+        yield from self.resize(at, WIDER)
+        operate(bpy.ops.neural_sculpt.apply_to_base, "EXEC_DEFAULT")
+        yield from self.idle()
+        applied = state(field())
+        hand.tap("RET", at)
+        yield 3 * hand.DRAWN
+        self.assertFalse(self.session.jobs)
+        self.assertEqual(state(field()), applied)
+        self.assertIsNone(changed_stroke.shown())
+
+    def test_a_menu_maximizes_the_area(self) -> Steps:
+        """The operator's own area is gone then, and beside all areas the mouse has none."""
+        at = yield from self.begin()
+        yield from self.resize(at, WIDER)
+        full = {"window": hand.window(), "area": hand.view_area()}
+        with bpy.context.temp_override(**full, region=hand.region()):
+            bpy.ops.screen.screen_full_area(use_hide_panels=False)
+        yield 3 * hand.DRAWN
+        height, _, _ = hand.screen_pixels().shape
+        for x in (400, 420):
+            hand.move((x, height - 3))
+            yield hand.DRAWN
+        at = middle()
+        hand.move(at)
+        yield hand.DRAWN
+        hand.tap("RET", at)
+        yield from hand.until(lambda: state(field()) != self.drawn, SECONDS, "a replay")
+        yield from self.idle()
+        self.assertAlmostEqual(strokes_of(field())[0]["radius"], RADIUS + WIDER, delta=3e-3)
 
     def test_escape_leaves_the_stroke_as_it_was(self) -> Steps:
         at = yield from self.begin()

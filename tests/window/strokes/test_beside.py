@@ -51,6 +51,35 @@ class Beside(WindowCase):
         self.assertFalse(self.session.jobs)
         self.assertEqual(state(field()), before)
 
+    def test_a_drag_from_an_instance_of_a_field(self) -> Steps:
+        """That field is not in the view layer, and cannot become active."""
+        yield from self.add()
+        bpy.ops.neural_sculpt.add(kind="TORUS")
+        yield from self.idle()
+        other, scene = bpy.data.objects["Torus"], bpy.context.scene
+        assets = bpy.data.collections.new("Assets")
+        scene.collection.children.link(assets)
+        for collection in other.users_collection:
+            collection.objects.unlink(other)
+        assets.objects.link(other)
+        hand.window().view_layer.layer_collection.children["Assets"].exclude = True
+        instance = bpy.data.objects.new("Instance", None)
+        instance.instance_type, instance.instance_collection = "COLLECTION", assets
+        instance.location, instance.scale = (1.2 * self.size, 0, self.size), (0.4,) * 3
+        scene.collection.objects.link(instance)
+        ob = field()
+        hand.window().view_layer.objects.active = ob
+        ob.select_set(True)
+        yield 3 * hand.DRAWN
+        before = state(field())
+        ring = np.array(instance.location) + (0.2 * self.size, 0, 0)
+        (x, y), *_ = hand.to_window([ring])
+        yield from hand.drag([(x, y + 4 * step) for step in range(9)], pause=0.02)
+        yield 3 * hand.DRAWN
+        self.assertEqual(selected(), [field().name])
+        self.assertFalse(self.session.jobs)
+        self.assertEqual(state(field()), before)
+
     def turn(self, place: Pixel) -> Steps:
         """Drag with the middle button."""
         hand.move(place)
