@@ -13,6 +13,7 @@ from harness import (
     arc,
     brush_settings,
     field,
+    module,
     push_undo,
     redo,
     state,
@@ -77,6 +78,15 @@ class History(SculptCase):
         heights = self.heights()
         for name, height in wanted.items():
             self.assertAlmostEqual(heights[name], height, delta=0.3, msg=str(heights))
+
+    def test_a_stroke_that_has_left_the_list_is_not_changed(self) -> None:
+        stroke_list = module("blender.scene.stroke_list")
+        *others, last = stroke_list.entries(field("Sphere"))
+        changed = stroke_list.changed([*others, last], last.uid, others[0].stroke)
+        self.assertEqual([entry.data for entry in changed][-1], others[0].data)
+        error = module("common.errors").SculptError
+        with self.assertRaisesRegex(error, "no longer in the list"):
+            stroke_list.changed(others, last.uid, last.stroke)
 
     def test_mute_and_unmute(self) -> None:
         self.assert_heights(One=1, Two=1, Three=1)

@@ -72,7 +72,8 @@ class Beside(WindowCase):
         ob.select_set(True)
         yield 3 * hand.DRAWN
         before = state(field())
-        ring = np.array(instance.location) + (0.2 * self.size, 0, 0)
+        ring = np.array(instance.location)
+        ring[0] += 0.2 * self.size
         (x, y), *_ = hand.to_window([ring])
         yield from hand.drag([(x, y + 4 * step) for step in range(9)], pause=0.02)
         yield 3 * hand.DRAWN
