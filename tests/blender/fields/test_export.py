@@ -53,6 +53,13 @@ class Export(SculptCase):
         self.assertEqual(len({number for number, _ in found}), len(read))
         self.assertLess(max(distance for _, distance in found), 1e-5)
 
+    def test_gltf_without_blenders_add_on(self) -> None:
+        bpy.ops.preferences.addon_disable(module="io_scene_gltf2")
+        self.addCleanup(bpy.ops.preferences.addon_enable, module="io_scene_gltf2")
+        for name in ("field.glb", "field.gltf"):
+            path = str(self.folder / name)
+            self.assert_fails("Enable it", bpy.ops.neural_sculpt.export, filepath=path)
+
     def test_a_field_that_cannot_be_selected(self) -> None:
         """Blender's exporters write what is selected."""
         self.ob.hide_select = True

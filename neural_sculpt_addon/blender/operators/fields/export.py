@@ -41,6 +41,7 @@ FORMATS = (
 JOB_KINDS = {f".{name.lower()}": JobKind.MESH for name, _, _ in FORMATS}
 JOB_KINDS |= {".safetensors": JobKind.SAVE, ".pth": JobKind.SAVE, level_set.SUFFIX: JobKind.SAMPLE}
 """What the worker makes for a file of each suffix."""
+GLTF = {".glb", ".gltf"}  # formats that an add-on of Blender's writes
 WITH_TEXT = {".ply", ".stl"}  # formats that can be text, but are binary unless asked
 DEFAULT_RESOLUTION = 256  # twice the proxy's: a file is made once and kept
 
@@ -133,6 +134,11 @@ class NEURAL_SCULPT_OT_export(Operator):
             raise SculptError("There is no folder {}. Choose another place.", path.parent)
         if kind is JobKind.SAMPLE:
             level_set.check()
+        if path.suffix.lower() in GLTF and not hasattr(bpy.types, "EXPORT_SCENE_OT_gltf"):
+            raise SculptError(
+                "Blender's add-on for glTF is disabled. Enable it in the preferences, or use"
+                " another format."
+            )
         live.refuse_edits(active_field(context))  # the file would lack what is seen
         target = active_field(context).session_uid
         most = self.most_triangles if self.refine else 0
@@ -164,7 +170,7 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
     suffix = path.suffix.lower()
     with in_window(), _stand_in(ob, result):
         try:
-            if suffix in (".glb", ".gltf"):
+            if suffix in GLTF:
                 bpy.ops.export_scene.gltf(
                     filepath=str(path),
                     export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
