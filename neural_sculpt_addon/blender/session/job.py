@@ -46,6 +46,7 @@ class Job:
     request: makes the request when the job's turn comes
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
+    reads:   session_uid of the object whose field it is about all the same
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
     follows: whether the change that the job computes, a brush stroke for example, is a step of
@@ -70,6 +71,7 @@ class Job:
     request: Callable[[], Request]
     apply: Callable[[Message], None]
     target: int | None = None
+    reads: int | None = None
     step: Step | None = None
     follows: bool = False
     rests: bool = False

@@ -3,6 +3,7 @@
 
 import os
 import signal
+import time
 from contextlib import AbstractContextManager
 from unittest.mock import patch
 
@@ -149,6 +150,21 @@ class BrushResults(BrushCase):
         redo()
         self.assert_is(self.sculpted)
         self.assert_all_are_steps(NAMES)
+
+    def test_an_export_has_all_of_them(self) -> None:
+        """It waits until they are in the scene."""
+        self.brush_all()
+        first, then = self.folder / "first.safetensors", self.folder / "then.safetensors"
+        with self.at_work():
+            bpy.ops.neural_sculpt.export(filepath=str(first))
+            for _ in range(100):
+                self.session.poll_once()
+                time.sleep(0.005)
+        self.finish()
+        self.assertEqual(self.names(), NAMES)
+        bpy.ops.neural_sculpt.export(filepath=str(then))
+        self.finish()
+        self.assertEqual(first.read_bytes(), then.read_bytes())
 
     def test_a_file_has_all_of_them(self) -> None:
         """What has not come in yet is on the mesh, from which it is absorbed."""

@@ -139,8 +139,10 @@ class NEURAL_SCULPT_OT_export(Operator):
                 "Blender's add-on for glTF is disabled. Enable it in the preferences, or use"
                 " another format."
             )
-        live.refuse_edits(active_field(context))  # the file would lack what is seen
-        target = active_field(context).session_uid
+        ob = active_field(context)
+        live.refuse_edits(ob)  # the file would lack what is seen
+        live.let_come(ob)
+        target = ob.session_uid
         most = self.most_triangles if self.refine else 0
         fields = {"path": str(path), "resolution": self.resolution, "triangles": most}
         modifiers, text = self.modifiers, self.text  # the operator is gone when the worker is done
@@ -162,7 +164,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             else:
                 _write_mesh(path, ob, result, modifiers, text)
 
-        return launch(self, Job(kind, Text("Export {}", path.name), request, write))
+        return launch(self, Job(kind, Text("Export {}", path.name), request, write, reads=target))
 
 
 def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:

@@ -40,7 +40,7 @@ from ...scene.sculpt_steps import BORDER, Step
 from ...scene.stroke_list import Entry
 from ...scene.undo_step import in_edit_mode
 from .. import reports
-from ..job import Job
+from ..job import Job, JobStatus
 from ..session_hooks import Arrivals
 from ..worker_session import session
 from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, proxies
@@ -184,8 +184,9 @@ class BrushResults(Arrivals):
 
     def hold(self, job: Job) -> bool:
         """Whether a job must wait for strokes that are on their way, for it is to be done on their
-        result."""
-        ob, proxy = find(job.target or 0), proxies.get(job.target)
+        result. One that only reads the field does not hear of those that came after it began."""
+        target = job.reads if job.target is None and job.status is JobStatus.QUEUED else job.target
+        ob, proxy = find(target or 0), proxies.get(target)
         if ob is None or proxy is None or job.kind is JobKind.ABSORB_STROKE:
             return False
         if not proxy.count or any(stroke.has_failed for stroke in proxy.strokes):
