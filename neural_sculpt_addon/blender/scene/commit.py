@@ -42,12 +42,14 @@ def new_revision() -> str:
 class NewField:
     """What a new object is called and where it is placed.
 
+    scene: session_uid of the scene in which it was asked for
     scale: in the world, what the artist reads as the object's scale; the rest of the matrix's, as
            the model's box asks for, is its delta scale. None where there was no object before it
     """
 
     name: str
     source: str
+    scene: int
     matrix: Matrix
     shown: ShownAs
     solver: str = LOCAL
@@ -75,8 +77,8 @@ def create_field(
     if new.scale is not None:
         ob.delta_scale = new.matrix.to_scale() / new.scale
     ob.matrix_world = new.matrix
-    with in_window():
-        succession.link(ob, replaced)
+    with in_window(new.scene):
+        succession.link(ob, replaced, new.scene)
         if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
             _present(ob, replaced)
     group = field_of(ob)

@@ -15,14 +15,16 @@ NO_DEFORMING = {"ARMATURE", "LATTICE"}
 """Types of parents that also deform their child. The fitted shape has that deformation already."""
 
 
-def link(ob: Object, like: Object | None) -> None:
+def link(ob: Object, like: Object | None, scene: int) -> None:
     """Put an object into the collections of another one that is in the view layer, or in another
-    scene, and else into the active collection. Where these are linked they take nothing in: then
-    the scene's own does.
+    scene, and else into the active collection, or into the scene of that session_uid if another
+    one is shown. Where these are linked they take nothing in: then the scene's own does.
     """
     context = bpy.context
     places = like.users_collection if like is not None and _has_place(like) else ()
-    others = context.collection, context.scene.collection
+    meant = next((s for s in bpy.data.scenes if s.session_uid == scene), context.scene)
+    active = context.collection if meant == context.scene else meant.collection
+    others = active, meant.collection, context.scene.collection
     for collection in [*filter(_is_own, places)] or [*filter(_is_own, others)][:1]:
         collection.objects.link(ob)
 

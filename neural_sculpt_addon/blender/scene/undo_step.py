@@ -40,6 +40,11 @@ def in_edit_mode() -> bool:
         return bpy.context.mode.startswith("EDIT")
 
 
-def in_window() -> Any:
-    """A context with a window: that of a timer has none just after a file was loaded."""
-    return bpy.context.temp_override(window=bpy.context.window_manager.windows[0])
+def in_window(scene: int = 0) -> Any:
+    """A context with a window: that of a timer has none just after a file was loaded.
+
+    scene: session_uid of the scene that the window is to show, if any does
+    """
+    windows = bpy.context.window_manager.windows
+    shown = (window for window in windows if window.scene.session_uid == scene)
+    return bpy.context.temp_override(window=next(shown, windows[0]))

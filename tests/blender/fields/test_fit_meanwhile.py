@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the artist does while a mesh becomes a field."""
+"""What the artist does while a field is made."""
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, stroke, undo
+from harness import SteeredCase, add, field, stroke, undo
 
 
 class FitMeanwhile(SteeredCase):
@@ -47,3 +47,14 @@ class FitMeanwhile(SteeredCase):
         undo()
         self.assertNotIn("Cube Field", bpy.data.objects)
         self.assertFalse(bpy.data.objects["Cube"].hide_get())
+
+
+class AddMeanwhile(SteeredCase):
+    def test_another_scene_is_shown(self) -> None:
+        """The field is at the cursor of the scene in which it was asked for."""
+        first, other = bpy.context.scene, bpy.data.scenes.new("Other")
+        add("TORUS")
+        bpy.context.window.scene = other
+        self.finish()
+        self.assertEqual([*field("Torus").users_scene], [first])
+        self.assertIsNone(bpy.context.active_object)

@@ -57,6 +57,7 @@ class NEURAL_SCULPT_OT_add(Operator):
     def execute(self, context: Context) -> Outcome:
         """Have the worker load the field; its object is added when the worker has answered."""
         shown = preferences.new_proxy()
+        scene = context.scene.session_uid
         matrix = Matrix.Translation(context.scene.cursor.location)
         if self.kind == FILE:
             path = Path(bpy.path.abspath(self.filepath))
@@ -64,11 +65,11 @@ class NEURAL_SCULPT_OT_add(Operator):
                 return fail(
                     self, Text("There is no file {}. Choose a .safetensors or .pth file.", path)
                 )
-            new = NewField(path.stem, path.name, matrix, shown)
+            new = NewField(path.stem, path.name, scene, matrix, shown)
             fields = {"path": str(path), **shown.asked()}
             kind = JobKind.LOAD
         else:
-            new = NewField(self.kind.title(), self.kind.title(), matrix, shown)
+            new = NewField(self.kind.title(), self.kind.title(), scene, matrix, shown)
             fields = {"primitive": self.kind.lower(), **shown.asked()}
             kind = JobKind.FIT
 

@@ -127,6 +127,7 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         vertices, triangles, frame = read_source(source, context)
         dress = read_dress(source, context, vertices)
         shown = preferences.new_proxy()
+        scene = context.scene.session_uid
         name, uid, solver, scale = source.name, source.session_uid, self.solver, kept_scale(source)
 
         def place(message: Message) -> Matrix:
@@ -147,7 +148,8 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
         def add(result: Message) -> None:
             place_now = place(result)
-            new = NewField(f"{name} Field", f"{name} (mesh)", place_now, shown, solver, scale)
+            made_of = f"{name} (mesh)"
+            new = NewField(f"{name} Field", made_of, scene, place_now, shown, solver, scale)
             report, replaced = result.fields["report"], find(uid)
             ob = create_field(new, result, report, replaced, dress.worn(result))
             if replaced is not None and replaced.parent is not None and ob.parent is None:
