@@ -291,7 +291,7 @@ def _hide(ob: Object | None) -> None:
     if ob is None:
         return
     with in_window():
-        shown, scenes = bpy.context.view_layer, ob.users_scene  # pyright: ignore[reportAttributeAccessIssue]
+        shown, scenes = bpy.context.view_layer, ob.users_scene
         others = (layer for scene in scenes for layer in scene.view_layers)
         layers = [shown] if ob.name in shown.objects else others
         for layer in layers:

@@ -31,7 +31,7 @@ def link(ob: Object, like: Object | None, scene: int) -> None:
 
 def _has_place(ob: Object) -> bool:
     """Whether an object is in the view layer, or in other scenes than the one in the window."""
-    scenes, shown = ob.users_scene, bpy.context.scene  # pyright: ignore[reportAttributeAccessIssue]
+    scenes, shown = ob.users_scene, bpy.context.scene
     return ob.name in bpy.context.view_layer.objects or (bool(scenes) and shown not in scenes)
 
 
