@@ -66,7 +66,7 @@ def _set(_: WindowManager, strength: float) -> None:
     if (chosen := _chosen()) is None:
         return
     ob, uid = chosen
-    if _State.waiting and _State.uid != uid:
+    if _State.waiting and (_State.target, _State.uid) != (ob.session_uid, uid):
         _apply()
     _State.waiting, _State.target, _State.uid = True, ob.session_uid, uid
     _State.strength, _State.until = strength, time.monotonic() + RESTS_AFTER
