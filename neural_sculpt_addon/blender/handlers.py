@@ -19,6 +19,7 @@ from bpy.app.handlers import persistent
 
 from ..common.errors import SculptError
 from . import notice
+from .panels import strength
 from .scene import kept_steps, native_steps, sculpt_mode, sculpt_steps
 from .scene.mesh.preview import preview
 from .scene.undo_step import in_edit_mode, in_window
@@ -46,6 +47,7 @@ def prepare_undo(*_: object) -> None:
     preview.hide()
     if _State.passing:
         return
+    strength.finish()
     if not in_edit_mode() and (job := session.newest_change()) is not None:
         session.cancel_job(job, f"{job.label:.100} was undone.")
         session.undone.take(job)

@@ -96,6 +96,12 @@ def release() -> None:
     bpy.app.timers.register(_tick, first_interval=AFTER_RELEASE)
 
 
+def finish() -> None:
+    """Apply a strength that the stroke does not have yet, before an undo that means it."""
+    if _State.waiting:
+        _apply()
+
+
 def _watch() -> None:
     with in_window():
         if _State.waiting and not bpy.app.background:
