@@ -22,11 +22,6 @@ class StrengthSlider(SteeredCase):
         ):
             yield
 
-    def rest(self) -> None:
-        """What a timer does when the slider has rested."""
-        strength._State.until = 0.0
-        strength._tick()
-
     def drag(self, name: str, value: float) -> None:
         """The slider of this field, which is not released yet."""
         bpy.context.view_layer.objects.active = field(name)
@@ -44,7 +39,7 @@ class StrengthSlider(SteeredCase):
         with self.timers():
             self.drag("Sphere", 0.5)
             self.drag("Sphere.001", 0.25)
-            self.rest()
+            strength.finish()
         self.finish()
         self.assertEqual(self.strength_of("Sphere"), 0.5)
         self.assertEqual(self.strength_of("Sphere.001"), 0.25)
@@ -58,7 +53,7 @@ class StrengthSlider(SteeredCase):
         with self.timers():
             self.drag("Sphere", 0.5)
             undo()
-            self.rest()
+            strength.finish()
             self.finish()
             self.assertEqual(state(field("Sphere")), drawn)
             redo()
