@@ -22,7 +22,7 @@ from . import notice
 from .panels import strength
 from .scene import kept_steps, native_steps, sculpt_mode, sculpt_steps
 from .scene.mesh.preview import preview
-from .scene.undo_step import in_edit_mode, in_window
+from .scene.undo_step import in_partial_mode, in_window
 from .session import reports, saved_strokes
 from .session.absorption import brush_results, live
 from .session.worker_session import session
@@ -48,7 +48,7 @@ def prepare_undo(*_: object) -> None:
     if _State.passing:
         return
     strength.finish()
-    if not in_edit_mode() and (job := session.newest_change()) is not None:
+    if not in_partial_mode() and (job := session.newest_change()) is not None:
         session.cancel_job(job, f"{job.label:.100} was undone.")
         session.undone.take(job)
         return

@@ -8,6 +8,10 @@ import bpy
 from . import kept_steps, sculpt_steps
 from .mesh.preview import preview
 
+PARTIAL = "EDIT", "PAINT_TEXTURE", "PARTICLE"
+"""How the names of modes begin whose undo steps hold nothing but what is edited: a mesh or another
+object, images, hair."""
+
 
 def begin_change() -> None:
     """Prepare for a change that `push_undo` will make an undo step of, so that Ctrl Z takes it back
@@ -34,10 +38,10 @@ def push_undo(label: str) -> None:
         bpy.ops.ed.undo_push(message=label)
 
 
-def in_edit_mode() -> bool:
-    """Whether any object is in Edit Mode, whose undo steps hold nothing but what is edited."""
+def in_partial_mode() -> bool:
+    """Whether any object is in a mode whose undo steps hold nothing but what is edited."""
     with in_window():
-        return bpy.context.mode.startswith("EDIT")
+        return bpy.context.mode.startswith(PARTIAL)
 
 
 def in_window(scene: int = 0) -> Any:

@@ -4,8 +4,8 @@
 A job that edits an object remembers the object's session_uid and the revision it must find there,
 never a Blender reference: when the object is gone or an undo brought another revision, the job is
 dropped. If a job fails, but not because of its strokes, these stay in the history, muted. Results
-wait in Edit Mode, whose undo steps would not hold them, and in Dyntopo, whose strokes undo does not
-take back beyond a step of ours.
+wait in modes whose undo steps would not hold them, such as Edit Mode, and in Dyntopo, whose strokes
+undo does not take back beyond a step of ours.
 
 One job may wait *behind* all others. Any job that is asked for cancels it; it shows no progress,
 and nobody is told when it fails.
@@ -29,7 +29,7 @@ from ..scene import sculpt_steps
 from ..scene.mesh import carried, proxy_mesh
 from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
-from ..scene.undo_step import in_edit_mode, in_window
+from ..scene.undo_step import in_partial_mode, in_window
 from .caller import Artist, Caller, Script
 from .job import Job, JobStatus
 from .session_hooks import Arrivals, Watcher
@@ -125,8 +125,8 @@ class JobQueue:
         ours among them, on whatever object; the job says so."""
         with in_window():
             objects = bpy.context.active_object, find(job.target or 0)
-        if in_edit_mode():
-            job.message = n_("Waits until Edit Mode is left")
+        if in_partial_mode():
+            job.message = n_("Waits until this mode is left")
         elif any(ob is not None and proxy_mesh.in_dyntopo(ob) for ob in objects):
             job.message = n_("Waits until Dyntopo is off")
         else:

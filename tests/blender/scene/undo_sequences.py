@@ -253,7 +253,7 @@ class Sequence:
 
         def over() -> bool:
             jobs = self.session.jobs
-            return len(jobs) <= count or jobs[0].waits or "Edit Mode" in jobs[0].message
+            return len(jobs) <= count or jobs[0].waits or "this mode" in jobs[0].message
 
         self.case.say("go")
         yield from self._until(over)
@@ -498,7 +498,7 @@ def select(name: str) -> None:
 
 def editing() -> bool:
     """Whether Edit Mode makes results wait."""
-    return undo_step.in_edit_mode()
+    return undo_step.in_partial_mode()
 
 
 def steps() -> tuple[int, int]:

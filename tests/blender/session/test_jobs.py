@@ -204,7 +204,7 @@ class Jobs(SculptCase):
         with self.as_in_a_window():
             self.remesh()
             bpy.ops.object.mode_set(mode="EDIT")
-            self.pump(lambda: "Edit Mode" in self.session.jobs[0].message)
+            self.pump(lambda: "this mode" in self.session.jobs[0].message)
             self.assertEqual(self.ob.neural_sculpt.resolution, RESOLUTION)
             bpy.ops.object.mode_set(mode="OBJECT")
             self.finish()

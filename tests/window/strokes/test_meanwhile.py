@@ -144,7 +144,7 @@ class Meanwhile(WindowCase):
         np.testing.assert_array_equal([vertex.co[:] for vertex in edited.verts], before)
         self.go_on()
         job = self.session.jobs[0]
-        yield from hand.until(lambda: "Edit Mode" in job.message, SECONDS, "a result that waits")
+        yield from hand.until(lambda: "this mode" in job.message, SECONDS, "a result that waits")
         self.assertEqual(self.listed(), [])
         hand.tap("TAB", middle())
         yield from hand.until(lambda: field().mode == "OBJECT", SECONDS, "Object Mode")

@@ -8,7 +8,7 @@ from ...scene.field_header import header_of
 from ...scene.properties import NETWORK, field_of, solver_property
 from ...session.absorption import live
 from ...session.worker_session import session
-from ..job_operator import FINISHED, REGISTER, Outcome, active_field, fail, field_poll, refuse
+from ..job_operator import FINISHED, REGISTER, Outcome, active_field, editable_poll, fail, refuse
 
 
 class NEURAL_SCULPT_OT_choose_solver(Operator):
@@ -24,7 +24,7 @@ class NEURAL_SCULPT_OT_choose_solver(Operator):
     def poll(cls, context: Context) -> bool:
         """A field without strokes: with them, the other solver would give another field. None is on
         its way either."""
-        if not field_poll(cls, context):
+        if not editable_poll(cls, context):
             return False
         ob = active_field(context)
         if len(field_of(ob).strokes):

@@ -30,6 +30,10 @@ STRETCHED = "neural_sculpt_stretched"
 """Custom property of a proxy's mesh whose triangles do not show the field well any more."""
 
 
+OF_OTHER_STEPS = {"TEXTURE_PAINT", "PARTICLE_EDIT"}
+"""Modes of an object, beside Edit Mode, whose undo steps do not hold its mesh."""
+
+
 def why_locked(ob: Object) -> str:
     """The reason why the object's mesh cannot be replaced now, as a sentence; empty when it can
     be."""
@@ -37,8 +41,6 @@ def why_locked(ob: Object) -> str:
     assert isinstance(mesh, Mesh)
     if ob.library or mesh.library or ob.override_library:
         return Text("{} is linked from another file. Make it local to sculpt it.", ob.name)
-    if mesh.is_editmode:
-        return Text("{} is in Edit Mode. Leave Edit Mode to sculpt the field.", ob.name)
     if mesh.shape_keys:
         return Text(
             "{} has shape keys, which a new proxy would break. Remove them to sculpt.", ob.name
@@ -47,6 +49,19 @@ def why_locked(ob: Object) -> str:
         return Text(
             "{} has a Multires modifier, whose sculpting a new proxy would lose. Apply or remove it"
             " to sculpt the field.",
+            ob.name,
+        )
+    return _why_mode_locks(ob, mesh)
+
+
+def _why_mode_locks(ob: Object, mesh: Mesh) -> str:
+    """The same, where the mode is the reason."""
+    if mesh.is_editmode:
+        return Text("{} is in Edit Mode. Leave Edit Mode to sculpt the field.", ob.name)
+    if ob.mode in OF_OTHER_STEPS:
+        return Text(
+            "{} is in a mode in which undo knows nothing of strokes. Leave it for Object Mode to"
+            " sculpt the field.",
             ob.name,
         )
     if in_dyntopo(ob):

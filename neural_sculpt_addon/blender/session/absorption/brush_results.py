@@ -38,7 +38,7 @@ from ...scene.mesh.preview import preview
 from ...scene.properties import field_of, find, found
 from ...scene.sculpt_steps import BORDER, Step
 from ...scene.stroke_list import Entry
-from ...scene.undo_step import in_edit_mode
+from ...scene.undo_step import in_partial_mode
 from .. import reports
 from ..job import Job, JobStatus
 from ..session_hooks import Arrivals
@@ -136,7 +136,7 @@ def _is_off(stroke: BrushStroke, result: Message) -> bool:
 
 def _is_free(target: int, proxy: TrackedProxy) -> bool:
     ob = find(target)
-    if ob is None or is_at_work() or in_edit_mode() or proxy_mesh.why_locked(ob):
+    if ob is None or is_at_work() or in_partial_mode() or proxy_mesh.why_locked(ob):
         return False
     return shows(ob, proxy)
 

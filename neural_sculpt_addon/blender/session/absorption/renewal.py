@@ -23,7 +23,7 @@ from ...scene.mesh import native_edits, proxy_mesh, spare_mesh
 from ...scene.mesh.spare_mesh import SpareMesh
 from ...scene.properties import field_of, found, is_field, shown_as
 from ...scene.sculpt_steps import Step
-from ...scene.undo_step import begin_border, in_edit_mode, in_window
+from ...scene.undo_step import begin_border, in_partial_mode, in_window
 from .. import states
 from ..job import Job, Request
 from ..worker_session import session
@@ -56,7 +56,7 @@ def is_due() -> bool:
         ob = bpy.context.active_object
     if not is_field(ob) or proxy_mesh.STRETCHED not in (mesh := proxy_mesh.mesh_of(ob)):
         return False
-    if mesh.users > 1 or in_edit_mode() or proxy_mesh.why_locked(ob):
+    if mesh.users > 1 or in_partial_mode() or proxy_mesh.why_locked(ob):
         return False
     return (
         (ob.session_uid, field_of(ob).revision) != _State.failed
