@@ -33,6 +33,10 @@ LONG = 0.003
 mesh of 100,000 triangles takes 2 ms, to show it 8."""
 
 
+ADDING = {JobKind.FIT, JobKind.LOAD}
+"""Jobs that make a new field. Undo takes back what was done since they were asked for."""
+
+
 class Session(WorkerNews):
     """Starts the worker when it is first needed, and feeds it jobs."""
 
@@ -141,9 +145,9 @@ class Session(WorkerNews):
 
     def follow_history(self) -> None:
         """After undo and redo: cancel the jobs whose object or base is gone, and begin those again
-        whose object is back. Their strokes wait while something can be redone."""
+        whose object is back. Strokes and new fields wait while something can be redone."""
         for job in self.jobs:
-            job.rests, job.waits = bool(job.strokes), False
+            job.rests, job.waits = bool(job.strokes) or job.kind in ADDING, False
         for target, first in self.firsts().items():
             ob = find(target)
             if ob is None or (first.base and field_of(ob).revision != first.base):

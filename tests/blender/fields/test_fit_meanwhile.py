@@ -3,7 +3,7 @@
 
 import bpy
 import numpy as np
-from harness import SteeredCase, add, field, stroke, undo
+from harness import SteeredCase, add, field, push_undo, redo, stroke, undo
 
 
 class FitMeanwhile(SteeredCase):
@@ -29,6 +29,20 @@ class FitMeanwhile(SteeredCase):
         bpy.ops.neural_sculpt.delete_stroke()
         self.finish()
         self.assertEqual(len(self.ob.neural_sculpt.strokes), 0)
+
+    def test_what_was_undone_can_be_redone(self) -> None:
+        """The field waits for that, or for what the artist does instead."""
+        bpy.data.objects["Cube"].location.x = 1.0
+        push_undo("Move")
+        undo()
+        self.finish()
+        self.assertNotIn("Cube Field", bpy.data.objects)
+        redo()
+        self.assertEqual(bpy.data.objects["Cube"].location.x, 1.0)
+        undo()
+        push_undo("Something else")
+        self.pump(lambda: not self.session.jobs)
+        self.assertIn("Cube Field", bpy.data.objects)
 
     def test_the_artist_waits(self) -> None:
         self.finish()
