@@ -35,6 +35,7 @@ STAGES: dict[tuple[Any, str], str] = {
     (Problem, "displaced_surface"): "displaced surface",
     (EditedSurface, "__init__"): "untouched surface, rows",
     (EditedSurface, "finer"): "finer rows",
+    (local, "solve_levels"): "assemble and solve",
     (local, "solve_level"): "assemble and solve",
     (gauss_newton, "draw"): "draw residuals",
     (gauss_newton, "solve_linear"): "conjugate gradients",

@@ -9,7 +9,9 @@ from paper.edits import random_edit
 from paper.figures.gantt import COLOURS, LEFT, TOP, gantt
 from paper.measures.stages import Span, Stopwatch, watching
 from paper.methods.published import PAPER, Published
+from paper.tables.table4 import STAGES
 
+from neural_sculpt_addon.field.edit.edit import sculpt
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.mesh.proxy import extract
 from neural_sculpt_addon.field.primitives import primitive
@@ -52,6 +54,19 @@ def test_bars_are_as_long_as_spans():
     assert second == pytest.approx(2 * first, abs=2)
     assert right - left == pytest.approx(2 * first, abs=2)
     assert (picture[:TOP, :LEFT] < 128).any(), "the title"
+
+
+def test_every_named_stage_of_an_edit_is_timed():
+    """But for finer rows, which this stroke does not need."""
+    shape = primitive("sphere")
+    preparation = Preparation(shape, extract(shape, 64))
+    stroke = random_edit(preparation, 0, 1)
+    found = set()
+    for solver in ("local", "network"):
+        with watching(STAGES) as watch:
+            sculpt(preparation, stroke, solver=solver)
+        found |= set(watch.totals())
+    assert found >= set(STAGES.values()) - {"finer rows"}
 
 
 def test_an_epoch_as_published_has_the_stages_of_the_paper_and_learns():
