@@ -12,6 +12,7 @@ from mathutils import Vector
 
 SIZE = (900, 700)
 SAMPLES = 12
+EVEN = (0.34, 0.35, 0.37, 1.0)  # light from everywhere, brighter than that of the dark studio
 SEEN_FROM = Vector((0.5, -1.0, 0.28)).normalized()
 LENS = 70.0  # mm on Blender's 36 mm sensor
 DISTANCE = 3.6  # of the camera, in radii of the field
@@ -52,6 +53,25 @@ def set_up(ob: bpy.types.Object, seen_from: Vector = SEEN_FROM) -> bpy.types.Obj
     scene.view_settings.view_transform = "AgX"
     scene.view_settings.look = "AgX - Medium High Contrast"
     return camera
+
+
+def read(path: Path) -> bpy.types.Object:
+    """The mesh of a PLY file, shaded smooth, alone in an empty file."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.ply_import(filepath=str(path))
+    ob = bpy.context.active_object
+    assert ob is not None and isinstance(ob.data, bpy.types.Mesh)
+    ob.data.shade_smooth()
+    return ob
+
+
+def on_nothing(size: tuple[int, int]) -> None:
+    """Render without a ground, in even light, so many pixels wide and high."""
+    scene = bpy.context.scene
+    _set(scene.world, "Background", "Color", EVEN)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.film_transparent = True
+    scene.render.image_settings.color_mode = "RGBA"
 
 
 def render(path: Path) -> None:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of a field itself: rays that start a little above its proxy and march along its values.
 
-Parallel rays; clay under a light that grazes the surface, so that a relief of a thousandth shows,
-or under an even one, for a page of many. Far from the surface the values are not to be trusted, and
-thin relief would be jumped over: so the proxy says where the rays start. Model space.
+Parallel rays; clay under a light that grazes the surface, so that a relief of a thousandth shows.
+Far from the surface the values are not to be trusted, and thin relief would be jumped over: so the
+proxy says where the rays start. Model space.
 """
 
 from dataclasses import dataclass
@@ -30,36 +30,11 @@ CLAY = np.array([0.86, 0.62, 0.48])
 BACKGROUND = np.array([1.0, 1.0, 1.0])
 
 
-@dataclass(frozen=True)
-class Light:
-    """Where light comes from.
-
-    lamps:   right, up, towards the viewer; color
-    ambient: from everywhere
-    wrap:    cosine behind the edge of the lit side at which a lamp's light ends
-    """
-
-    lamps: tuple[tuple[tuple[float, float, float], tuple[float, float, float]], ...]
-    ambient: float
-    wrap: float = 0.0
-
-
-GRAZING_LIGHT = Light(
-    (
-        ((-1.0, 0.9, 0.35), (0.95, 0.92, 0.86)),
-        ((1.0, -0.1, 0.7), (0.26, 0.3, 0.36)),
-        ((0.2, 1.0, -0.2), (0.2, 0.22, 0.25)),
-    ),
-    0.16,
-)
-EVEN_LIGHT = Light(
-    (
-        ((-1.0, 0.9, 0.8), (0.68, 0.66, 0.63)),
-        ((1.0, -0.2, 0.9), (0.2, 0.22, 0.25)),
-        ((0.0, 0.0, 1.0), (0.16, 0.16, 0.16)),
-    ),
-    0.12,
-    0.12,
+AMBIENT = 0.16
+LAMPS = (  # right, up, towards the viewer; color
+    ((-1.0, 0.9, 0.35), (0.95, 0.92, 0.86)),
+    ((1.0, -0.1, 0.7), (0.26, 0.3, 0.36)),
+    ((0.2, 1.0, -0.2), (0.2, 0.22, 0.25)),
 )
 
 
@@ -131,9 +106,7 @@ def _tiles(places: Array, size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]
     return x, y
 
 
-def picture(
-    field: Field, camera: Camera, size: int, light: Light = GRAZING_LIGHT
-) -> NDArray[np.uint8]:
+def picture(field: Field, camera: Camera, size: int) -> NDArray[np.uint8]:
     """The field as (size, size, 3), smooth at its outlines."""
     fine = 2 * size
     axis = (np.arange(fine) + 0.5) / fine * 2 - 1
@@ -143,11 +116,10 @@ def picture(
     _, gradients = values_and_gradients(field, points[hit])
     normals = gradients / np.linalg.norm(gradients, axis=1, keepdims=True)
     seen = normals @ camera.axes.T  # (N, 3): right, up, toward
-    bright = np.full((len(seen), 3), light.ambient)
-    for direction, color in light.lamps:
+    bright = np.full((len(seen), 3), AMBIENT)
+    for direction, color in LAMPS:
         unit = np.array(direction) / np.linalg.norm(direction)
-        share = np.clip((seen @ unit + light.wrap) / (1 + light.wrap), 0, None)
-        bright += share[:, None] * color
+        bright += np.clip(seen @ unit, 0, None)[:, None] * color
     colors[hit] = CLAY * bright
     colors = np.clip(colors, 0, 1).reshape(size, 2, size, 2, 3).mean((1, 3)) ** (1 / 1.6)
     return (255 * colors + 0.5).astype(np.uint8)

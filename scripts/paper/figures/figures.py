@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of one edit by all methods, drawn from the fields themselves (`field_picture`).
+"""Pictures of one edit by all methods, rendered by Blender; drift is drawn from the fields.
 
 methods  one stroke of radius 0.08 and intensity 0.06, the first random edit of the sphere
 drift    the same, coloured by how far the surface moved where the stroke does not reach: a decade
@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from pictures import field_picture, sheet
+from pictures import field_picture, rendered, sheet
 from pictures.sheet import Picture
 
 from neural_sculpt_addon.field.field import Field
@@ -144,8 +144,8 @@ def _camera(edit: Stroke) -> field_picture.Camera:
 def _shaded(
     fields: Mapping[str, Field], camera: field_picture.Camera, size: int
 ) -> dict[str, Picture]:
-    light = field_picture.EVEN_LIGHT
-    return {name: field_picture.picture(f, camera, size, light) for name, f in fields.items()}
+    drawn = rendered.pictures([*fields.values()], camera, size)
+    return dict(zip(fields, drawn, strict=True))
 
 
 def _page(cells: Mapping[str, Picture]) -> Picture:

@@ -8,8 +8,8 @@ samples where the stroke takes them, p' = p + m(u) s b(v / r) n, on the field th
 from pathlib import Path
 
 import numpy as np
-from pictures import field_picture, sheet
-from pictures.field_picture import Camera, picture, trace
+from pictures import rendered, sheet
+from pictures.field_picture import Camera, trace
 from pictures.sheet import LARGER, Picture
 from PIL import Image, ImageDraw
 
@@ -54,7 +54,8 @@ def task(settings: Settings, folder: Path) -> Task:
         _, path = edit.problem.placed[0]
         tube = sample_tube(shape.field, stroke, path, ROWS, COLUMNS)
         size = settings.pixels
-        before, after = _Drawing(shape.field, size), _Drawing(edit.field, size)
+        fields = shape.field, edit.field
+        before, after = map(_Drawing, fields, rendered.pictures(fields, CAMERA, size))
         before.grid(tube, tube.surface.points)
         before.line(path.points)
         for u in FRAMES:
@@ -73,10 +74,10 @@ def task(settings: Settings, folder: Path) -> Task:
 class _Drawing:
     """Lines on the picture of a field."""
 
-    def __init__(self, field: Field, size: int) -> None:
-        self._field, self._size = field, size
-        shaded = Image.fromarray(picture(field, CAMERA, size, field_picture.EVEN_LIGHT))
-        self._page = shaded.resize((size * LARGER, size * LARGER), Image.Resampling.BICUBIC)
+    def __init__(self, field: Field, picture: Picture) -> None:
+        self._field, size = field, len(picture)
+        self._size, larger = size, (size * LARGER, size * LARGER)
+        self._page = Image.fromarray(picture).resize(larger, Image.Resampling.BICUBIC)
         self._draw = ImageDraw.Draw(self._page)
 
     def picture(self) -> Picture:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import make_examples
 import numpy as np
-from pictures import field_picture, sheet
-from pictures.field_picture import Camera, picture
+from pictures import rendered, sheet
+from pictures.field_picture import Camera
 from pictures.sheet import Picture
 
 from neural_sculpt_addon.field.edit.edit import sculpt
@@ -40,10 +40,13 @@ def task(settings: Settings, folder: Path) -> Task:
         example = make_examples.EXAMPLES[NAME]
         text = (make_examples.FOLDER / f"{NAME}.json").read_text(encoding="utf-8")
         now, size = prepare(primitive(example.field)), settings.pixels // 2
-        cells = [_state(picture(now.field, CAMERA, size, field_picture.EVEN_LIGHT), "")]
-        for number, stroke in enumerate(parse_strokes(text), start=1):
+        strokes, fields = parse_strokes(text), [now.field]
+        for stroke in strokes:
             now = sculpt(now, stroke).preparation
-            shaded = picture(now.field, CAMERA, size, field_picture.EVEN_LIGHT)
+            fields.append(now.field)
+        first, *others = rendered.pictures(fields, CAMERA, size)
+        cells = [_state(first, "")]
+        for number, (stroke, shaded) in enumerate(zip(strokes, others, strict=True), start=1):
             cells += [_step(stroke, size), _state(shaded, f"{number} {stroke.name}")]
         sheet.save(folder / "sequence.png", _page(cells))
         return {"pictures": ["sequence"]}

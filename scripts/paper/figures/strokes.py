@@ -37,20 +37,24 @@ def read() -> dict[str, Any]:
 
 def cells(source: dict[str, Any], figure: str, shape: str, size: int) -> Iterator[Cell]:
     """Sculpt and draw all strokes of a figure, whose shape is there; `size` in pixels."""
-    from pictures import field_picture
+    from pictures import field_picture, rendered
 
     from neural_sculpt_addon.field.edit.edit import edit
     from neural_sculpt_addon.stroke.file import parse_strokes
 
     about = source["shapes"][shape]
     field, camera = shape_of(about["network"]), field_picture.Camera(**about["camera"])
+    made, fields = [], []
     for family in source["figures"][figure]:
         for name, changes in family["cells"].items():
             data = {"points": about["points"], **source["brush"], **changes, "name": name}
             strokes = parse_strokes(json.dumps({"version": 1, "strokes": [data]}))
             edited, (report,) = edit(field, strokes)
-            drawn = field_picture.picture(edited, camera, size, field_picture.EVEN_LIGHT)
-            yield Cell(family["title"], name, strokes[0], drawn, report)
+            made.append((family["title"], name, strokes[0], report))
+            fields.append(edited)
+    drawn = rendered.pictures(fields, camera, size)
+    for (title, name, stroke, report), picture in zip(made, drawn, strict=True):
+        yield Cell(title, name, stroke, picture, report)
 
 
 def shape_of(name: str) -> Any:
