@@ -37,9 +37,8 @@ def pictures(fields: Sequence[Field], camera: Camera, size: int) -> list[Picture
             mesh_file.write(path, replace(proxy, vertices=vertices, normals=normals))
         view = json.dumps({"half": camera.half, "size": size})
         command = [str(environment.ensure().blender), str(START), "in_blender.views", view]
-        subprocess.run(
-            [*command, *map(str, meshes)], check=True, stdout=subprocess.DEVNULL
-        )  # it tells of each sample
+        command += map(str, meshes)
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)  # each sample is told
         return [_on_white(path.with_suffix(".png")) for path in meshes]
 
 

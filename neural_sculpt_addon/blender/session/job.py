@@ -46,7 +46,7 @@ class Job:
     request: makes the request when the job's turn comes
     apply:   takes the result on the main thread; raises SculptError when it cannot
     target:  session_uid of the object that the job edits, None when it edits none
-    reads:   session_uid of the object whose field it is about all the same
+    reads:   session_uid of the object whose field a job without a target reads
     step:    the last step of Blender's history when the job was asked for, or the one that a result
              of an earlier job has made since
     follows: whether the change that the job computes, a brush stroke for example, is a step of

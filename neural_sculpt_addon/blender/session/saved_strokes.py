@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strokes without a result yet, which a file that is saved meanwhile holds as muted ones, and the
-scene where the extension is disabled.
+"""Strokes without a result yet, as muted entries of the history: in a file that is saved meanwhile,
+and in the scene when the extension is disabled.
 
-For a file the scene has these entries only while that is written, so no step of Blender's history
+While a file is written the scene has them, and not after that, so no step of Blender's history
 holds them.
 """
 

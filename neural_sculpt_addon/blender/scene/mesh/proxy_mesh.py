@@ -55,7 +55,7 @@ def why_locked(ob: Object) -> str:
 
 
 def _why_mode_locks(ob: Object, mesh: Mesh) -> str:
-    """The same, where the mode is the reason."""
+    """The reason that lies in the object's mode, as of `why_locked`."""
     if mesh.is_editmode:
         return Text("{} is in Edit Mode. Leave Edit Mode to sculpt the field.", ob.name)
     if ob.mode in OF_OTHER_STEPS:

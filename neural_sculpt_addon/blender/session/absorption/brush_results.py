@@ -184,7 +184,8 @@ class BrushResults(Arrivals):
 
     def hold(self, job: Job) -> bool:
         """Whether a job must wait for strokes that are on their way, for it is to be done on their
-        result. One that only reads the field does not hear of those that came after it began."""
+        result. A job that only reads the field takes no notice of strokes that came after it
+        began."""
         target = job.reads if job.target is None and job.status is JobStatus.QUEUED else job.target
         ob, proxy = find(target or 0), proxies.get(target)
         if ob is None or proxy is None or job.kind is JobKind.ABSORB_STROKE:
