@@ -5,7 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Brush, Object, Scene
 
-from . import handlers as history
+from . import handlers
 from . import menus, tools
 from .locale import translations
 from .notice import NEURAL_SCULPT_OT_notice
@@ -139,7 +139,7 @@ CLASSES = (
 PARTS = (
     sound_strings,
     session_display,
-    history,
+    handlers,
     live,
     kept_brush,
     seen_surface,

@@ -20,7 +20,7 @@ from .call_times import ended, timed, times
 from .extension import add, fields, install, module, worker_session
 from .simulated_input import Steps
 
-RESOLUTION = 256  # of the Suzanne field: about 100,000 vertices
+RESOLUTION = 238  # of the Suzanne field: about 100,000 vertices
 ASSETS = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 BRUSHES = (
     *("Draw", "Smooth", "Grab", "Inflate/Deflate", "Clay Strips", "Crease Sharp"),

@@ -30,6 +30,7 @@ Held = Sequence[str]
 SCREEN_FILE = "NEURAL_SCULPT_SCREEN"
 DRAWN = 0.04  # seconds of the main loop, at whose end the window is drawn
 ASKED = 0.02  # seconds after which is asked again whether something is so
+RESTED = 0.005  # seconds of rest in each turn of the main loop
 FRONT = Quaternion((0.7071068, 0.7071068, 0.0, 0.0))
 TOP = Quaternion((1.0, 0.0, 0.0, 0.0))
 
@@ -184,3 +185,12 @@ def play(steps: Steps) -> None:
 
     bpy.context.preferences.view.show_splash = False
     bpy.app.timers.register(step, first_interval=0.5, persistent=True)
+    if bpy.app.use_event_simulate:
+        bpy.app.timers.register(_rest, persistent=True)
+
+
+def _rest() -> float:
+    """Rest, as Blender does by itself when there is no event, but not with --enable-event-simulate:
+    its main loop would take a core from the worker and from whatever runs beside it."""
+    time.sleep(RESTED)
+    return 0.0

@@ -73,6 +73,7 @@ class Absorb(SculptCase):
         undo()
         self.assertFalse(edited(field(name)))
 
+    @long
     def test_another_mesh_on_the_object_is_a_native_edit(self) -> None:
         edited = module("blender.scene.mesh.native_edits").edited
         ob = add("SPHERE")

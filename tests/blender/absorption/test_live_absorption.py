@@ -214,6 +214,7 @@ class Live(BrushCase):
             self.assertFalse(self.edited())
         self.assertEqual(state(self.ob()), before)
 
+    @long
     def test_undo_while_brush_and_neural_strokes_are_on_their_way(self) -> None:
         """One press takes back one of them, one more brings it back, and nothing is muted. What
         waits cuts not off what can be redone before the artist goes on."""

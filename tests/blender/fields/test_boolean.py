@@ -16,6 +16,7 @@ def select(*objects: Object) -> None:
 
 
 class Booleans(SculptCase):
+    @long
     def test_a_mesh_is_cut_out_and_comes_back(self) -> None:
         ob = add("SPHERE")
         name, before = ob.name, vertices(ob)

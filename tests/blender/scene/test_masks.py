@@ -13,6 +13,7 @@ from harness import (
     SphereCase,
     arc,
     brush_settings,
+    long,
     module,
     state,
     stroke,
@@ -142,6 +143,7 @@ class Masks(SphereCase):
         self.assertTrue((mask[x > EDGE] == 1).all())
         self.assertTrue((mask[x < -EDGE] == 0).all())
 
+    @long
     def test_the_history_comes_to_the_same_whatever_is_masked_later(self) -> None:
         paint(self.ob(), half(self.ob()))
         self.sculpt()

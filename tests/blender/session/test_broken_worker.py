@@ -39,6 +39,7 @@ class BrokenWorker(SteeredCase):
     def listed(self) -> list[tuple[str, bool]]:
         return [(item.name, item.muted) for item in field("Sphere").neural_sculpt.strokes]
 
+    @long
     def test_once_is_made_good(self) -> None:
         for number, how in enumerate(WAYS, 1):
             with self.subTest(how):

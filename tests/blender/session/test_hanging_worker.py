@@ -70,6 +70,7 @@ class HangingWorker(SteeredCase):
         self.assertEqual(self.session.last_error, "")
         self.assertEqual(self.listed(), [("Two", False)])
 
+    @long
     def test_in_the_background_it_is_replaced_once(self) -> None:
         call_as("Script")
         self.say("go")
@@ -77,6 +78,7 @@ class HangingWorker(SteeredCase):
         stroke(np.eye(3), name="One")
         self.assertEqual(self.listed(), [("One", False)])
 
+    @long
     def test_in_the_background_the_second_time_is_an_error_and_the_stroke_is_kept(self) -> None:
         call_as("Script")
         self.say("go")

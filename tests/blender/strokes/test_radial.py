@@ -8,6 +8,7 @@ from harness import (
     add,
     arc,
     field,
+    long,
     module,
     push_undo,
     redo,
@@ -95,6 +96,7 @@ class Radial(SculptCase):
         ops.edit_stroke(uid=uid, radial=(1, 1, 1))
         self.assertNotIn("radial", strokes_of(field("Sphere"))[0])
 
+    @long
     def test_copies_that_leave_the_box_are_left_out(self) -> None:
         """Of a cube that spans 1.7 an eighth of a turn brings an edge out of [-1, 1]^3."""
         bpy.ops.mesh.primitive_cube_add()

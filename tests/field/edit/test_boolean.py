@@ -39,8 +39,8 @@ def distances(points):
     ("operation", "sign_a", "sign_b", "choose"),
     [
         ("union", 1, 1, np.minimum),
-        ("difference", 1, -1, np.maximum),
-        ("intersection", 1, 1, np.maximum),
+        pytest.param("difference", 1, -1, np.maximum, marks=pytest.mark.long),
+        pytest.param("intersection", 1, 1, np.maximum, marks=pytest.mark.long),
     ],
 )
 def test_the_result_is_that_of_the_two_balls(solid, operation, sign_a, sign_b, choose):

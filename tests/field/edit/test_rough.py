@@ -69,6 +69,7 @@ def test_it_is_solved_as_finely_as_the_bumps_where_it_would_fold(rough):
     assert resolution(pose(rough, meridian(0.002))).level == 6
 
 
+@pytest.mark.long
 def test_what_is_carved_through_a_blade_leaves_no_crumbs_of_it():
     """The blade is thinner than the cells that the carving brush asks for by itself."""
     turn = np.linspace(-0.4, 0.4, 7)

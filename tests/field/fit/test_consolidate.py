@@ -78,6 +78,7 @@ def test_the_report_is_what_was_lost(done, bumpy):
     assert report["normal_deg"] < 2
 
 
+@pytest.mark.long
 def test_another_width_starts_anew(bumpy):
     done = consolidate(bumpy, 48, seed=3)
     assert done.field.network.widths == (48, 48)

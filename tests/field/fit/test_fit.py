@@ -407,6 +407,7 @@ def test_another_seed_gives_another_field(sphere_fit):
     assert not same(other.field, sphere_fit.field)
 
 
+@pytest.mark.long
 def test_finer_levels_come_closer_to_a_torus():
     """Against the closed form, of which the mesh is a fine tessellation."""
     mesh = trimesh.creation.torus(0.5, 0.2, major_sections=288, minor_sections=144)

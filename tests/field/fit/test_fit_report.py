@@ -113,6 +113,7 @@ def test_rods_thinner_than_a_cell_are_measured(three, preset, thin):
     assert all("Quality Fine would do." in note for note in told)
 
 
+@pytest.mark.long
 def test_thin_rods_are_fitted_with_a_word_that_names_the_preset():
     rods = [
         trimesh.creation.box((1.7, 0.015, 0.015)).apply_translation([0, 0.1 * i, 0])
@@ -154,6 +155,7 @@ def test_strays_are_taken_away_and_all_else_stays(three, center, level, height, 
     assert now < max(given, good + 1e-4)  # a tenth of what the preset allows
 
 
+@pytest.mark.long
 def test_an_island_over_a_film_is_taken_away_and_the_film_stays():
     """A ball without its top is closed by a film, over which 27 splines make an island: a piece
     by itself, which the mesh has none of."""
@@ -234,6 +236,7 @@ def test_surface_where_the_mesh_has_none_is_one_of_the_worst_places(three):
     assert np.linalg.norm(measures["worst"][0]) < 0.2
 
 
+@pytest.mark.long
 def test_a_crumb_near_a_film_that_the_proxy_does_not_see_is_taken_away():
     """A ball without its top, and one spline over the film, in the middle of a cell of the proxy:
     it takes f below zero within 0.4 cells."""

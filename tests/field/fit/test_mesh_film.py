@@ -114,6 +114,7 @@ def test_the_distance_to_an_open_mesh_changes_no_faster_than_one_walks(seed):
     assert (change - np.linalg.norm(way, axis=1)).max() < H
 
 
+@pytest.mark.long
 def test_a_fit_is_as_smooth_on_a_film_as_on_the_mesh():
     open_ball = without(BALL, BALL.triangles_center[:, 2] > 0.5)
     fit = fit_mesh(open_ball.vertices, open_ball.faces)

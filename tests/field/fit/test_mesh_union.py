@@ -107,6 +107,7 @@ SHAPES = {
 }
 
 
+@pytest.mark.long
 @settings(max_examples=8, deadline=None)
 @given(
     names=st.lists(st.sampled_from(list(SHAPES)), min_size=2, max_size=5),
@@ -145,6 +146,7 @@ def test_the_field_of_three_boxes_is_one_piece():
     assert fit.report["error_mean"] < 1.5e-3
 
 
+@pytest.mark.long
 def test_cutting_gives_the_same_faces_in_the_same_order_each_time():
     rings = [trimesh.creation.torus(0.5, 0.2).apply_translation([0.4 * i, 0, 0]) for i in range(3)]
     whole = trimesh.util.concatenate(rings)

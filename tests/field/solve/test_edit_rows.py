@@ -82,6 +82,7 @@ def test_beyond_a_crease_the_distance_is_that_from_the_crease(preparation, inten
     np.testing.assert_allclose(targets[beyond], true[beyond], atol=0.5 * h)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("intensity", [-0.13, 0.13])
 def test_beside_blades_and_slits_the_side_is_that_of_both_walls(preparation, intensity):
     """Two grooves of 80 degrees with a blade between them, or two ridges with a slit, also at their

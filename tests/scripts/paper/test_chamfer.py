@@ -157,6 +157,7 @@ def test_the_ground_truth_of_a_carve_through_a_thin_part_ends_at_its_other_side(
     assert hole - 1.5 * cell < np.hypot(*points[:, :2].T).min() < hole + cell
 
 
+@pytest.mark.long
 def test_the_ground_truth_has_no_hollow_that_nothing_opens():
     """Two ridges close the hole of the torus, 0.3 wide, 0.06 above and below its middle."""
     ridges = Profile(points=((-1, 0), (-0.6, 1), (0, 0.4), (0.6, 1), (1, 0)))

@@ -65,7 +65,7 @@ def printed(folder, *command):
     return done.stdout.splitlines()
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "2")])
+@pytest.mark.parametrize("options", [(), pytest.param(("-n", "2"), marks=pytest.mark.long)])
 def test_of_pytest(tmp_path, options):
     file = tmp_path / "tests" / "test_some.py"
     file.parent.mkdir()

@@ -53,6 +53,7 @@ def test_is_made_once_and_then_reused(folder):
     assert virtualenv.home_of(python).samefile(sys.base_prefix)
 
 
+@pytest.mark.long
 def test_half_made_one_is_made_again(folder):
     with pytest.raises(SculptError, match="network"):
         virtualenv.make(folder, BASE, "new", fail)
@@ -76,6 +77,7 @@ def test_somebody_elses_environment_is_kept(folder):
     assert (folder / "installed").exists()
 
 
+@pytest.mark.long
 def test_without_its_python_it_is_made_again(folder):
     virtualenv.python_in(folder).unlink()
     assert not virtualenv.is_complete(folder, "recipe")

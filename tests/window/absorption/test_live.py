@@ -182,6 +182,7 @@ class Live(WindowCase):
         self.assertTrue(np.array_equal(vertices(field()), before))
         self.assertFalse(edited())
 
+    @long
     def test_a_brush_while_a_neural_stroke_is_computed(self) -> Steps:
         """The result comes while the brush is down: both are in the history, the brush first."""
         make_native_brushes("Clay")
@@ -218,6 +219,7 @@ class Live(WindowCase):
         yield from redo()
         self.assertEqual(state(field())[2], both[2])
 
+    @long
     def test_undo_and_redo_of_both_before_either_has_a_result(self) -> Steps:
         """Each press is about one of them."""
         make_native_brushes("Clay")

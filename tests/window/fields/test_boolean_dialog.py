@@ -20,7 +20,7 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import module, state, vertices
+from harness import long, module, state, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 
@@ -51,6 +51,7 @@ class BooleanDialog(WindowCase):
         yield from hand.until(lambda: self.session.behind is None, SECONDS, "a preview")
         return (yield from still_picture())
 
+    @long
     def test_what_it_comes_to_is_seen_before_it_is_confirmed(self) -> Steps:
         """And nothing else has changed after Esc."""
         yield from self.beside(1, 0, 0)

@@ -16,7 +16,7 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import vertices
+from harness import long, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 
@@ -28,6 +28,7 @@ COLORS = {"Clay": (0.1, 0.3, 0.8, 1.0), "Iron": (0.8, 0.25, 0.1, 1.0)}
 class Dressed(WindowCase):
     absorbs_live = True
 
+    @long
     def test_all_stays_on_it(self) -> Steps:
         dress()
         hand.view_area().spaces.active.shading.color_type = "MATERIAL"

@@ -24,6 +24,7 @@ class OpenMesh(WindowCase):
         panel = yield from still_picture("UI")
         hand.save_png(PICTURES / "from_mesh_panel.png", panel)
 
+    @long
     def test_a_tube_gets_a_thickness_by_the_dialog(self) -> Steps:
         bpy.ops.mesh.primitive_cylinder_add(radius=0.5, depth=1.4, end_fill_type="NOTHING")
         source = bpy.context.active_object

@@ -15,7 +15,7 @@ from drawing import (
     operate,
     undo,
 )
-from harness import brush_settings, module, state, strokes_of
+from harness import brush_settings, long, module, state, strokes_of
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Pixel, Steps
 
@@ -81,6 +81,7 @@ class EditPoints(WindowCase):
         yield from undo()
         self.assertEqual(state(field()), self.drawn)
 
+    @long
     def test_another_field_is_active_by_now(self) -> Steps:
         """As when one that was fitted meanwhile is ready: the points reach their own."""
         at = yield from self.begin()
@@ -94,6 +95,7 @@ class EditPoints(WindowCase):
         self.assertAlmostEqual(strokes_of(field())[0]["radius"], RADIUS + WIDER, delta=3e-3)
         self.assertEqual(strokes_of(bpy.data.objects["Torus"]), [])
 
+    @long
     def test_the_stroke_has_left_the_history(self) -> Steps:
         """Nothing is replayed, and a sentence says why."""
         at = yield from self.begin()
@@ -107,6 +109,7 @@ class EditPoints(WindowCase):
         self.assertEqual(state(field()), applied)
         self.assertIsNone(changed_stroke.shown())
 
+    @long
     def test_a_menu_maximizes_the_area(self) -> Steps:
         """The operator's own area is gone then, and beside all areas the mouse has none."""
         at = yield from self.begin()

@@ -16,7 +16,7 @@ from drawing import (
     still_picture,
     undo,
 )
-from harness import module, state
+from harness import long, module, state
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Pixel, Steps
 
@@ -26,6 +26,7 @@ changed_stroke = module("blender.viewport.changed_stroke")
 
 
 class EditStroke(WindowCase):
+    @long
     def test_a_preview_that_leaves_nothing(self) -> Steps:
         """The surface shows what is set, until Esc, Cancel beside the dialog, or another file."""
         yield from self.add()

@@ -7,7 +7,7 @@ import signal
 
 import numpy as np
 from drawing import PICTURES, SECONDS, WindowCase, choose_tool, middle, still_picture
-from harness import module
+from harness import long, module
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 
@@ -38,6 +38,7 @@ class StatusBar(WindowCase):
             for another in texts[:number]:
                 self.assertTrue((one != another).any())
 
+    @long
     def test_strokes_that_wait(self) -> Steps:
         """Drawn faster than the worker takes them in, they are counted."""
         yield from self.add()

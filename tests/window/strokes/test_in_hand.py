@@ -16,7 +16,7 @@ from drawing import (
     take_native_brush,
     undo,
 )
-from harness import vertices
+from harness import long, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 from test_mask_brush import choose_mask_brush, masks
@@ -50,6 +50,7 @@ class InHand(WindowCase):
         yield from hand.until(came, SECONDS, "the result")
         yield from self.idle()
 
+    @long
     def test_a_new_field_while_another_one_is_sculpted(self) -> Steps:
         yield from self.add()
         self.stop_worker()
@@ -75,6 +76,7 @@ class InHand(WindowCase):
         self.assertFalse(field().neural_sculpt.strokes[0].muted)
         self.assertGreater(masks().max(), 0)
 
+    @long
     def test_a_strength_that_was_typed_before_a_brush_is_put_down(self) -> Steps:
         """Of a muted stroke, which the worker is not asked about. It is applied when it rests."""
         yield from self.add()
@@ -89,6 +91,7 @@ class InHand(WindowCase):
         yield from self.brush(lambda: field().neural_sculpt.strokes[0].strength == 0.5)
         self.assertGreater(masks().max(), 0)
 
+    @long
     def test_a_neural_stroke_while_its_object_is_moved(self) -> Steps:
         """Undo of the move leads to where the object stood."""
         yield from self.add()

@@ -122,6 +122,7 @@ class LiveSurface(WindowCase):
             hand.release(last)
             yield hand.DRAWN
 
+    @long
     def test_many_copies(self) -> Steps:
         """Of a stroke repeated about the axis that looks at the artist each piece of work is of
         bounded size, also at its end, and all copies are seen before there is a result."""

@@ -181,6 +181,7 @@ class Meanwhile(WindowCase):
         self.assertGreater(shift[0, 0], 0.05)
         self.session.last_error = ""
 
+    @long
     def test_linked_duplicate_while_a_stroke_waits(self) -> Steps:
         """The result is the first field's alone; undo and redo find both whole."""
         yield from self.add()

@@ -18,7 +18,7 @@ from drawing import (
     still_picture,
 )
 from geometry import to_path
-from harness import brush_settings, module, vertices
+from harness import brush_settings, long, module, vertices
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Pixel, Steps
 
@@ -83,6 +83,7 @@ class NextStroke(WindowCase):
         yield 3 * hand.DRAWN
         self.assertEqual(self.raised(), narrow)
 
+    @long
     def test_the_ribbon_on_every_material(self) -> Steps:
         """Of a stroke that smooths: its lines are lighter and darker than what they lie on, and it
         widens with F while that is dragged."""

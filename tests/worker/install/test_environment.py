@@ -181,6 +181,7 @@ def test_no_builds_for_this_python_is_said(tmp_path, offline):
         create(tmp_path / "env", sys.executable)
 
 
+@pytest.mark.long
 def test_the_marker_stays_incomplete_until_the_self_test_has_passed(tmp_path, offline):
     pinned_wheels(offline)
     seen: list[float] = []
