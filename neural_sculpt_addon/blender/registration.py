@@ -5,8 +5,7 @@ import bpy
 from bpy.props import PointerProperty
 from bpy.types import Brush, Object, Scene
 
-from . import handlers
-from . import menus, tools
+from . import handlers, menus, tools
 from .locale import translations
 from .notice import NEURAL_SCULPT_OT_notice
 from .operators.fields.absorb import NEURAL_SCULPT_OT_absorb
