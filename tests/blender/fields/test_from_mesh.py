@@ -197,6 +197,7 @@ class FromMesh(SculptCase):
         self.assertTrue(any(expected in sentence for sentence in sentences), sentences)
         self.assertLess(self.gaps(source, ob).max(), 0.05)
 
+    @long
     def test_an_even_scale_stays_the_objects_own(self) -> None:
         """Twice its own, under a parent of three times; set to 1 it is half as large."""
         parent = bpy.data.objects.new("Parent", None)

@@ -133,6 +133,7 @@ class Masks(SphereCase):
             self.assertAlmostEqual(ours, theirs, places=6)
         self.undo_and_redo(states, self.everything)
 
+    @long
     def test_a_sharp_border_stays_sharp_under_many_strokes(self) -> None:
         paint(self.ob(), half(self.ob()))
         for tilt in (0.0, 0.2, 0.4):
@@ -263,6 +264,7 @@ class Masks(SphereCase):
         self.assertGreater(self.raised()[y > 0].max(), 0.059)
         self.assertLess(np.abs(self.raised()[y < -EDGE]).max(), 2e-4)
 
+    @long
     def test_remesh_and_other_jobs_keep_the_mask(self) -> None:
         paint(self.ob(), half(self.ob()))
         self.sculpt()

@@ -122,6 +122,7 @@ class BrokenWorker(SteeredCase):
         self.assertIsNone(self.session.behind)
         self.assertEqual(self.session.client.pid, worker)
 
+    @long
     def test_a_job_that_begins_in_the_moment_of_a_death(self) -> None:
         drawn = module("stroke.stroke").Stroke(np.eye(3), module("stroke.brush").Brush(0.1, 0.05))
         job = module("blender.session.stroke_jobs").edit_job(field("Sphere"), (drawn,))
@@ -142,6 +143,7 @@ class BrokenWorker(SteeredCase):
         self.assertEqual(self.session.last_error, "")
         self.assertEqual([muted for _, muted in self.listed()], [False])
 
+    @long
     def test_a_defect_ends_one_job_and_not_the_timer(self) -> None:
         stroke(np.eye(3), name="One")
         message, kind = module("worker.client").Message, module("worker.client").MessageKind

@@ -5,7 +5,7 @@ import json
 
 import bpy
 import numpy as np
-from harness import SteeredCase, field, module, redo, stroke, undo
+from harness import SteeredCase, field, long, module, redo, stroke, undo
 from test_live_absorption import view
 
 
@@ -68,6 +68,7 @@ class Reports(SteeredCase):
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertEqual(self.report(), "One")
 
+    @long
     def test_a_report_that_cannot_be_had_is_no_error(self) -> None:
         self.stroke("One")
         self.pump(lambda: self.session.behind.status == "running")

@@ -13,6 +13,7 @@ from harness import (
     arc,
     brush_settings,
     field,
+    long,
     module,
     push_undo,
     redo,
@@ -107,6 +108,7 @@ class History(SculptCase):
         ops.mute_stroke(uid=self.uid("Three"))
         np.testing.assert_allclose(vertices(self.ob), self.before_last, atol=5e-3)
 
+    @long
     def test_a_replay_by_another_worker_makes_the_same_field(self) -> None:
         self.session.stop()
         ops.mute_stroke(uid=self.uid("Three"))
@@ -190,6 +192,7 @@ class History(SculptCase):
         undo()
         self.assertEqual(state(field("Sphere")), self.drawn)
 
+    @long
     def test_a_stroke_that_smooths(self) -> None:
         """It is edited and muted as all strokes are, and computed again on what is below."""
         top = arc(self.ob) * (SIZE + INTENSITY) / SIZE

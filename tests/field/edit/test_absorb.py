@@ -57,6 +57,7 @@ def test_no_bit_changes_beyond_the_layers_support(sphere):
     assert np.array_equal(values(again.plus(done.layer, -1), points), values(field, points))
 
 
+@pytest.mark.long
 def test_a_grabbed_horn_leaves_no_crumbs_where_the_surface_was(sphere):
     field, proxy = sphere
     share = np.clip(1 - (np.linalg.norm(proxy.vertices - TOP, axis=1) / 0.25) ** 2, 0, None) ** 2

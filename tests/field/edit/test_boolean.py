@@ -72,6 +72,7 @@ def test_a_blend_fills_a_corner_by_a_quarter_of_its_radius():
     np.testing.assert_allclose(height, wanted, atol=1e-3)
 
 
+@pytest.mark.long
 def test_a_mesh_cuts_and_beyond_the_layers_reach_no_bit_changes():
     field = ball(RADIUS)
     box = trimesh.creation.box((0.2, 0.2, 1.0))

@@ -402,6 +402,7 @@ def test_the_same_seed_gives_the_same_bits_whatever_the_cores(sphere_fit, cores,
     assert same(again.field, sphere_fit.field)
 
 
+@pytest.mark.long
 def test_another_seed_gives_another_field(sphere_fit):
     other = fit_mesh(SPHERE.vertices * 10 + 5, SPHERE.faces, preset="draft", seed=1)
     assert not same(other.field, sphere_fit.field)
@@ -452,6 +453,7 @@ def test_creases_get_one_level_more_than_the_preset_and_flat_faces_do_not():
     assert off[:, 1].max() < 4 * spacing(finest + 1)  # two of three faces are near: an edge
 
 
+@pytest.mark.long
 def test_a_thin_plate_is_one_piece():
     plate = trimesh.creation.box((1.7, 1.2, 0.04))
     report = fit_mesh(plate.vertices, plate.faces).report

@@ -260,6 +260,7 @@ def test_a_crumb_near_a_film_that_the_proxy_does_not_see_is_taken_away():
     assert values(found.field, center)[0] > 0
 
 
+@pytest.mark.long
 def test_a_crumb_in_the_middle_of_a_gap_is_taken_away():
     """Two slabs, 0.3 apart, and one spline between them: of the level whose cells are half as long
     as the crumb is far, no node lies two cells away from both."""

@@ -138,6 +138,7 @@ def test_random_parts_agree_with_their_own_winding_numbers(names, seed, turned):
     assert inward.max() < 0.25
 
 
+@pytest.mark.long
 def test_the_field_of_three_boxes_is_one_piece():
     whole = trimesh.util.concatenate(CROSS)
     fit = fit_mesh(whole.vertices, whole.faces, preset="draft")

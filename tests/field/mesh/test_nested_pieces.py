@@ -116,6 +116,7 @@ def test_random_nests_are_solid_where_an_odd_number_of_walls_is_around(data):
     assert np.array_equal((signs(vertices, faces, points) < 0)[clear], inside[clear])
 
 
+@pytest.mark.long
 def test_the_field_of_a_hollow_ball_is_hollow():
     fit = fit_mesh(*joined(ball(1.0, fineness=4), ball(0.6, -1, fineness=4)), preset="draft")
     assert fit.report["flipped"] == 0

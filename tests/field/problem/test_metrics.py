@@ -384,6 +384,7 @@ def test_a_hole_is_measured_by_its_walls(lens):
     assert report["reverse_p95"] < 2e-3
 
 
+@pytest.mark.long
 def test_the_round_edge_of_a_hole_is_rim(lens):
     """The far sheet, 0.1 below, is reached 0.904 radii away from the middle. Within two cells of
     there its normals turn most, for splines round the edge."""
@@ -406,6 +407,7 @@ def test_a_film_that_is_left_in_a_hole_is_as_far_off_as_its_walls(lens, radius):
     assert 0.9 * radius - lens.spacing < measures["reverse_max"] < 1.2 * radius
 
 
+@pytest.mark.long
 def test_a_dent_beside_a_hole_is_seen(lens):
     """On the far sheet, 0.05 from the hole's edge, where the swept volume is near."""
     edit = drilled(lens, 0.2)

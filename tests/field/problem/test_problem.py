@@ -274,7 +274,7 @@ def test_targets_beyond_a_thin_part_are_left_out():
     assert len(alone.target.points) - len(tube.target.points) >= through.sum()
 
 
-@pytest.mark.parametrize("height", [0.2, 0.35])
+@pytest.mark.parametrize("height", [0.2, pytest.param(0.35, marks=pytest.mark.long)])
 def test_a_surface_that_is_raised_beyond_an_axis_bounds_what_is_left(height):
     """The inner equator of the torus, 0.3 from the axis: raised by 0.35 all of it has turned over,
     and what it has swept over twice, 0.05 around the axis, is a hole."""

@@ -84,6 +84,7 @@ def test_a_field_and_a_mesh_are_seen_alike(preparation):
         assert np.linalg.norm(drawn, axis=1) == pytest.approx(0.5, abs=4e-4)
 
 
+@pytest.mark.long
 def test_samples_of_a_field_lie_on_sheets_that_a_proxy_misses(preparation):
     """Four plates, 0.011 thick, in the middle between points of the proxy's lattice."""
     wave, middle = 4 * np.pi, 1 / 128

@@ -282,6 +282,7 @@ def test_a_flattened_field_is_the_sum_in_one(edited):
     np.testing.assert_array_equal(values(from_bytes(data), points), values(field_of(ob), points))
 
 
+@pytest.mark.long
 def test_a_consolidated_field_is_a_network(edited):
     jobs, ob, _ = edited
     fields = ob.fields(width=32, result_revision="c")

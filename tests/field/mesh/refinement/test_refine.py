@@ -246,6 +246,7 @@ def test_it_can_be_cancelled():
         refine(ball(), extract(ball(), 32), MANY, progress=cancel)
 
 
+@pytest.mark.long
 def test_creases_of_a_fitted_cube_are_as_sharp_as_its_field():
     cube = trimesh.creation.box((1.2, 1.0, 0.8))
     field = fit_mesh(cube.vertices, cube.faces, preset="draft").field
