@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The refined proxy against uniform ones, on a sphere with 1, 20 and 100 strokes, in one run.
+"""The refined proxy against uniform ones, on a shape with 1, 20 and 100 strokes, in one run.
 
-The strokes have radii of 0.02 to 0.1 and lie at random. Errors are distances of points, drawn
-evenly from the surface, from the mesh, in model space; slivers the share of triangles below 5
-degrees; turned the triangles that look the other way than the field at their middles. scratch is
-the time of the refinement without that of the uniform proxy; stroke that of its update after the
-last stroke; with a tolerance that is wider than usual all is made anew, and it is left out. share
-is that of the triangles that a uniform proxy of the same p99 would have, interpolated between those
-of 128, 256, 384 and 512 cells by powers; none beyond these. Each time is the processor's, of all
-threads together, the least of three: so other work beside it changes little.
+The strokes have radii of 0.02 to 0.1, are short arcs, and lie at random. Errors are distances of
+points, drawn evenly from the surface, from the mesh, in model space; slivers the share of triangles
+below 5 degrees; turned the triangles that look the other way than the field at their middles.
+scratch is the time of the refinement without that of the uniform proxy; stroke that of its update
+after the last stroke; with a tolerance that is wider than usual all is made anew, and it is left
+out. share is that of the triangles that a uniform proxy of the same p99 would have, interpolated
+between those of 128, 256, 384 and 512 cells by powers; none beyond these. Each time is the
+processor's, of all threads together, the least of three: so other work beside it changes little.
 """
 
 import argparse
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 UNIFORM = (128, 256, 384, 512)
 TOLERANCES = (1 / 32, 1 / 64, 1 / 128)  # cells
 RADII = (0.02, 0.03, 0.05, 0.1)
+HALF = 0.15  # model units from the middle of a stroke to its ends
 SAMPLES = 40_000
 SLIVER = 5  # degrees
 COLUMNS = ("triangles", "mean", "p99", "largest", "slivers", "turned", "open", "scratch", "stroke")
@@ -40,6 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """The options of `benchmark.py refine`."""
     parser.add_argument("--json", type=Path, help="write one object per row")
     parser.add_argument("--strokes", default="1,20,100", help="how many, comma-separated")
+    parser.add_argument("--shape", default="sphere", help="a ready-made one (default: %(default)s)")
 
 
 def run(options: argparse.Namespace) -> None:
@@ -47,10 +49,10 @@ def run(options: argparse.Namespace) -> None:
     print(f"{'strokes':>7} {'mesh':<14}" + "".join(f"{name:>11}" for name in (*COLUMNS, "share")))
     rows = []
     wanted = [int(count) for count in options.strokes.split(",")]
-    for count, states in _sculpted(max(wanted)):
+    for count, states in _sculpted(options.shape, max(wanted)):
         if count in wanted:
             for row in _rows(*states):
-                rows.append({"strokes": count, **row})
+                rows.append({"shape": options.shape, "strokes": count, **row})
                 figures = (row.get(name) for name in (*COLUMNS, "share"))
                 texts = ["" if each is None else f"{each:.4g}" for each in figures]
                 print(f"{count:>7} {row['mesh']:<14}" + "".join(f"{t:>11}" for t in texts))
@@ -59,7 +61,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _sculpted(
-    count: int,
+    shape: str, count: int
 ) -> "Iterator[tuple[int, tuple[Preparation, Preparation, Coefficients]]]":
     """After each of so many strokes: what was before, what is now, and the stroke's layer."""
     import numpy as np
@@ -71,16 +73,14 @@ def _sculpted(
     from neural_sculpt_addon.stroke.brush import Brush
     from neural_sculpt_addon.stroke.stroke import Stroke
 
-    random, now = np.random.default_rng(3), prepare(primitive("sphere"))
-    size = np.linalg.norm(now.proxy.vertices, axis=1).mean()
-    turn = np.linspace(-0.3, 0.3, 9)[:, None]
+    random, now = np.random.default_rng(3), prepare(primitive(shape))
+    surface = now.surface
     number = 0
     while number < count:
-        up = random.normal(size=3)
-        up /= np.linalg.norm(up)
-        along = np.cross(up, random.normal(size=3))
+        place = random.integers(len(surface.points))
+        along = np.cross(surface.normals[place], random.normal(size=3))
         along /= np.linalg.norm(along)
-        points = size * (np.cos(turn) * up + np.sin(turn) * along)
+        points = surface.points[place] + np.linspace(-HALF, HALF, 9)[:, None] * along
         radius = RADII[number % len(RADII)]
         number += 1
         stroke, before = Stroke(points, Brush(radius, (-1) ** (number - 1) * radius / 2)), now

@@ -79,8 +79,7 @@ def create_field(
     ob.matrix_world = new.matrix
     with in_window(new.scene):
         succession.link(ob, replaced, new.scene)
-        if bpy.context.mode == "OBJECT":  # the artist may edit something else by now
-            _present(ob, replaced)
+        _present(ob, replaced)
     group = field_of(ob)
     group.base_weights, group.base_id = base, result.fields["id"]
     group.source, group.solver = new.source, new.solver
@@ -273,16 +272,19 @@ def _own_mesh(ob: Object) -> Mesh:
 
 
 def _present(ob: Object, replaced: Object | None) -> None:
-    """Select the object, in the place of another, unless the artist works at something else by
-    now. A viewport in Local View shows it, as it does objects that Blender adds."""
+    """Show the object in place of another, which is hidden, and select it. If the artist works at
+    something else by now that stays the active one, and stays in sight. A viewport in Local View
+    shows the object, as it does objects that Blender adds."""
+    active, at_work = bpy.context.active_object, bpy.context.mode != "OBJECT"
     if ob.name in bpy.context.view_layer.objects:
         for area in bpy.context.screen.areas:
             space = area.spaces.active
             if isinstance(space, SpaceView3D) and space.local_view is not None:
                 ob.local_view_set(space, True)
-        if replaced is None or bpy.context.active_object in (None, replaced):
+        if not at_work and (replaced is None or active in (None, replaced)):
             select(ob)
-    _hide(replaced)
+    if not at_work or replaced != active:
+        _hide(replaced)
 
 
 def _hide(ob: Object | None) -> None:

@@ -30,6 +30,26 @@ class FitMeanwhile(SteeredCase):
         self.finish()
         self.assertEqual(len(self.ob.neural_sculpt.strokes), 0)
 
+    def test_the_artist_sculpts_another_field(self) -> None:
+        """The mesh does not lie in the new field, and undo brings it back."""
+        bpy.context.view_layer.objects.active = self.ob
+        bpy.ops.object.mode_set(mode="SCULPT")
+        push_undo("Sculpt Mode")
+        self.finish()
+        self.assertTrue(self.source.hide_get())
+        self.assertEqual((bpy.context.active_object, bpy.context.mode), (self.ob, "SCULPT"))
+        undo()
+        self.assertNotIn("Cube Field", bpy.data.objects)
+        self.assertFalse(bpy.data.objects["Cube"].hide_get())
+
+    def test_the_artist_sculpts_the_mesh_itself(self) -> None:
+        bpy.ops.object.mode_set(mode="SCULPT")
+        push_undo("Sculpt Mode")
+        self.finish()
+        self.assertIn("Cube Field", bpy.data.objects)
+        self.assertFalse(self.source.hide_get())
+        self.assertEqual(bpy.context.active_object, self.source)
+
     def test_what_was_undone_can_be_redone(self) -> None:
         """The field waits for that, or for what the artist does instead."""
         bpy.data.objects["Cube"].location.x = 1.0
