@@ -5,7 +5,9 @@ Files come from outside: when trimesh fails on a damaged one, a SculptError says
 """
 
 import io
+import re
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ LARGEST_FILE = 2 << 30  # bytes
 
 SINGLE = (b"float", b"float32")  # names that PLY has for it
 HEADER = 1 << 16  # bytes of a PLY file in which its header ends
+RELATIVE = re.compile(rb"^[ \t]*f[ \t].*-", re.MULTILINE)  # a face of an OBJ file that counts back
 
 # What trimesh raises on damaged files.
 DAMAGE = (
@@ -40,7 +43,7 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise SculptError("{} is larger than 2 GiB; decimate the mesh first.", path.name)
-        mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+        mesh = _load(path)
         vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
         vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
         triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
@@ -53,6 +56,41 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise SculptError("{} is damaged: a triangle has a corner that is not there.", path.name)
     return vertices, triangles
+
+
+def _load(path: Path) -> trimesh.Trimesh:
+    """What trimesh makes of a file; of an OBJ file it knows numbers from the start alone."""
+    if path.suffix.lower() == ".obj" and RELATIVE.search(data := path.read_bytes()):
+        text = io.BytesIO(_from_start(data))
+        return trimesh.load_mesh(text, "obj", process=False, skip_materials=True)
+    return trimesh.load_mesh(path, process=False, skip_materials=True)
+
+
+def _from_start(data: bytes) -> bytes:
+    """The text of an OBJ file whose faces count from its start: negative numbers count back from
+    the last vertex, texture coordinate or normal before the face."""
+    counts = {b"v": 0, b"vt": 0, b"vn": 0}
+    lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
+    for number, line in enumerate(lines):
+        word, *corners = line.partition(b"#")[0].split() or [b""]
+        if word in counts:
+            counts[word] += 1
+        elif word == b"f":
+            corners = [_corner_from_start(corner, counts.values()) for corner in corners]
+            lines[number] = b" ".join([word, *corners])
+    return b"\n".join(lines)
+
+
+def _corner_from_start(corner: bytes, counts: Iterable[int]) -> bytes:
+    """A corner of a face, as `3/-1/-2`, after so many vertices, texture coordinates and normals.
+    ValueError when it counts back beyond the first."""
+    numbers = corner.split(b"/")
+    for place, (number, count) in enumerate(zip(numbers, counts, strict=False)):
+        if number.startswith(b"-"):
+            if int(number) + count < 0:
+                raise ValueError("a face counts back beyond the first vertex")
+            numbers[place] = b"%d" % (int(number) + count + 1)
+    return b"/".join(numbers)
 
 
 def _is_single(path: Path) -> bool:

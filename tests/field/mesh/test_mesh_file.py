@@ -53,6 +53,32 @@ def test_polygons_become_triangles(tmp_path):
     assert (vertices.shape, triangles.shape) == ((4, 3), (2, 3))
 
 
+@pytest.mark.parametrize("corner", ["{0}", "{0}/{0}", "{0}//{0}", "{0}/{0}/{0}"])
+def test_faces_that_count_back_from_where_they_stand(tmp_path, corner):
+    """Two tetrahedra, each with its corners before its faces."""
+    faces = [(-4, -2, -3), (-4, -3, -1), (-4, -1, -2), (-3, -2, -1)]
+    text, corners = "", []
+    for x in (0, 5):
+        points = np.array([[x, 0, 0], [x + 1, 0, 0], [x, 1, 0], [x, 0, 1]])
+        text += "".join("v {} {} {}\nvt 0 0\nvn 0 0 1\n".format(*point) for point in points)
+        for face in faces:
+            text += f"f {' '.join(map(corner.format, face))}\n"
+            corners.append(points[list(face)])
+    (tmp_path / "two.obj").write_text(text)
+    vertices, triangles = mesh_file.read(tmp_path / "two.obj")
+    np.testing.assert_array_equal(vertices[triangles], corners)
+
+
+def test_polygons_that_count_back_over_two_lines(tmp_path):
+    path = tmp_path / "mixed.obj"
+    path.write_text(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4 -3 \\\n-2 -1  # four\nv 2 0 0\nf 2 -1 3\n"
+    )
+    vertices, triangles = mesh_file.read(path)
+    expected = [[[0, 0], [1, 0], [1, 1]], [[1, 1], [0, 1], [0, 0]], [[1, 0], [2, 0], [1, 1]]]
+    np.testing.assert_array_equal(vertices[triangles][..., :2], expected)
+
+
 @pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.99])
 def test_truncated_files_are_a_smaller_mesh_or_a_sentence(tmp_path, proxy, suffix, share):
@@ -104,6 +130,7 @@ BAD = {
     "noise.obj": np.random.default_rng(4).bytes(400),
     "points.obj": b"v 0 0 0\nv 1 0 0\n",
     "outside.obj": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
+    "back.obj": b"v 0 0 0\nv 1 0 0\nf -3 -2 -1\nv 0 1 0\nv 1 1 0\n",
     "words.obj": b"v a b c\nf 1 2 3\n",
     "points.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
     b"property float z\nend_header\n0 0 0\n",
