@@ -108,6 +108,8 @@ def _fit(options: argparse.Namespace) -> None:
 
     _check_output(options.output, checkpoint.SUFFIXES)
     _check_output(options.report)
+    if options.detail and options.method == "distance":
+        _check_detail(options.output, "--no-detail")
     vertices, triangles = mesh_file.read(options.mesh)
     result = fit.fit_mesh(
         vertices,
@@ -140,6 +142,8 @@ def _apply(options: argparse.Namespace) -> None:
     proxy.check_cells(options.resolution)
     field = checkpoint.load(options.field)
     strokes = parse_strokes(_read_text(options.strokes))
+    if strokes and options.solver == edit.Solver.LOCAL:
+        _check_detail(options.output, "--solver network")
     field, reports = edit.edit(
         field,
         strokes,
@@ -229,6 +233,16 @@ def _check_output(path: Path | None, suffixes: Sequence[str] = ()) -> None:
         raise SculptError("{}: choose a name that ends in {}.", path.name, ", ".join(suffixes))
     if not path.parent.is_dir():
         raise SculptError("There is no folder {}; make it or choose another.", path.parent)
+
+
+def _check_detail(path: Path, without: str) -> None:
+    """Refuse a file that cannot hold the detail which is to come; what comes `without` it."""
+    if path.suffix.lower() == ".pth":
+        raise SculptError(
+            "{}: the .pth format has no place for detail. Save as .safetensors, or add {}.",
+            path.name,
+            without,
+        )
 
 
 def _read_text(path: Path) -> str:

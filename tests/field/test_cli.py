@@ -267,6 +267,16 @@ BAD = {
     ),
     "no such solver": (NOTHING, [*APPLY, "--solver", "magic"], "solver"),
     "detail as .pth": (detailed, [*APPLY[:-1], "out.pth"], "--solver network"),
+    "strokes as .pth, told before they are solved": (
+        lambda p: stroke_file(p, points=[[0.9, 0, 0]]),
+        [*APPLY[:-1], "out.pth"],
+        "--solver network",
+    ),
+    "a fit as .pth, told before the mesh is read": (
+        NOTHING,
+        [*FIT[:-1], "out.pth"],
+        "--no-detail",
+    ),
     "detail for the network's solver": (detailed, [*APPLY, "--solver", "network"], "Consolidate"),
     "detail for the paper's solver": (detailed, [*APPLY, "--solver", "paper"], "Consolidate"),
     "no points": (NOTHING, SAMPLE, "cannot be read"),
