@@ -264,7 +264,8 @@ def _checked(weights: list[Tensor], biases: list[Tensor], omegas: tuple[float, .
     fan_in = 3
     for layer, (weight, bias) in enumerate(zip(weights, biases, strict=True)):
         fan_out = 1 if layer == len(weights) - 1 else bias.numel()
-        if weight.shape != (fan_out, fan_in) or bias.shape != (fan_out,) or fan_out > WIDEST_LAYER:
+        fits = weight.shape == (fan_out, fan_in) and bias.shape == (fan_out,)
+        if not fits or not 1 <= fan_out <= WIDEST_LAYER:
             raise SculptError(
                 "This network's layer {} has weights {} and biases {}; a field leads from 3"
                 " coordinates to 1 value.",

@@ -367,6 +367,13 @@ CHANGES = {
     "a tensor without data": lambda _, s: s.update(
         {"net.2.weight": torch.zeros(1, 12, device="meta")}
     ),
+    "a layer without units": lambda _, s: s.update(
+        {
+            "net.1.linear.weight": torch.zeros(0, 16),
+            "net.1.linear.bias": torch.zeros(0),
+            "net.2.weight": torch.zeros(1, 0),
+        }
+    ),
     "a missing bias": lambda _, s: s.pop("net.1.linear.bias"),
     "a missing layer": lambda _, s: [s.pop(k) for k in list(s) if k.startswith("net.1")],
     "no layers": lambda _, s: s.clear(),
@@ -457,6 +464,16 @@ def ours(change=lambda tensors, metadata: None, field=None):
         (lambda t, m: t["layers.0.weight"].fill_(float("nan")), "NaN"),
         (lambda t, m: t.update({"layers.0.weight": torch.zeros(12, 4)}), "layer 1"),
         (lambda t, m: t.update({"layers.0.weight": torch.zeros([1] * 5000)}), "layer 1"),
+        (
+            lambda t, m: t.update(
+                {
+                    "layers.0.weight": torch.zeros(0, 3),
+                    "layers.0.bias": torch.zeros(0),
+                    "layers.1.weight": torch.zeros(9, 0),
+                }
+            ),
+            "layer 1",
+        ),
         (lambda t, m: m.update(omegas="[30.0, 1e30]"), "beyond 10000"),
         (lambda t, m: t["layers.1.bias"].fill_(-1e30), "beyond 10000"),
         (lambda t, m: t["layers.1.weight"].fill_(1e38), "beyond 10000"),
