@@ -5,6 +5,7 @@ Files come from outside: when trimesh fails on a damaged one, a SculptError says
 """
 
 import io
+import json
 import re
 import struct
 from collections.abc import Iterable
@@ -43,6 +44,12 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise SculptError("{} is larger than 2 GiB; decimate the mesh first.", path.name)
+        if compression := _compression(path):
+            raise SculptError(
+                "{} is compressed ({}), which cannot be read. Export it without compression.",
+                path.name,
+                f"{compression:.60}",
+            )
         mesh = _load(path)
         vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
         vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
@@ -56,6 +63,19 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise SculptError("{} is damaged: a triangle has a corner that is not there.", path.name)
     return vertices, triangles
+
+
+def _compression(path: Path) -> str:
+    """The extension by which the meshes of a .glb file are compressed; empty where they are not.
+
+    trimesh makes them zeros.
+    """
+    if path.suffix.lower() != ".glb":
+        return ""
+    with path.open("rb") as file:
+        (size,) = struct.unpack("<12xI4x", file.read(20))  # of the first chunk, which is JSON
+        required = json.loads(file.read(size)).get("extensionsRequired", [])
+    return ", ".join(name for name in required if "compression" in name)
 
 
 def _load(path: Path) -> trimesh.Trimesh:

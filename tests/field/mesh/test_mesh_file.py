@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Mesh files of every format, and files that hold no mesh."""
 
+import json
 import struct
 
 import numpy as np
@@ -120,6 +121,24 @@ def test_a_file_of_double_precision_may_be_far_away(tmp_path):
         vertices, triangles = mesh_file.read(tmp_path / name)
         assert vertices.dtype == np.float64
         clean(vertices, triangles)
+
+
+@pytest.mark.parametrize("kind", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
+def test_compressed_files_are_refused_by_name(tmp_path, proxy, kind):
+    """As exporters write them: the accessors of a compressed mesh have no bytes of their own."""
+    mesh_file.write(tmp_path / "ball.glb", proxy)
+    data = (tmp_path / "ball.glb").read_bytes()
+    (size,) = struct.unpack_from("<I", data, 12)
+    header, rest = json.loads(data[20 : 20 + size]), data[20 + size :]
+    header |= {"extensionsUsed": [kind], "extensionsRequired": [kind]}
+    for accessor in header["accessors"]:
+        del accessor["bufferView"]
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 4)
+    first = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
+    (tmp_path / "small.glb").write_bytes(first + text + rest)
+    with pytest.raises(SculptError, match=rf"small\.glb is compressed \({kind}\)"):
+        mesh_file.read(tmp_path / "small.glb")
 
 
 BAD = {
