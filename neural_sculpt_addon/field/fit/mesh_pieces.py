@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ...common.progress import look
 from ..geometry import unit
 from .mesh_cleanup import BULKY, CleanMesh, areas, normals
 from .mesh_union import BESIDE_FACE, BOTH_INSIDE, HIDDEN
@@ -109,6 +110,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     starts = np.searchsorted(of_parts[order], np.arange(len(volume) + 1))
     pairs = [np.empty((0, 2), np.intp)]
     for part in np.flatnonzero(volume > 0):
+        look()
         near = ((middle > low[part]) & (middle < high[part])).all(axis=1) & (owner != part)
         if near.any():
             own = mesh.triangles[order[starts[part] : starts[part + 1]]]

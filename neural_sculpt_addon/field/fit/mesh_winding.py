@@ -11,6 +11,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...common.progress import look
+
 Array = NDArray[np.float64]
 
 FAST, CLOSE = 2.0, 3.0
@@ -55,18 +57,21 @@ def facing(
     spread = (np.arange(PROBES_OF_PIECE) + 0.5) / PROBES_OF_PIECE
     probes = corners[starts[:-1, None] + (spread * counts[:, None]).astype(int)].mean(axis=2)
 
+    lows, highs = (np.ascontiguousarray(side[order].T) for side in (low, high))  # (3, P)
     result = np.zeros(len(volumes), np.int8)
     number = np.zeros((len(volumes), PROBES_OF_PIECE), np.int64)  # of what is larger, at the probes
     mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
     for place, piece in enumerate(order):
+        look()
         around = np.quantile(number[piece], DISSENT, method="lower")
         if not mirrored[piece]:
             mirrored[piece] = 1 if around > 0 else wound[piece]
         kept = wound[piece] * mirrored[piece]
         result[piece] = kept if around + kept >= 0 else 1
-        smaller = order[place + 1 :]
-        near = (low[smaller] < high[piece]) & (high[smaller] > low[piece])
-        near = smaller[near.all(axis=1)]
+        smaller = slice(place + 1, None)
+        near = lows[:, smaller] < high[piece, :, None]
+        near &= highs[:, smaller] > low[piece, :, None]
+        near = order[smaller][near.all(axis=0)]
         if not len(near):
             continue
         own = sorted_faces[starts[piece] : starts[piece + 1]]

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from neural_sculpt_addon.common.errors import Cancelled
+from neural_sculpt_addon.common.progress import interruptible
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_pieces import find_pieces
 from neural_sculpt_addon.field.fit.mesh_union import crossings
@@ -55,3 +57,22 @@ def test_pieces_and_cavities(mesh, solid, cavities):
     assert (found.solid.sum(), found.cavity.sum()) == (solid, cavities)
     assert found.of_faces.shape == (len(cleaned.triangles),)
     assert not (found.solid & found.cavity).any()
+
+
+def test_a_cancel_is_heard_among_many_pieces():
+    """Their number makes it long: each is compared with all smaller ones."""
+    many = joined(*(box([0.1] * 3, center=(x, y, 0)) for x in range(8) for y in range(8)))
+    looks = []
+
+    def look():
+        looks.append(None)
+        if len(looks) > 20:
+            raise Cancelled
+
+    with interruptible(look), pytest.raises(Cancelled):
+        clean(*many)
+    mesh = clean(*many)
+    looks.clear()
+    with interruptible(look), pytest.raises(Cancelled):
+        find_pieces(mesh, np.empty((0, 2), np.int64))
+    assert find_pieces(mesh, np.empty((0, 2), np.int64)).counted.sum() == 64
