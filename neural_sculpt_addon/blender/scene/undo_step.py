@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Undo steps of ours: what goes ahead of a change, what is pushed after it, in which context."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import bpy
@@ -34,8 +36,25 @@ def begin_border() -> bool:
 def push_undo(label: str) -> None:
     """Let Blender remember everything as it is, without what is only previewed."""
     preview.hide()
-    with in_window():
+    with in_window(), _without_paint_curve():
         bpy.ops.ed.undo_push(message=label)
+
+
+@contextmanager
+def _without_paint_curve() -> Iterator[None]:
+    """No brush strokes along a paint curve while this block runs. Where the active one does, Blender
+    takes each step for one of that curve, which holds nothing else."""
+    tools = bpy.context.tool_settings
+    paints = tools.sculpt, tools.vertex_paint, tools.weight_paint, tools.image_paint
+    brushes = [paint.brush for paint in paints if paint is not None and paint.brush is not None]
+    along = [brush for brush in brushes if brush.stroke_method == "CURVE"]
+    for brush in along:
+        brush.stroke_method = "SPACE"
+    try:
+        yield
+    finally:
+        for brush in along:
+            brush.stroke_method = "CURVE"
 
 
 def in_partial_mode() -> bool:
