@@ -145,6 +145,22 @@ class Tool(unittest.TestCase):
         bpy.ops.neural_sculpt.resize(length="RADIUS", factor=0.8)
         self.assertAlmostEqual(brush.radius, before, places=6)
 
+    def test_the_key_of_the_intensity_changes_the_strength_of_a_brush_that_has_none(self) -> None:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        ob = bpy.data.objects.new("Field", bpy.data.meshes.new("Field"))
+        bpy.context.collection.objects.link(ob)
+        bpy.context.view_layer.objects.active = ob
+        ob.neural_sculpt.revision = "some"
+        brush = brush_settings()
+        for kind in ("SMOOTH", "FLATTEN", "PINCH"):
+            brush.kind, brush.strength, brush.intensity = kind, 0.4, 0.05
+            bpy.ops.neural_sculpt.resize(length="INTENSITY", factor=1.5)
+            self.assertAlmostEqual(brush.strength, 0.6, places=6)
+            self.assertAlmostEqual(brush.intensity, 0.05, places=6)
+        brush.kind = "DRAW"
+        bpy.ops.neural_sculpt.resize(length="INTENSITY", factor=1.5)
+        self.assertAlmostEqual(brush.intensity, 0.075, places=6)
+
     def test_the_folder_without_an_installation_is_the_users_alone(self) -> None:
         if os.name != "posix":
             self.skipTest("owners and modes of POSIX")

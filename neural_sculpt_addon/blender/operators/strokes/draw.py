@@ -190,7 +190,7 @@ class NEURAL_SCULPT_OT_draw(Operator):
         live.refuse_edits(ob)
         self._listed = stroke_list.listed_entry(ob, self.uid)
         stroke = self._listed.stroke
-        lengths.edit(stroke.brush)
+        lengths.edit(stroke)
         spacing = brush_of(context).spacing * stroke.brush.radius
         points = [(x, y, z) for x, y, z in stroke.points.tolist()]
         self._drawing = Drawing.again(Habits(spacing), points, strengths(stroke))

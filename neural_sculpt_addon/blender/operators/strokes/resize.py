@@ -109,8 +109,11 @@ class NEURAL_SCULPT_OT_resize(Operator):
         lengths.put(context, self.length.lower(), value)
 
     def _show(self, context: Context) -> None:
-        word = iface_(self.length.title())
-        value = self._get(context) * world_scale(active_field(context))
+        meant, value = lengths.meant(context, self.length.lower()), self._get(context)
+        if meant == lengths.STRENGTH:  # a share
+            word = iface_("Strength", OURS)
+        else:
+            word, value = iface_(self.length.title()), value * world_scale(active_field(context))
         context.area.header_text_set(f"{word} {value:.4f}")
         status_bar.show_hint(iface_("Click or Enter: keep     Esc: as before"))
         context.area.tag_redraw()
