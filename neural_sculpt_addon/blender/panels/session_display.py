@@ -13,6 +13,8 @@ from ...stroke.stroke import Stroke
 from ...worker.client import Message, WorkerState
 from .. import notice, redraw
 from ..scene.mesh.preview import preview
+from ..session import reports
+from ..session.absorption.tracked_proxies import is_at_work
 from ..session.job import Job
 from ..session.session_hooks import Watcher
 from ..session.worker_session import session
@@ -44,10 +46,13 @@ class SessionDisplay(Watcher):
         redraw.tag_panels()
 
     def ended(self, job: Job) -> None:
-        """Draw no more of the job."""
+        """Draw no more of the job. The last stroke is measured now if the job came before that,
+        unless another one is being drawn."""
         redraw.tag_panels()
         if job.preview is not None:
             redraw.tag_views()
+        if not is_at_work():
+            reports.measure_at_rest()
 
     def warned(self, message: str) -> None:
         """Tell the artist."""

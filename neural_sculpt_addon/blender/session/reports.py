@@ -109,6 +109,13 @@ def follow() -> None:
 
 
 def measure_again(ob: Object) -> None:
-    """After undo and redo: have the revision of the field measured if that was cancelled before."""
+    """Have the revision of the field measured if that was cancelled before."""
     if _known.get(field_of(ob).revision) == "":
         measure(ob)
+
+
+def measure_at_rest() -> None:
+    """Have the active field measured if something else came first and is over now."""
+    ob = bpy.context.active_object
+    if ob is not None and not session.jobs and session.behind is None:
+        measure_again(ob)

@@ -237,9 +237,9 @@ class Session(WorkerNews):
 
     def stop(self) -> None:
         """Cancel everything and end the worker process."""
-        self.behind = None
         for job in [*self.jobs]:
             self.end(job, JobStatus.CANCELLED, "The worker was stopped.")
+        self.behind = None
         self.worker.stop()
         self._news.clear()
         self.watcher.stopped()

@@ -60,6 +60,17 @@ class Reports(SteeredCase):
         self.measured()
         self.assertEqual(self.report(), "One")
 
+    def test_it_comes_after_what_came_before_it(self) -> None:
+        """A job that changes no field cancels the measure; a second one is cancelled itself."""
+        self.stroke("One")
+        self.pump(lambda: self.session.behind.status == "running")
+        bpy.ops.neural_sculpt.remesh(resolution=32)
+        self.finish()
+        bpy.ops.neural_sculpt.remesh(resolution=64)
+        bpy.ops.neural_sculpt.cancel()
+        self.measured()
+        self.assertEqual(self.report(), "One")
+
     def test_it_is_saved(self) -> None:
         self.stroke("One")
         self.measured()

@@ -27,6 +27,7 @@ from ...scene.mesh import proxy_mesh
 from ...scene.mesh.preview import preview
 from ...scene.mesh.protect import protected
 from ...scene.properties import find, is_field
+from ...session import reports
 from ...session.absorption import live
 from ...session.stroke_jobs import prepare_job
 from ...session.worker_session import session
@@ -126,9 +127,11 @@ class NEURAL_SCULPT_OT_draw(Operator):
             return fail(self, error)
 
     def cancel(self, context: Context) -> None:
-        """Leave no trace in the window."""
+        """Leave no trace in the window. The press of the mouse came before the measure of the last
+        stroke."""
         self._end(context)
         preview.give_up()
+        reports.measure_at_rest()
 
     def _end(self, context: Context) -> None:
         """Leave no trace in the window; the stroke itself stays on the mesh."""
