@@ -79,12 +79,17 @@ def _grease_pencil(ob: Object) -> Iterator[Line]:
     drawings = []
     for layer in ob.data.layers:  # pyright: ignore[reportAttributeAccessIssue]
         frame = layer.current_frame()
-        if layer.hide or frame is None:
+        if _is_hidden(layer) or frame is None:
             continue
         owner = layer.parent
         matrix = owner.matrix_world @ layer.matrix_parent_inverse if owner else ob.matrix_world
         drawings.append((matrix @ layer.matrix_local, frame.drawing))
     yield from _selected([line for found in drawings for line in _drawn(ob.name, *found)])
+
+
+def _is_hidden(layer: Any) -> bool:
+    """Whether a layer of grease pencil is hidden, or a group that it is in."""
+    return layer.hide or (layer.parent_group is not None and _is_hidden(layer.parent_group))
 
 
 def _hair(ob: Object) -> Iterator[Line]:

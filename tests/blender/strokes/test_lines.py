@@ -102,6 +102,18 @@ class Lines(SculptCase):
         (line,) = self.lines()
         np.testing.assert_allclose(line.points, in_world(POINTS, PLACE @ LAYER), atol=6)
 
+    @unittest.skipIf(LEGACY, "there are no groups of layers")
+    def test_hidden_groups_of_layers(self) -> None:
+        data = grease_pencil(POINTS).data
+        outer, inner = (data.layer_groups.new(name) for name in ("Outer", "Inner"))
+        data.layer_groups.move_to_layer_group(inner, outer)
+        data.layers.move_to_layer_group(data.layers[0], inner)
+        self.assertEqual(len(self.lines()), 1)
+        for group in (inner, outer):
+            group.hide = True
+            self.assertEqual(self.lines(), [])
+            group.hide = False
+
     def test_curve(self) -> None:
         data = bpy.data.curves.new("Curve", "CURVE")
         data.bevel_depth = 0.2
