@@ -42,8 +42,8 @@ def push_undo(label: str) -> None:
 
 @contextmanager
 def _without_paint_curve() -> Iterator[None]:
-    """No brush strokes along a paint curve while this block runs. Where the active one does, Blender
-    takes each step for one of that curve, which holds nothing else."""
+    """No brush strokes along a paint curve while this block runs. Where the active one does,
+    Blender takes each step for one of that curve, which holds nothing else."""
     tools = bpy.context.tool_settings
     paints = tools.sculpt, tools.vertex_paint, tools.weight_paint, tools.image_paint
     brushes = [paint.brush for paint in paints if paint is not None and paint.brush is not None]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A brush of Sculpt Mode strokes along a paint curve, for which Blender has undo steps of its own."""
+"""A brush of Sculpt Mode strokes along a paint curve, which has undo steps of its own."""
 
 import bpy
 import numpy as np
