@@ -59,7 +59,8 @@ class Resolution:
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
     brush = problem.stroke.brush
-    height = abs(brush.intensity) * float(brush.modulation(np.linspace(0, 1, 65)).max())
+    modulation = brush.modulation(np.linspace(0, 1, 65))
+    height = abs(brush.intensity) * float(np.abs(modulation).max())
     feature = _feature(problem)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
     wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
