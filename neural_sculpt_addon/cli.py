@@ -24,6 +24,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SculptError as error:
         sys.stderr.write(f"\rneural_sculpt_addon: {error}\n")
         return 1
+    except MemoryError:
+        sys.stderr.write("\rneural_sculpt_addon: out of memory; try a lower resolution.\n")
+        return 1
     except (Cancelled, KeyboardInterrupt):
         sys.stderr.write("\rneural_sculpt_addon: cancelled; nothing was written.\n")
         return 130

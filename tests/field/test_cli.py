@@ -412,6 +412,25 @@ def test_a_refusal_in_a_process_of_its_own(folder):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not bound the memory")
+def test_too_little_memory_is_told_in_one_sentence(folder):
+    """The lattice of 1024 cells has 1027^3 points of four bytes: 4.3e9, more than 4 GiB."""
+    code = """
+import resource, sys
+from neural_sculpt_addon.cli import main
+resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+sys.exit(main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", code, *MESH, "--resolution", "1024"]
+    environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.strip() == "neural_sculpt_addon: out of memory; try a lower resolution."
+    assert not (folder / "out.ply").exists()
+
+
 def test_a_wrong_command_explains_the_usage(capsys):
     for arguments in (
         [],
