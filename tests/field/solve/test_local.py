@@ -235,11 +235,11 @@ def test_a_modulation_is_held_as_well_as_a_profile(preparation, peaks):
 
 @pytest.mark.parametrize("lowest", [-1, -2])
 def test_a_modulation_below_zero_is_as_high_as_one_above(preparation, lowest):
-    """The same displacement, of the other sign in both: 0.15 and 0.3 high, 0.05 wide."""
+    """The same displacement, of the other sign in both: 0.15 and 0.3 high, 0.03 wide."""
     below = Modulation(points=((0, lowest), (1, lowest)))
     above = Modulation(points=((0, -lowest), (1, -lowest)))
     wanted = [
-        resolution(pose(preparation, arc(Brush(0.05, intensity, modulation=modulation))))
+        resolution(pose(preparation, arc(Brush(0.03, intensity, modulation=modulation))))
         for intensity, modulation in ((0.15, below), (-0.15, above))
     ]
     assert wanted[0] == wanted[1]
