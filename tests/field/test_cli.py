@@ -279,6 +279,8 @@ BAD = {
     ),
     "detail for the network's solver": (detailed, [*APPLY, "--solver", "network"], "Consolidate"),
     "detail for the paper's solver": (detailed, [*APPLY, "--solver", "paper"], "Consolidate"),
+    "a seed below zero": (NOTHING, [*CONSOLIDATE, "--seed", "-1"], "from 0 to 2^63"),
+    "a seed beyond 64 bits": (NOTHING, [*CONSOLIDATE, "--seed", str(2**64)], "from 0 to 2^63"),
     "no points": (NOTHING, SAMPLE, "cannot be read"),
     "points in a plane": (points(np.zeros((4, 2))), SAMPLE, "(N, 3)"),
     "one point": (points(np.zeros(3)), SAMPLE, "(N, 3)"),

@@ -38,7 +38,7 @@ from .fit_distance import (
     TrainingSamples,
     arranged,
 )
-from .schedule import Schedule, train
+from .schedule import Schedule, check_seed, train
 
 NARROWEST, WIDEST = 8, 512  # units of each of the two hidden layers
 NEAR_SHARE, AROUND_SHARE = 0.6, 0.25  # of the samples; the rest is uniform in the sampled box
@@ -62,8 +62,9 @@ def consolidate(
     """A network of two hidden layers of `width` units fitted to `field`.
 
     It starts from the field's own network where that has this width. The same seed gives the same
-    weights. SculptError for a width that is none, or a field without surface.
+    weights. SculptError for a width or a seed that is none, or a field without surface.
     """
+    check_seed(seed)
     if not NARROWEST <= width <= WIDEST:
         raise SculptError("A network is {} to {} units wide, not {}.", NARROWEST, WIDEST, width)
     start = time.monotonic()

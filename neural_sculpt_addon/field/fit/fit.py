@@ -34,7 +34,7 @@ from .fit_report import Presets, report
 from .mesh_cleanup import clean
 from .mesh_distance import MeshDistance
 from .mesh_open import Open, prepare
-from .schedule import Learner, Schedule, train
+from .schedule import Learner, Schedule, check_seed, train
 
 LARGEST_LATTICE = 256
 """Cells along each axis, at most, of the proxy by which a field is judged. They are half as large
@@ -135,8 +135,7 @@ def fit_mesh(
         raise SculptError(
             "There is no quality {}; choose one of {}.", f"{preset!r:.60}", ", ".join(Quality)
         )
-    if not 0 <= seed < 2**63:
-        raise SculptError("The seed is {}; it must be from 0 to 2^63 - 1.", f"{seed!s:.100}")
+    check_seed(seed)
     if open_parts not in (None, *Open):
         raise SculptError(
             "Open parts cannot be {}; choose one of {}.", f"{open_parts!r:.60}", ", ".join(Open)

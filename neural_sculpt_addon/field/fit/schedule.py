@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from ...common.errors import SculptError
 from ...common.progress import Progress
 from ...common.text import Text
 from ..network import Siren
@@ -21,6 +22,12 @@ SMOOTHING = 0.95  # weight of the steps before in the running mean of the error 
 
 Preview = Callable[[Siren, float], None]
 """Called with a copy of the network as it is now, and its error in model units."""
+
+
+def check_seed(seed: int) -> None:
+    """SculptError unless random numbers can be drawn from the seed, those of torch too."""
+    if not 0 <= seed < 2**63:
+        raise SculptError("The seed is {}; it must be from 0 to 2^63 - 1.", f"{seed!s:.100}")
 
 
 @dataclass(frozen=True)
