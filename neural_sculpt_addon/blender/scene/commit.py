@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from ...worker.answers import SNAPPED
 from ...worker.client import Message
-from . import stroke_list, succession
+from . import next_proxy, stroke_list, succession
 from .mesh import attributes, proxy_mesh
 from .mesh.attributes import Attributes
 from .mesh.proxy_mesh import Geometry
-from .mesh.spare_mesh import SpareMesh
+from .next_proxy import geometry_of, next_geometry
 from .properties import LOCAL, NEURAL_SCULPT_PG_field, field_of
 from .proxy_properties import ShownAs
-from .results import ObjectState, bytes_of, computed, edited, geometry_of, next_geometry
+from .results import ObjectState, bytes_of, computed, edited
 from .sculpt_steps import RENEWED
 from .stroke_list import Entry
 from .undo_step import begin_change, in_window, push_undo
@@ -223,11 +223,11 @@ def set_proxy(ob: Object, shown: ShownAs, result: Message) -> None:
     push_undo("Remesh Proxy")
 
 
-def renew_proxy(ob: Object, spare: SpareMesh) -> None:
+def renew_proxy(ob: Object, result: Message) -> None:
     """Replace the proxy by another one of the same field, which nobody asked for: undo passes over
     it. SculptError when the object is locked."""
     proxy_mesh.refuse_locked(ob)
-    spare.show(ob)
+    _fill(ob, next_geometry(ob, result, field_of(ob).smooth))
     push_undo(RENEWED)
 
 
@@ -253,6 +253,8 @@ def _write(ob: Object, state: ObjectState) -> None:
 
 def _fill(ob: Object, geometry: Geometry) -> None:
     """Write the proxy."""
+    if next_proxy.show(ob, geometry):
+        return
     mesh = _own_mesh(ob)
     proxy_mesh.fill(mesh, geometry)
     if geometry.attributes is not None:

@@ -11,10 +11,9 @@ from dataclasses import dataclass, replace
 from bpy.types import Object
 
 from ...common.errors import SculptError
-from ...worker.answers import PROXY
 from ...worker.client import Message
-from .mesh import carried, preview_attributes, proxy_mesh
 from .mesh.proxy_mesh import Geometry
+from .next_proxy import next_geometry
 from .properties import field_of
 from .stroke_list import Entry
 
@@ -68,28 +67,3 @@ def computed(listed: Sequence[Entry], result: Message) -> tuple[list[Entry], dic
 def bytes_of(result: Message, name: str) -> bytes:
     """The bytes of one of its arrays."""
     return result.arrays[name].tobytes()
-
-
-def geometry_of(result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, without attributes; whether it is shaded `smooth`."""
-    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
-
-
-def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
-    """The mesh of a result, with the attributes of the object's mesh."""
-    geometry, mesh = geometry_of(result, smooth), proxy_mesh.mesh_of(ob)
-    painted, kept = carried.carried(ob, lambda: preview_attributes.true_positions(mesh), geometry)
-    return replace(geometry, painted=painted, attributes=kept)
-
-
-def foresee(ob: Object, result: Message) -> bool:
-    """Work for some milliseconds at the attributes of the mesh that a checked result brings.
-
-    Whether there is more to do. What was not foreseen is done when the result is applied.
-    """
-    if proxy_mesh.why_locked(ob):
-        return False
-    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
-    return carried.foresee(
-        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
-    )

@@ -25,8 +25,8 @@ from bpy.app.translations import pgettext_n as n_
 from ...common.errors import SculptError
 from ...common.text import Text
 from ...stroke.stroke import Stroke
-from ..scene import sculpt_steps
-from ..scene.mesh import carried, proxy_mesh
+from ..scene import next_proxy, sculpt_steps
+from ..scene.mesh import proxy_mesh
 from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
 from ..scene.undo_step import in_partial_mode, in_window
@@ -178,6 +178,7 @@ class JobQueue:
 
     def queue_again(self, job: Job) -> None:
         """Let a job begin once more."""
+        next_proxy.forget()
         job.waits = False
         job.status, job.number, job.fraction, job.message = JobStatus.QUEUED, -1, 0.0, ""
         self.watcher.changed()
@@ -206,7 +207,7 @@ class JobQueue:
         """Take a job out of the queue, and tell so."""
         self.jobs.remove(job)
         job.status, job.message = status, message
-        carried.forget()
+        next_proxy.forget()
         self.watcher.ended(job)
         self.tell_waiting()
         if status is JobStatus.FAILED:

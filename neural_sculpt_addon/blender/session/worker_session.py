@@ -24,14 +24,9 @@ from ..scene.properties import field_of, find
 from ..scene.sculpt_steps import Step
 from . import worker_choice
 from .job import Job, JobStatus
-from .worker_news import WorkerNews
+from .worker_news import LONG, WorkerNews
 
 log = logging.getLogger(__name__)
-
-LONG = 0.003
-"""Seconds. When reading took longer, the window is drawn before the message is applied: to read a
-mesh of 100,000 triangles takes 2 ms, to show it 8."""
-
 
 ADDING = {JobKind.FIT, JobKind.LOAD}
 """Jobs that make a new field. Undo takes back what was done since they were asked for."""

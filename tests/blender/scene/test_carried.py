@@ -267,14 +267,17 @@ class Carried(SphereCase):
 
     def test_a_result_waits_until_all_is_found_and_needs_little_then(self) -> None:
         """In a window: in steps, and again where the artist changed something meanwhile."""
-        results, sources = module("blender.scene.results"), module("blender.scene.mesh.sources")
+        next_proxy, sources = (
+            module("blender.scene.next_proxy"),
+            module("blender.scene.mesh.sources"),
+        )
         decorate(self.ob())
         push_undo("Decorate")
-        foresee, answers, searched = results.foresee, [], []
+        prepare, answers, searched = next_proxy.prepare, [], []
         steps = sources.Sources.steps
 
-        def watched(ob: Object, result: object) -> bool:
-            answers.append(foresee(ob, result))
+        def watched(ob: Object, result: object, smooth: bool) -> bool:
+            answers.append(prepare(ob, result, smooth))
             if len(answers) == 3:
                 group = ob.vertex_groups["All"]
                 group.add(range(0, len(ob.data.vertices)), 0.75, "REPLACE")
@@ -287,7 +290,7 @@ class Carried(SphereCase):
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_news"), "foresee", watched),
+            patch.object(next_proxy, "prepare", watched),
             patch.object(sources.Sources, "steps", counted),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)

@@ -281,20 +281,20 @@ class Masks(SphereCase):
 
     def test_a_result_waits_until_what_it_takes_over_is_found(self) -> None:
         """In a window: in steps, of which there are some; what is painted meanwhile counts."""
-        results = module("blender.scene.results")
+        next_proxy = module("blender.scene.next_proxy")
         self.ob().data.polygons.foreach_set("hide", middles(self.ob())[:, 1] > 0)
         paint(self.ob(), half(self.ob()))
-        foresee, answers = results.foresee, []
+        prepare, answers = next_proxy.prepare, []
 
-        def watched(ob: Object, result: object) -> bool:
-            answers.append(foresee(ob, result))
+        def watched(ob: Object, result: object, smooth: bool) -> bool:
+            answers.append(prepare(ob, result, smooth))
             if len(answers) == 1:
                 paint(ob, 1 - half(ob))
             return answers[-1]
 
         with (
             self.as_in_a_window(),
-            patch.object(module("blender.session.worker_news"), "foresee", watched),
+            patch.object(next_proxy, "prepare", watched),
         ):
             bpy.ops.neural_sculpt.remesh(resolution=64)
             self.finish()

@@ -15,9 +15,7 @@ nobody. It is marked, and swept away then.
 from collections.abc import Callable
 
 import bpy
-import numpy as np
 from bpy.types import Mesh, Object
-from numpy.typing import NDArray
 
 from . import attributes, proxy_mesh
 from .proxy_mesh import Geometry, mesh_of
@@ -30,19 +28,22 @@ class SpareMesh:
     """What is to become the mesh of an object. No reference to it is kept, for undo may come
     between two pieces of work; Blender then has it no more, or it is dropped.
 
-    vertices: (V, 3)
-    corners:  (3, F), of the triangles, when all is done
+    sculpted: whether it is to be shown in Sculpt Mode, where Blender needs the vertices' normals
     """
 
-    def __init__(self, new: Geometry) -> None:
+    def __init__(self, new: Geometry, sculpted: bool) -> None:
         """Nothing is made yet."""
         self._new = new
-        self.vertices = new.vertices.reshape(-1, 3)
-        self.corners: NDArray[np.int32] = np.empty((3, 0), np.int32)
         dress = () if new.attributes is None else (self._dress,)
-        pieces = self._shape, *dress, self._find_normals, self._finish
+        normals = (self._find_normals,) if sculpted else ()
+        pieces = self._shape, *dress, *normals, self._shade
         self._pieces: list[Callable[[Mesh], None]] = [*pieces]
         self._uid = 0
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it can be shown."""
+        return not self._pieces
 
     def work(self, ob: Object) -> bool:
         """Do a piece of the work, of some 10 ms at most; False when there was none left. `ob` is
@@ -89,9 +90,8 @@ class SpareMesh:
         for normal in mesh.vertex_normals[:1]:
             _ = normal.vector
 
-    def _finish(self, mesh: Mesh) -> None:
+    def _shade(self, mesh: Mesh) -> None:
         proxy_mesh.shade(mesh, self._new)
-        self.corners = np.ascontiguousarray(self._new.corners.reshape(-1, 3).T)
 
 
 def sweep() -> None:

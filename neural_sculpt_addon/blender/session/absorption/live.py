@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....worker.answers import SNAPPED
 from ....worker.client import JobKind, Message
-from ...scene import kept_steps, native_steps, sculpt_steps
+from ...scene import kept_steps, native_steps, next_proxy, sculpt_steps
 from ...scene.commit import new_revision
 from ...scene.mesh import native_edits, preview_attributes, proxy_mesh
 from ...scene.mesh.moved_part import cut
@@ -37,7 +37,7 @@ from .. import states
 from ..job import Job, Request
 from ..session_hooks import Arrivals
 from ..worker_session import session
-from . import brush_results, renewal, settling
+from . import brush_results, settling
 from .brush_results import BrushResults
 from .tracked_proxies import BrushStroke, TrackedProxy, is_at_work, is_brushing, proxies
 from .whole_proxy import absorb_job
@@ -210,7 +210,7 @@ def leave() -> None:
     """After undo and redo: track the proxies as they are now."""
     _State.jumped = None
     kept_steps.follow()
-    renewal.follow()
+    next_proxy.follow()
     settling.wait_for_rest()
     for target, proxy in proxies.each():
         if (ob := find(target)) is None:

@@ -6,7 +6,7 @@ lies off the field, because a stroke that kept its step has left the mesh as it 
 
 In Sculpt Mode Blender takes some 15 ms at 100,000 vertices for another mesh, and as long for the
 border ahead of it, so renewal never comes between two strokes in a row. All else is done ahead, in
-pieces (see `spare_mesh`). The step changes no field, and undo and redo pass over it (see
+pieces (see `next_proxy`). The step changes no field, and undo and redo pass over it (see
 `sculpt_steps`). It is not made where it would cut off what can be redone.
 """
 
@@ -17,12 +17,10 @@ from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
 
 from ....worker.client import JobKind, Message
-from ...scene import results, sculpt_steps
+from ...scene import next_proxy, sculpt_steps
 from ...scene.commit import renew_proxy
-from ...scene.mesh import native_edits, proxy_mesh, spare_mesh
-from ...scene.mesh.spare_mesh import SpareMesh
+from ...scene.mesh import native_edits, proxy_mesh
 from ...scene.properties import field_of, found, is_field, shown_as
-from ...scene.sculpt_steps import Step
 from ...scene.undo_step import begin_border, in_partial_mode, in_window
 from .. import states
 from ..job import Job, Request
@@ -43,9 +41,6 @@ class _State:
     asked: tuple[int, str] = (0, "")
     """session_uid of the object that it is about, and revision of the field."""
     result: Message | None = None
-    spare: SpareMesh | None = None
-    spare_at: Step | None = None
-    """The step of Blender's history at which the spare mesh was begun."""
     failed: tuple[int, str] = (0, "")
     """The object and revision for which the worker made no proxy."""
 
@@ -83,14 +78,7 @@ def go_on() -> float | None:
         if session.behind is not _State.job:  # something else came first
             _forget()
         return LOOKS
-    if not _is_begun() and results.foresee(ob, _State.result):
-        return WORKS
     return _bring(ob, _State.result)
-
-
-def follow() -> None:
-    """After undo and redo, which may have brought a spare mesh back or taken this one away."""
-    _drop_spare()
 
 
 def _ask(ob: Object) -> None:
@@ -103,26 +91,18 @@ def _ask(ob: Object) -> None:
 
 
 def _bring(ob: Object, result: Message) -> float | None:
-    """Bring the proxy into the scene: a border, where one is needed; a spare mesh, piece by piece;
-    then one step. Where Blender's history cannot be read, all pieces at once, for what is done
-    between them would not be seen."""
+    """Bring the proxy into the scene: a border, where one is needed; the mesh, piece by piece; then
+    one step."""
     with session.history_grows():
         if begin_border():
             return WORKS
-    if not _is_begun():
-        _drop_spare()
-        _State.spare = SpareMesh(results.next_geometry(ob, result, field_of(ob).smooth))
-        _State.spare_at = sculpt_steps.active()
-    spare = _State.spare
-    assert spare is not None
-    while spare.work(ob):
-        if _State.spare_at is not None:
-            return WORKS
+    if next_proxy.prepare(ob, result, field_of(ob).smooth):
+        return WORKS
     with session.history_grows():
-        renew_proxy(ob, spare)
+        renew_proxy(ob, result)
     if ob.mode == "SCULPT":  # at once: a brush may begin before anything is looked at again
         proxies.drop(ob.session_uid)
-        proxies.track(ob, spare.vertices, spare.corners)
+        proxies.track(ob, proxy_mesh.positions(ob))
     _forget()
     return None
 
@@ -144,16 +124,7 @@ def _job(ob: Object) -> Job:
     return Job(JobKind.MESH, LABEL, request, apply, target=target, told_why=fail)
 
 
-def _is_begun() -> bool:
-    """Whether there is a spare mesh, begun where Blender's history is now."""
-    return _State.spare is not None and _State.spare_at == sculpt_steps.active()
-
-
 def _forget() -> None:
+    if _State.result is not None:
+        next_proxy.forget()
     _State.job = _State.result = None
-    _drop_spare()
-
-
-def _drop_spare() -> None:
-    _State.spare = None
-    spare_mesh.sweep()

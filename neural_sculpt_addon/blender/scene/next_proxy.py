@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Next proxy: the mesh that a result brings to an object, with the attributes of the present one.
+
+In a window it is prepared ahead, some milliseconds at a time, as a `spare_mesh`; what reaches the
+scene then takes Blender as short as can be. What was not prepared is made at once. Model space.
+"""
+
+import time
+from dataclasses import dataclass, replace
+
+from bpy.types import Object
+
+from ...worker.answers import PROXY
+from ...worker.client import Message
+from . import sculpt_steps
+from .mesh import carried, preview_attributes, proxy_mesh, spare_mesh
+from .mesh.proxy_mesh import Geometry
+from .mesh.spare_mesh import SpareMesh
+from .sculpt_steps import Step
+
+MODES = {"OBJECT", "SCULPT"}
+"""Those in which the mesh of an object can be another one: brushes of the others refer to it."""
+SECONDS = 0.005
+"""Seconds after which no other piece of work is begun."""
+
+
+@dataclass(eq=False)
+class _Prepared:
+    """A spare mesh for a result.
+
+    step: of Blender's history at which it was begun; whatever the artist changes makes another
+    """
+
+    target: int
+    result: Message
+    smooth: bool
+    step: Step
+    geometry: Geometry
+    spare: SpareMesh
+
+
+_prepared: list[_Prepared] = []
+"""One at most."""
+
+
+def geometry_of(result: Message, smooth: bool) -> Geometry:
+    """The mesh of a result, without attributes; whether it is shaded `smooth`."""
+    return proxy_mesh.geometry(*(result.arrays[name] for name in PROXY), smooth=smooth)
+
+
+def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
+    """The mesh of a result, with the attributes of the object's mesh."""
+    if (ready := _ready(ob, result, smooth)) is not None:
+        return ready.geometry
+    geometry, mesh = geometry_of(result, smooth), proxy_mesh.mesh_of(ob)
+    painted, kept = carried.carried(ob, lambda: preview_attributes.true_positions(mesh), geometry)
+    return replace(geometry, painted=painted, attributes=kept)
+
+
+def prepare(ob: Object, result: Message, smooth: bool) -> bool:
+    """Work for some milliseconds at the mesh that a checked result brings; whether there is more to
+    do. Where Blender's history cannot be read, nothing would tell what the artist changes
+    meanwhile, and no mesh is made ahead."""
+    if proxy_mesh.why_locked(ob):
+        return False
+    if (ready := _ready(ob, result, smooth)) is None:
+        if _carries(ob, result):
+            return True
+        step = sculpt_steps.active()
+        if step is None or ob.mode not in MODES or proxy_mesh.mesh_of(ob).users > 1:
+            return False
+        geometry = next_geometry(ob, result, smooth)
+        spare = SpareMesh(geometry, sculpted=ob.mode == "SCULPT")
+        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, spare)
+        forget()
+        _prepared.append(ready)
+    end = time.perf_counter() + SECONDS
+    while more := ready.spare.work(ob):
+        if time.perf_counter() > end:
+            break
+    return more
+
+
+def show(ob: Object, geometry: Geometry) -> bool:
+    """Let the object show the mesh that was prepared for this geometry; False when none was."""
+    ready = next((each for each in _prepared if each.geometry is geometry), None)
+    if ready is None or not ready.spare.is_done or proxy_mesh.mesh_of(ob).users > 1:
+        return False
+    ready.spare.show(ob)
+    _prepared.clear()
+    return True
+
+
+def forget() -> None:
+    """Nothing comes any more."""
+    carried.forget()
+    if _prepared:
+        follow()
+
+
+def follow() -> None:
+    """After undo and redo, which may have brought a spare mesh back or taken this one away."""
+    _prepared.clear()
+    spare_mesh.sweep()
+
+
+def _ready(ob: Object, result: Message, smooth: bool) -> _Prepared | None:
+    """What was prepared for this, unless something else was done since."""
+    for each in _prepared:
+        if each.result is result and (each.target, each.smooth) == (ob.session_uid, smooth):
+            return each if each.step == sculpt_steps.active() else None
+    return None
+
+
+def _carries(ob: Object, result: Message) -> bool:
+    """Work at the attributes that it takes over; whether there is more to do."""
+    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
+    return carried.foresee(
+        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+    )
