@@ -2,7 +2,7 @@
 """The interface benchmark inside Blender: draws strokes and times the extension's calls.
 
 blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
-    in_blender.interface EXTENSION.zip COUNT ROWS.json
+    in_blender.interface EXTENSION.zip COUNT CELLS ROWS.json MODE
 
 The file gets what is printed: a row for each call, one for each wait, one for each reading of the
 memory.
@@ -23,7 +23,6 @@ from .call_times import ended, line, named, timed
 from .extension import add, fields, install, module, worker_session
 from .simulated_input import Steps
 
-RESOLUTION = 172  # of a sphere field: about 100,000 triangles
 DRAWN = 5  # strokes by hand that are timed
 MOVES = 40  # of the mouse in each
 RADIUS = 0.6  # of the sphere field
@@ -66,6 +65,7 @@ def instrument() -> None:
 
     displaced.advance = counted
     timed(module("blender.session.stroke_jobs"), "add_entry", lambda _: "result into the scene")
+    timed(module("blender.scene.next_proxy"), "prepare", lambda _: "result made ready")
 
 
 def main(given: list[str]) -> None:
@@ -73,14 +73,17 @@ def main(given: list[str]) -> None:
     hand.play(steps(*given))
 
 
-def steps(extension: str, count: str, file: str) -> Steps:
+def steps(extension: str, count: str, cells: str, file: str, mode: str) -> Steps:
     """Install, draw, print."""
-    yield from install(extension, RESOLUTION)
+    yield from install(extension, int(cells))
     instrument()
     hand.look()
     yield from add("SPHERE")
     session = worker_session()
     with bpy.context.temp_override(window=hand.window(), area=hand.view_area()):
+        operators: Any = bpy.ops
+        operators.object.mode_set(mode=mode)
+        bpy.ops.ed.undo_push(message="Mode")
         bpy.ops.wm.tool_set_by_id(name="neural_sculpt.tool")
     triangles = len(fields()[0].data.polygons)
     print(f"\nBlender {bpy.app.version_string}, {triangles:,} triangles", flush=True)

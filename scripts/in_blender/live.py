@@ -2,7 +2,7 @@
 """The benchmark of live absorption inside Blender: brushes a field, measures what it takes in.
 
 blender --enable-event-simulate --python scripts/in_blender/start.py -- \\
-    in_blender.live EXTENSION.zip COUNT ROWS.json
+    in_blender.live EXTENSION.zip COUNT CELLS ROWS.json
 """
 
 import json
@@ -20,7 +20,6 @@ from .call_times import ended, timed, times
 from .extension import add, fields, install, module, worker_session
 from .simulated_input import Steps
 
-RESOLUTION = 238  # of the Suzanne field: about 100,000 vertices
 ASSETS = "brushes/essentials_brushes-mesh_sculpt.blend/Brush/"
 BRUSHES = (
     *("Draw", "Smooth", "Grab", "Inflate/Deflate", "Clay Strips", "Crease Sharp"),
@@ -125,9 +124,9 @@ def main(given: list[str]) -> None:
     hand.play(steps(*given))
 
 
-def steps(extension: str, count: str, file: str) -> Steps:
+def steps(extension: str, count: str, cells: str, file: str) -> Steps:
     """Install, brush, print."""
-    yield from install(extension, RESOLUTION)
+    yield from install(extension, int(cells))
     instrument()
     bpy.context.preferences.edit.undo_steps = 256
     bpy.context.preferences.system.viewport_aa = "OFF"  # software would draw without end
