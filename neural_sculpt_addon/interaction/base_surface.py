@@ -6,13 +6,13 @@ Vertices are sorted into cells and triangles by their corners once, so that a qu
 proportion to its result. NumPy alone; model space.
 """
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..stroke.curve import Array
-from .triangle_grid import sorted_order
+from .steps import finish, sorting
 
 Vectors = NDArray[np.float32]
 Triangles = NDArray[np.int32]
@@ -26,11 +26,18 @@ MOST_CELLS = 64  # along an axis; more take longer to count than they save
 class Lists:
     """Which of N things have a number: `of(numbers)` are their indices, one after another."""
 
-    def __init__(self, numbers: NDArray[np.int32], count: int) -> None:
-        """Sort things by their numbers (N,), which are below `count`."""
-        self._order = sorted_order(numbers)
-        self._starts = np.zeros(count + 1, np.intp)
-        np.cumsum(np.bincount(numbers, minlength=count), out=self._starts[1:])
+    def __init__(self, order: Indices, starts: Indices) -> None:
+        """Of things in the `order` (N,) of their numbers, where those with each one begin."""
+        self._order, self._starts = order, starts
+
+    @classmethod
+    def sorting(cls, numbers: NDArray[np.int32], count: int) -> Generator[None, None, "Lists"]:
+        """Sort things by their numbers (N,), which are below `count`, in steps."""
+        order = yield from sorting(numbers)
+        yield
+        starts = np.zeros(count + 1, np.intp)
+        np.cumsum(np.bincount(numbers, minlength=count), out=starts[1:])
+        return cls(order, starts)
 
     def of(self, numbers: Indices) -> Indices:
         """The things (T,) that have one of the numbers (M,)."""
@@ -43,10 +50,15 @@ class Lists:
 class Fans:
     """Triangles (F, 3) by their corners, which are below `count`."""
 
-    def __init__(self, triangles: Triangles, count: int) -> None:
-        """Sort the triangles."""
-        self.triangles, self._count = triangles, count
-        self._lists = Lists(triangles.ravel(), count)
+    def __init__(self, triangles: Triangles, count: int, lists: Lists) -> None:
+        """Of triangles and the `lists` of their corners."""
+        self.triangles, self._count, self._lists = triangles, count, lists
+
+    @classmethod
+    def sorting(cls, triangles: Triangles, count: int) -> Generator[None, None, "Fans"]:
+        """Sort the triangles, in steps."""
+        lists = yield from Lists.sorting(triangles.ravel(), count)
+        return cls(triangles, count, lists)
 
     def around(self, vertices: Indices) -> Triangles:
         """The triangles (T, 3) that have one of the vertices (M,) as a corner."""
@@ -91,7 +103,7 @@ class BaseSurface:
         self._shape = ((high - low) / self._cell).astype(np.intp) + 1
         cells = ((positions - low.astype(np.float32)) / np.float32(self._cell)).astype(np.int32)
         cells = np.minimum(cells, (self._shape - 1).astype(np.int32))  # (V, 3)
-        self._lists = Lists(self._flat(cells.T), int(self._shape.prod()))
+        self._lists = finish(Lists.sorting(self._flat(cells.T), int(self._shape.prod())))
         around = np.arange(-CELLS_IN_REACH - 1, CELLS_IN_REACH + 2)
         gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
         near = gaps[:, None, None] + gaps[:, None] + gaps <= (reach / self._cell) ** 2

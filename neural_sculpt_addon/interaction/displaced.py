@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..stroke.stroke import Kind, Stroke
 from .base_surface import PIECE, BaseSurface, Fans, Indices, Triangles, Vectors
 from .growth import Growth, reach_of
+from .steps import counted
 
 
 class Displaced:
@@ -93,8 +94,8 @@ class Displaced:
         """Displace by the last of the strokes as it is now, piece by piece. Yields how many
         vertices each piece has looked at; the mesh shows nothing of it before the last one."""
         if self._fans is None:
-            self._fans = Fans(self._triangles, len(self._positions))
-            yield len(self._positions) // 2
+            steps = Fans.sorting(self._triangles, len(self._positions))
+            self._fans = yield from counted(steps, len(self._positions) // 4)
         fans, before = self._fans, self._before
         stale = np.zeros(len(before), bool)
         copies = strokes[-1].copies() if strokes[-1].kind is Kind.DRAW else ()

@@ -7,14 +7,14 @@ points take 0.3 s in all when none is among the others, 35 ms when all but 2,000
 """
 
 from collections.abc import Generator
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .steps import finish, sorting
+
 Vectors = NDArray[np.float32]
 Indices = NDArray[np.intp]
-Found = TypeVar("Found")
 Steps = Generator[None, None, Indices]
 """Yields between two steps, and returns what was found."""
 
@@ -33,15 +33,6 @@ def nearest(points: Vectors, among: Vectors) -> Indices:
     """The numbers (P,) of the nearest of `among` (N, 3), at least one, to `points` (P, 3), at once.
     See `search`."""
     return finish(search(points, among))
-
-
-def finish(steps: Generator[None, None, Found]) -> Found:
-    """Take all steps; what they have found."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return end.value
 
 
 def search(points: Vectors, among: Vectors) -> Steps:
@@ -183,9 +174,7 @@ class _Cells:
         yield
         number = cells._linear(((points - low) / np.float32(cells._size)).astype(np.int32))
         yield
-        order = np.argsort((number & 0xFFFF).astype(np.uint16), kind="stable")  # see sorted_order
-        yield
-        order = order[np.argsort((number >> 16).astype(np.uint16)[order], kind="stable")]
+        order = yield from sorting(number)
         cells._number, cells._near = number[order], near[order]
         yield
         return cells

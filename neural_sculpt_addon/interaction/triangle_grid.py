@@ -9,8 +9,12 @@ triangles, so that these lie in the neighbors of the cell where they are met; th
 larger are always looked at. Rays: Moeller and Trumbore 1997. NumPy alone.
 """
 
+from collections.abc import Generator
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .steps import finish, sorting
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -29,28 +33,49 @@ class TriangleGrid:
     """Vertices (V, 3) and triangles (F, 3) of them, at least one."""
 
     def __init__(self, vertices: NDArray[np.float32], triangles: NDArray[np.int32]) -> None:
-        """Sort the triangles into cells."""
+        """Nothing is sorted yet; see `sorting`."""
         self._vertices, self._triangles = vertices, triangles
+        self._cell, self._low, self._high = 0.0, np.zeros(3), np.zeros(3)
+        self._count, self._order, self._starts, self._large = np.zeros((4, 0), np.intp)
+        self._middles = np.empty((3, len(triangles)), np.float32)
+
+    @classmethod
+    def of(cls, vertices: NDArray[np.float32], triangles: NDArray[np.int32]) -> "TriangleGrid":
+        """A grid, at once."""
+        return finish(cls.sorting(vertices, triangles))
+
+    @classmethod
+    def sorting(
+        cls, vertices: NDArray[np.float32], triangles: NDArray[np.int32]
+    ) -> Generator[None, None, "TriangleGrid"]:
+        """Sort the triangles into the cells of a grid, in steps."""
+        grid = cls(vertices, triangles)
         axes = np.ascontiguousarray(vertices.T)  # (3, V)
         a, b, c = ([axis.take(corner) for axis in axes] for corner in triangles.T)  # 3 x (F,)
+        yield
+        for middle, x, y, z in zip(grid._middles, a, b, c, strict=True):
+            np.divide(x + y + z, 3, out=middle)
+        yield
         one, other = (_squares(a, end) for end in (b, c))
         span = np.sqrt(np.maximum(one, other))  # (F,), how far it reaches from its first corner
+        yield
         low, high = axes.min(axis=1).astype(float), axes.max(axis=1).astype(float)
         usual = float(np.quantile(span[:: 1 + len(span) // SAMPLE], FITTING_SHARE))
-        self._cell = max(ROOM * usual, float((high - low).max()) / MOST_CELLS, 1e-9)
-        self._low, self._high = low - 1.5 * self._cell, high + 1.5 * self._cell
-        self._count = ((self._high - self._low) / self._cell).astype(np.intp) + 1
-        scale, start = np.float32(1 / self._cell), self._low.astype(np.float32)
+        cell = grid._cell = max(ROOM * usual, float((high - low).max()) / MOST_CELLS, 1e-9)
+        grid._low, grid._high = low - 1.5 * cell, high + 1.5 * cell
+        grid._count = ((grid._high - grid._low) / cell).astype(np.intp) + 1
+        grid._large = np.flatnonzero(span > cell / 2)
+        scale, start = np.float32(1 / cell), grid._low.astype(np.float32)
         i, j, k = (((x - s) * scale).astype(np.int32) for x, s in zip(a, start, strict=True))
-        _, rows, columns = self._count.tolist()
-        cell = (i * rows + j) * columns + k  # (F,)
-        self._order = sorted_order(cell)
-        self._starts = np.zeros(self._count.prod() + 1, np.intp)
-        np.cumsum(np.bincount(cell, minlength=self._count.prod()), out=self._starts[1:])
-        self._large = np.flatnonzero(span > self._cell / 2)
-        self._middles = np.empty((3, len(triangles)), np.float32)
-        for middle, x, y, z in zip(self._middles, a, b, c, strict=True):
-            np.divide(x + y + z, 3, out=middle)
+        _, rows, columns = grid._count.tolist()
+        cells = (i * rows + j) * columns + k  # (F,)
+        yield
+        grid._order = yield from sorting(cells)
+        yield
+        count = grid._count.prod()
+        grid._starts = np.zeros(count + 1, np.intp)
+        np.cumsum(np.bincount(cells, minlength=count), out=grid._starts[1:])
+        return grid
 
     def cast(self, start: ArrayLike, ahead: ArrayLike) -> tuple[Array, Array] | None:
         """The first point (3,) that a ray from `start` (3,) meets, and the triangle's normal there.
@@ -162,9 +187,3 @@ def _squares(starts: list[NDArray], ends: list[NDArray]) -> NDArray:
     """The squared distances (F,) between points, whose x, y, z are (F,) each."""
     x, y, z = ((end - start) ** 2 for start, end in zip(starts, ends, strict=True))
     return x + y + z
-
-
-def sorted_order(numbers: NDArray[np.int32]) -> Indices:
-    """The order of numbers (N,), at least 0, by size; NumPy sorts 16 bits at a time the fastest."""
-    order = np.argsort((numbers & 0xFFFF).astype(np.uint16), kind="stable")
-    return order[np.argsort((numbers >> 16).astype(np.uint16)[order], kind="stable")]

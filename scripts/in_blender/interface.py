@@ -25,6 +25,7 @@ from .simulated_input import Steps
 
 DRAWN = 5  # strokes by hand that are timed
 MOVES = 40  # of the mouse in each
+HOVERS = 0.3  # seconds that the brush is seen where a stroke will begin
 RADIUS = 0.6  # of the sphere field
 SECONDS = 600
 READINGS = 8  # of the memory, and one before the first stroke
@@ -101,6 +102,8 @@ def draw(number: int) -> Generator[float, None, tuple[float, float]]:
     tilt = -0.5 + number / DRAWN
     path = hand.to_window(arc(tilt, MOVES))
     strokes = len(fields()[0].neural_sculpt.strokes)
+    hand.move(path[0])
+    yield HOVERS
     yield from hand.drag(path, pause=0.01)
     released = ended["event: leftmouse"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.interaction.support import module
 
-Grid = module("interaction.triangle_grid").TriangleGrid
+Grid = module("interaction.triangle_grid").TriangleGrid.of
 RADIUS = 0.6
 
 

@@ -24,15 +24,15 @@ from ...stroke.brush import Brush
 from ...stroke.curve import fit_curve
 from ...stroke.stroke import MOST_COPIES, Stroke
 from ...stroke.symmetry import images
-from .. import preferences
+from .. import preferences, redraw
 from ..scene import chosen, stroke_list
 from ..scene.brush.current_brush import current_brush, current_kind, mirror_of, radial_of, seen
 from ..scene.chosen import holds_tool
-from ..scene.mesh.seen_surface import grid_of
+from ..scene.mesh.seen_surface import grid_of, grid_soon
 from ..scene.properties import field_of, find, is_field
 from .draw_handler import DrawHandler
 from .gpu_drawing import FAINTEST, draw_knots, draw_lines, draw_ribbons, draw_strip, over_surface
-from .view import View, lay, view_under
+from .view import View, lay, lay_on, view_under
 
 
 @dataclass(frozen=True)
@@ -114,10 +114,14 @@ def _draw_chosen() -> None:
         return
     item = strokes[place]
     share = 0.0 if item.muted else item.strength
-    source = ob.session_uid, item.uid, item.data, share, grid_of(ob)
+    grid = grid_soon(ob, redraw.tag_views)
+    source = ob.session_uid, item.uid, item.data, share, grid
     if _State.chosen[0] != source:
         listed = [entry for entry in stroke_list.readable(ob) if entry.uid == item.uid]
-        _State.chosen = source, trace(listed[0].stroke, share, partial(lay, ob)) if listed else ()
+        _State.chosen = (
+            source,
+            trace(listed[0].stroke, share, partial(lay_on, grid)) if listed else (),
+        )
     *color, alpha = preferences.overlay_colors().cursor
     with over_surface(ob):
         for depth, share in (("NONE", FAINTEST), ("LESS_EQUAL", 1.0)):  # behind the surface, too
@@ -151,9 +155,10 @@ def draw_brush(mouse: Mouse) -> None:
     view = view_under(context.area, mouse, ob)
     if view is None:
         return
+    grid = grid_soon(ob, redraw.tag_views)
     if anchor is not None and anchor.target == ob.session_uid:
         center, normal = anchor.center, anchor.normal
-    elif (hit := view.hit(mouse)) is not None:
+    elif (hit := view.hit_on(grid, mouse)) is not None:
         center, normal = hit
     else:
         return
@@ -162,7 +167,7 @@ def draw_brush(mouse: Mouse) -> None:
         brush = shown.brush
     else:
         brush = seen(current_brush(context), current_kind(context))
-    shape = cursor(brush, center, normal, view.axes(), partial(lay, ob))
+    shape = cursor(brush, center, normal, view.axes(), partial(lay_on, grid))
     colors = preferences.overlay_colors()
     gpu.state.blend_set("ALPHA")
     *rgb, alpha = colors.cursor

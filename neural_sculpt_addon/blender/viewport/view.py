@@ -13,6 +13,7 @@ from mathutils import Vector
 from numpy.typing import ArrayLike, NDArray
 
 from ...interaction.recorder import Mouse, Point
+from ...interaction.triangle_grid import TriangleGrid
 from ..scene.mesh.seen_surface import grid_of
 
 
@@ -27,7 +28,11 @@ class View:
     def hit(self, mouse: Mouse) -> tuple[Point, Point] | None:
         """Point and normal of the proxy under the mouse. None when there is none, or when the view
         is inside of the proxy."""
-        if (grid := grid_of(self.ob)) is None:
+        return self.hit_on(grid_of(self.ob), mouse)
+
+    def hit_on(self, grid: TriangleGrid | None, mouse: Mouse) -> tuple[Point, Point] | None:
+        """The same of another surface in the place of the proxy's, None for none."""
+        if grid is None:
             return None
         at = mouse[0] - self.region.x, mouse[1] - self.region.y
         to_model = self.ob.matrix_world.inverted_safe()
@@ -98,8 +103,15 @@ def over_interface(area: Area | None, mouse: Mouse) -> bool:
 
 def lay(ob: Object, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The nearest points (N, 3) of the proxy, and its normals (N, 3) there."""
+    return lay_on(grid_of(ob), points)
+
+
+def lay_on(
+    grid: TriangleGrid | None, points: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The same of another surface in the place of the proxy's, None for none."""
     points = np.asarray(points, float).reshape(-1, 3)
-    if (grid := grid_of(ob)) is None:
+    if grid is None:
         return points, np.tile((0.0, 0.0, 1.0), (len(points), 1))
     return grid.lay(points)
 

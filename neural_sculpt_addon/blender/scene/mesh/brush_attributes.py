@@ -5,7 +5,7 @@ The field does not know of it. A vertex is protected from strokes as far as it i
 full where it is hidden or a corner of a hidden face.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from bpy.types import Mesh
@@ -49,10 +49,12 @@ def write(mesh: Mesh, painted: Mapping[str, NDArray[np.generic]]) -> None:
         mesh.attributes[name].data.foreach_set("value", values)  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def protection(mesh: Mesh, faces: NDArray[np.int32]) -> NDArray[np.float32] | None:
+def protection(
+    mesh: Mesh, triangles: Callable[[Mesh], NDArray[np.int32]]
+) -> NDArray[np.float32] | None:
     """How far each vertex is protected (V,), from 0 to 1; None when none is.
 
-    faces: (F, 3), the corners of the mesh's triangles
+    triangles: reads those (F, 3) of the mesh, if they are needed
     """
     painted = read(mesh)
     protected = np.zeros(len(mesh.vertices), np.float32)
@@ -61,5 +63,5 @@ def protection(mesh: Mesh, faces: NDArray[np.int32]) -> NDArray[np.float32] | No
     if HIDDEN_VERTEX in painted:
         protected[painted[HIDDEN_VERTEX]] = 1
     if HIDDEN_FACE in painted:
-        protected[faces[painted[HIDDEN_FACE]]] = 1
+        protected[triangles(mesh)[painted[HIDDEN_FACE]]] = 1
     return protected if protected.any() else None

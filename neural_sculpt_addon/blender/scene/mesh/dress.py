@@ -10,7 +10,7 @@ import numpy as np
 from bpy.types import Mesh, Object
 from numpy.typing import NDArray
 
-from ....interaction.nearest_points import finish
+from ....interaction.steps import finish
 from ....worker.client import Message
 from . import attributes
 from .attributes import POINT, Attributes

@@ -87,6 +87,9 @@ class Preview:
         self._wanted.draw(target, stroke)
         if display is None or not display.is_untouched(ob):
             self.show(0)
+            if self.goes_on():
+                self._go_on_later()
+                return target in self._displays
         elif before is None:
             display.advance()
             display.show(ob)
@@ -255,8 +258,7 @@ def _protection(ob: Object) -> NDArray[np.float32] | None:
 
     The stroke under the pen gets the same as its mask when it is drawn.
     """
-    mesh = proxy_mesh.mesh_of(ob)
-    return brush_attributes.protection(mesh, proxy_mesh.corners_of(mesh))
+    return brush_attributes.protection(proxy_mesh.mesh_of(ob), proxy_mesh.corners_of)
 
 
 preview = Preview()

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ....common.errors import SculptError
 from ....interaction.base_surface import BaseSurface, Fans
 from ....interaction.growth import Growth, reach_of
+from ....interaction.steps import finish
 from ....stroke.curve import fit_curve
 from ....stroke.mask import Mask
 from ....stroke.stroke import Stroke
@@ -50,16 +51,16 @@ def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | No
     mesh = proxy_mesh.mesh_of(ob)
     if len(mesh.loops) != 3 * len(mesh.polygons):
         return strokes
-    triangles = proxy_mesh.corners_of(mesh)
-    protection = brush_attributes.protection(mesh, triangles)
+    protection = brush_attributes.protection(mesh, proxy_mesh.corners_of)
     if protection is None:
         return strokes
+    triangles = proxy_mesh.corners_of(mesh)
     positions = preview.positions_below(ob)
     some = positions[protection > 0]
 
     @cache
     def fans() -> Fans:
-        return Fans(triangles, len(positions))
+        return finish(Fans.sorting(triangles, len(positions)))
 
     def one(stroke: Stroke) -> Stroke | None:
         if stroke.mask is not None or not any(_is_near(copy, some) for copy in stroke.copies()):

@@ -13,8 +13,10 @@ pieces (see `next_proxy`). The step changes no field, and undo and redo pass ove
 import logging
 
 import bpy
+import numpy as np
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import Object
+from numpy.typing import NDArray
 
 from ....worker.client import JobKind, Message
 from ...scene import next_proxy, sculpt_steps
@@ -41,6 +43,8 @@ class _State:
     asked: tuple[int, str] = (0, "")
     """session_uid of the object that it is about, and revision of the field."""
     result: Message | None = None
+    corners: NDArray[np.int32] | None = None
+    """Of the triangles of its proxy, as `proxies` tracks them."""
     failed: tuple[int, str] = (0, "")
     """The object and revision for which the worker made no proxy."""
 
@@ -98,11 +102,15 @@ def _bring(ob: Object, result: Message) -> float | None:
             return WORKS
     if next_proxy.prepare(ob, result, field_of(ob).smooth):
         return WORKS
+    if _State.corners is None:
+        _State.corners = np.ascontiguousarray(result.arrays["triangles"].T, np.int32)
+        return WORKS
     with session.history_grows():
         renew_proxy(ob, result)
     if ob.mode == "SCULPT":  # at once: a brush may begin before anything is looked at again
         proxies.drop(ob.session_uid)
-        proxies.track(ob, proxy_mesh.positions(ob))
+        vertices = np.ascontiguousarray(result.arrays["vertices"], np.float32)
+        proxies.track(ob, vertices, _State.corners)
     _forget()
     return None
 
@@ -127,4 +135,4 @@ def _job(ob: Object) -> Job:
 def _forget() -> None:
     if _State.result is not None:
         next_proxy.forget()
-    _State.job = _State.result = None
+    _State.job = _State.result = _State.corners = None
