@@ -2,13 +2,13 @@
 """Notices: messages in the status bar of what happened in the background.
 
 Blender shows there what an operator reports, but not while Python calls it: only while it handles
-an event. So this operator waits for the next event, reports, and passes the event on.
+an event. So this operator waits for the next event, reports, and passes the event on. Of several
+reports Blender shows the last alone, so what is told before that event is one report.
 """
 
 from typing import TYPE_CHECKING
 
 import bpy
-from bpy.props import StringProperty
 from bpy.types import Context, Event, Operator
 
 from .locale.translations import translated
@@ -17,14 +17,16 @@ if TYPE_CHECKING:
     from bpy.stub_internal.rna_enums import OperatorReturnItems
 
 
+_told: list[str] = []
+"""Messages that are not shown yet."""
+
+
 class NEURAL_SCULPT_OT_notice(Operator):
-    """Show a message in the status bar"""
+    """Show messages in the status bar"""
 
     bl_idname = "neural_sculpt.notice"
     bl_label = "Neural Sculpt"
     bl_options = {"INTERNAL"}  # noqa: RUF012 - Blender's own way
-
-    message: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context: Context, event: Event) -> "set[OperatorReturnItems]":
         """Start a timer, whose event comes at once."""
@@ -33,9 +35,11 @@ class NEURAL_SCULPT_OT_notice(Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> "set[OperatorReturnItems]":
-        """Report the message."""
+        """Report the messages, unless another one of this operator has."""
         context.window_manager.event_timer_remove(self._timer)
-        self.report({"WARNING"}, self.message)
+        if _told:
+            self.report({"WARNING"}, " ".join(_told))
+            _told.clear()
         return {"FINISHED", "PASS_THROUGH"}
 
 
@@ -43,5 +47,6 @@ def tell(message: str) -> None:
     """Show a text in the artist's language in the first window; nothing without a window."""
     if bpy.app.background:
         return
+    _told.append(translated(message))
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
-        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT", message=translated(message))  # pyright: ignore[reportAttributeAccessIssue]
+        bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT")  # pyright: ignore[reportAttributeAccessIssue]

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
+from .ply_faces import triangulated
 from .proxy import Proxy
 from .refinement.refine import Refined
 
@@ -79,10 +80,13 @@ def _compression(path: Path) -> str:
 
 
 def _load(path: Path) -> trimesh.Trimesh:
-    """What trimesh makes of a file; of an OBJ file it knows numbers from the start alone."""
+    """What trimesh makes of a file. Of an OBJ file it knows numbers from the start alone, of a
+    binary PLY file faces that are alike."""
     if path.suffix.lower() == ".obj" and RELATIVE.search(data := path.read_bytes()):
         text = io.BytesIO(_from_start(data))
         return trimesh.load_mesh(text, "obj", process=False, skip_materials=True)
+    if path.suffix.lower() == ".ply" and (data := triangulated(path)) is not None:
+        return trimesh.load_mesh(io.BytesIO(data), "ply", process=False)
     return trimesh.load_mesh(path, process=False, skip_materials=True)
 
 

@@ -6,7 +6,7 @@ import signal
 
 import bpy
 from drawing import WindowCase, operate
-from harness import collection
+from harness import collection, module
 from in_blender import simulated_input as hand
 from in_blender.simulated_input import Steps
 
@@ -19,6 +19,18 @@ class Notice(WindowCase):
         yield from self.strokes_are(1)
         yield 0.5
         self.assertIn("is sent to a new worker", reports())
+
+    def test_notices_that_come_together_are_one_report(self) -> Steps:
+        """Blender shows the last report alone."""
+        notice = module("blender.notice")
+        notice.tell("One thing.")
+        notice.tell("Another thing.")
+        yield 0.5
+        notice.tell("Later.")
+        yield 0.5
+        shown = reports().splitlines()
+        self.assertTrue(any(line.endswith("One thing. Another thing.") for line in shown), shown)
+        self.assertTrue(shown[-1].endswith("Later."), shown)
 
 
 def reports() -> str:

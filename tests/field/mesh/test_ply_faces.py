@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Binary PLY files whose faces have unequal numbers of corners, written here byte by byte."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from neural_sculpt_addon.common.errors import SculptError
+from neural_sculpt_addon.field.mesh import mesh_file
+from neural_sculpt_addon.field.mesh.ply_faces import triangulated
+
+CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
+FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7), (1, 7, 3)]
+LISTS = "property list uchar uint vertex_indices\n"
+
+
+def ply(
+    faces: list[tuple[int, ...]], order: str = "<", lists: str = LISTS, row: str = "B{}I"
+) -> bytes:
+    """A file of the cube's vertices; `row`: how `struct` writes a face's length and corners."""
+    kind = "binary_little_endian" if order == "<" else "binary_big_endian"
+    header = f"ply\nformat {kind} 1.0\ncomment of a test\nelement vertex {len(CUBE)}\n"
+    header += "".join(f"property float {axis}\n" for axis in "xyz") + "property uchar red\n"
+    header += f"element face {len(faces)}\n{lists}end_header\n"
+    body = b"".join(struct.pack(f"{order}3fB", *point, 7) for point in CUBE.tolist())
+    for face in faces:
+        body += struct.pack(order + row.format(len(face)), len(face), *face)
+    return header.encode() + body
+
+
+def read(path: Path, data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    path.write_bytes(data)
+    return mesh_file.read(path)
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize(
+    ("lists", "row"),
+    [
+        (LISTS, "B{}I"),
+        ("property list int int vertex_index\n", "i{}i"),
+        ("property list uint8 uint16 vertex_indices\n", "B{}H"),
+    ],
+)
+def test_quads_and_triangles_are_one_cube(tmp_path, order, lists, row):
+    vertices, triangles = read(tmp_path / "cube.ply", ply(FACES, order, lists, row))
+    np.testing.assert_array_equal(vertices, CUBE)
+    assert vertices.dtype == np.float32
+    cube = trimesh.Trimesh(vertices, triangles, process=False)
+    assert (cube.is_watertight, cube.volume) == (True, pytest.approx(1))
+
+
+def test_other_properties_of_faces_are_passed_over(tmp_path):
+    """A number before the corners, a list and a number after them."""
+    header, body = ply([]).split(b"element face 0\n" + LISTS.encode() + b"end_header\n")
+    header += b"element face 7\nproperty short flags\n" + LISTS.encode()
+    header += b"property list uchar float texcoord\nproperty double quality\nend_header\n"
+    for number, face in enumerate(FACES):
+        body += struct.pack(f"<hB{len(face)}I", number, len(face), *face)
+        body += struct.pack(f"<B{number}fd", number, *range(number), 0.5)
+    vertices, triangles = read(tmp_path / "cube.ply", header + body)
+    assert trimesh.Trimesh(vertices, triangles, process=False).volume == pytest.approx(1)
+
+
+@settings(deadline=None)
+@given(faces=st.lists(st.lists(st.integers(0, 7), max_size=6).map(tuple), max_size=12))
+def test_each_face_becomes_a_fan(tmp_path_factory, faces):
+    path = tmp_path_factory.mktemp("fans") / "faces.ply"
+    path.write_bytes(ply(faces))
+    data = triangulated(path)
+    alike = len({len(face) for face in faces}) < 2
+    assert (data is None) == alike
+    if data is not None:
+        fans = [(f[0], *f[i : i + 2]) for f in faces for i in range(1, len(f) - 1)]
+        rows = data[data.index(b"end_header\n") + 11 + 13 * len(CUBE) :]
+        assert rows == b"".join(struct.pack("<B3i", 3, *fan) for fan in fans)
+
+
+@pytest.mark.parametrize("share", [0.9, 0.97, 0.999])
+def test_a_file_that_ends_too_early_is_told(tmp_path, share):
+    data = ply(FACES)
+    with pytest.raises(SculptError, match="is no readable mesh"):
+        read(tmp_path / "cube.ply", data[: int(share * len(data))])
+
+
+def test_more_faces_than_bytes_are_told_at_once(tmp_path):
+    data = ply(FACES).replace(b"face 7", b"face 99999999999").replace(LISTS.encode(), b"")
+    with pytest.raises(SculptError):
+        read(tmp_path / "cube.ply", data)
