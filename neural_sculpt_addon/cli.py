@@ -11,9 +11,12 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .common.errors import Cancelled, SculptError
+
+if TYPE_CHECKING:
+    from .field.field import Field
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -22,21 +25,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options.run(options)
     except SculptError as error:
-        sys.stderr.write(f"\rneural_sculpt_addon: {error}\n")
-        return 1
+        return _end(options, str(error), 1)
     except MemoryError:
-        sys.stderr.write("\rneural_sculpt_addon: out of memory; try a lower resolution.\n")
-        return 1
+        return _end(options, "out of memory; try a lower resolution.", 1)
     except (Cancelled, KeyboardInterrupt):
-        sys.stderr.write("\rneural_sculpt_addon: cancelled; nothing was written.\n")
-        return 130
+        return _end(
+            options, "cancelled." if options.written else "cancelled; nothing was written.", 130
+        )
     return 0
+
+
+def _end(options: argparse.Namespace, why: str, code: int) -> int:
+    """Say on stderr why a command ended early, and what is there of its result; its exit code."""
+    there = f" {options.written} is written." if options.written else ""
+    sys.stderr.write(f"\rneural_sculpt_addon: {why}{there}\n")
+    return code
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m neural_sculpt_addon", description="Sculpt neural fields with strokes."
     )
+    parser.set_defaults(written=None)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     fit = commands.add_parser("fit", help="fit a field to a mesh")
@@ -113,6 +123,8 @@ def _fit(options: argparse.Namespace) -> None:
     _check_output(options.report)
     if options.detail and options.method == "distance":
         _check_detail(options.output, "--no-detail")
+    if options.open == "solid" and options.thickness is not None:
+        raise SculptError("--thickness goes with --open thickness: a film has none. Leave one out.")
     vertices, triangles = mesh_file.read(options.mesh)
     result = fit.fit_mesh(
         vertices,
@@ -126,7 +138,7 @@ def _fit(options: argparse.Namespace) -> None:
         seed=options.seed,
         progress=_show,
     )
-    checkpoint.save(result.field, options.output)
+    _save(result.field, options)
     for note in result.report.get("notes", ()):
         sys.stderr.write(f"\rneural_sculpt_addon: {note}\n")
     report = {"scale": result.scale, "center": list(result.center), **result.report}
@@ -155,7 +167,7 @@ def _apply(options: argparse.Namespace) -> None:
         chamfer=options.chamfer,
         progress=_show,
     )
-    checkpoint.save(field, options.output)
+    _save(field, options)
     if options.mesh:
         mesh_file.write(options.mesh, proxy.extract(field, options.resolution))
     report = {"network": str(options.field), "strokes": list(reports)}
@@ -195,7 +207,7 @@ def _consolidate(options: argparse.Namespace) -> None:
     _check_output(options.report)
     field = checkpoint.load(options.field)
     result = consolidate.consolidate(field, options.width, seed=options.seed, progress=_show)
-    checkpoint.save(result.field, options.output)
+    _save(result.field, options)
     _finish({"network": str(options.output), **result.report}, options.report, result.report)
 
 
@@ -236,6 +248,14 @@ def _check_output(path: Path | None, suffixes: Sequence[str] = ()) -> None:
         raise SculptError("{}: choose a name that ends in {}.", path.name, ", ".join(suffixes))
     if not path.parent.is_dir():
         raise SculptError("There is no folder {}; make it or choose another.", path.parent)
+
+
+def _save(field: "Field", options: argparse.Namespace) -> None:
+    """Write the field that a command makes; what comes after it may fail."""
+    from .field import checkpoint
+
+    checkpoint.save(field, options.output)
+    options.written = options.output
 
 
 def _check_detail(path: Path, without: str) -> None:

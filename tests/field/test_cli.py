@@ -242,6 +242,11 @@ CONSOLIDATE = ["consolidate", "ball.safetensors", "-o", "out.safetensors"]
 NOTHING = lambda path: None  # noqa: E731
 
 BAD = {
+    "a film with a thickness": (
+        lambda p: (p / "in.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        [*FIT, "--open", "solid", "--thickness", "0.1"],
+        "--thickness goes with --open thickness",
+    ),
     "no network": (lambda p: (p / "ball.safetensors").unlink(), APPLY, "cannot be read"),
     "half a network": (damage, APPLY, "damaged"),
     "NaN weights": (poison, APPLY, "NaN"),
@@ -423,13 +428,49 @@ from neural_sculpt_addon.cli import main
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
 sys.exit(main(sys.argv[1:]))
 """
-    command = [sys.executable, "-c", code, *MESH, "--resolution", "1024"]
+    told = "neural_sculpt_addon: out of memory; try a lower resolution."
+    after = " out.safetensors is written."
+    for arguments, error in ((MESH, told), ([*APPLY, "--mesh", "out.ply"], told + after)):
+        command = [sys.executable, "-c", code, *arguments, "--resolution", "1024"]
+        environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""}
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.strip() == error
+        assert not (folder / "out.ply").exists()
+    assert len(load(folder / "out.safetensors").detail.coefficients)
+
+
+@pytest.mark.parametrize(
+    ("when", "told"), [("edit", "nothing was written."), ("mesh", "out.safetensors is written.")]
+)
+def test_what_is_there_after_a_cancel_is_told(folder, when, told):
+    """Ctrl C in the first stroke, and in the mesh that comes after the field."""
+    code = """
+import _thread, sys
+from neural_sculpt_addon import cli
+written = cli._save
+def show(fraction, message):
+    _thread.interrupt_main()
+def save(field, options):
+    written(field, options)
+    _thread.interrupt_main()
+if sys.argv.pop(1) == "edit":
+    cli._show = show
+else:
+    cli._save = save
+sys.exit(cli.main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", code, when, *APPLY, "--mesh", "out.ply"]
     environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""}
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
-    assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr.strip() == "neural_sculpt_addon: out of memory; try a lower resolution."
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr.strip().startswith("neural_sculpt_addon: cancelled")
+    assert done.stderr.strip().endswith(told)
+    assert (folder / "out.safetensors").exists() == (when == "mesh")
     assert not (folder / "out.ply").exists()
 
 
