@@ -3,6 +3,7 @@
 
 import os
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from .errors import SculptError
@@ -15,9 +16,10 @@ def write_whole(path: Path, data: bytes) -> None:
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(data)
-            os.chmod(temporary, 0o666 & ~_umask())
+            with suppress(OSError):  # a USB stick may have no modes
+                os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
-        except OSError:
+        except BaseException:
             os.unlink(temporary)
             raise
     except OSError as error:
