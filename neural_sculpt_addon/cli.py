@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; 0 when it succeeded, 1 with one line on stderr when it did not."""
     options = _parser().parse_args(arguments)
+    options.written = []
     try:
         options.run(options)
     except SculptError as error:
@@ -29,15 +30,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _end(options, "out of memory; try a lower resolution.", 1)
     except (Cancelled, KeyboardInterrupt):
-        return _end(
-            options, "cancelled." if options.written else "cancelled; nothing was written.", 130
-        )
+        nothing = "" if options.written else " Nothing was written."
+        return _end(options, f"cancelled.{nothing}", 130)
     return 0
 
 
 def _end(options: argparse.Namespace, why: str, code: int) -> int:
     """Say on stderr why a command ended early, and what is there of its result; its exit code."""
-    there = f" {options.written} is written." if options.written else ""
+    there = "".join(f" {path} is written." for path in options.written)
     sys.stderr.write(f"\rneural_sculpt_addon: {why}{there}\n")
     return code
 
@@ -46,7 +46,6 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m neural_sculpt_addon", description="Sculpt neural fields with strokes."
     )
-    parser.set_defaults(written=None)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     fit = commands.add_parser("fit", help="fit a field to a mesh")
@@ -170,6 +169,7 @@ def _apply(options: argparse.Namespace) -> None:
     _save(field, options)
     if options.mesh:
         mesh_file.write(options.mesh, proxy.extract(field, options.resolution))
+        options.written.append(options.mesh)
     report = {"network": str(options.field), "strokes": list(reports)}
     _finish({"network": str(options.output), "strokes": len(strokes)}, options.report, report)
 
@@ -255,7 +255,7 @@ def _save(field: "Field", options: argparse.Namespace) -> None:
     from .field import checkpoint
 
     checkpoint.save(field, options.output)
-    options.written = options.output
+    options.written.append(options.output)
 
 
 def _check_detail(path: Path, without: str) -> None:

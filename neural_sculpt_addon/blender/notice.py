@@ -42,11 +42,16 @@ class NEURAL_SCULPT_OT_notice(Operator):
             _told.clear()
         return {"FINISHED", "PASS_THROUGH"}
 
+    def cancel(self, context: Context) -> None:
+        """Its window is closed, or another file is loaded, of which the messages say nothing."""
+        _told.clear()
+
 
 def tell(message: str) -> None:
     """Show a text in the artist's language in the first window; nothing without a window."""
     if bpy.app.background:
         return
-    _told.append(translated(message))
+    if (text := translated(message)) not in _told:
+        _told.append(text)
     with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
         bpy.ops.neural_sculpt.notice("INVOKE_DEFAULT")  # pyright: ignore[reportAttributeAccessIssue]

@@ -20,7 +20,8 @@ def write_whole(path: Path, data: bytes) -> None:
                 os.chmod(temporary, 0o666 & ~_umask())
             os.replace(temporary, path)
         except BaseException:
-            os.unlink(temporary)
+            with suppress(FileNotFoundError):  # it is in its place already
+                os.unlink(temporary)
             raise
     except OSError as error:
         raise SculptError(

@@ -52,3 +52,16 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch):
         write_whole(tmp_path / "file", b"data")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert (tmp_path / "file").read_bytes() == b"before"
+
+
+def test_an_interruption_when_it_is_in_its_place(tmp_path, monkeypatch):
+    replace = os.replace
+
+    def interrupt(*given: str) -> None:
+        replace(*given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(tmp_path / "file", b"data")
+    assert (tmp_path / "file").read_bytes() == b"data"

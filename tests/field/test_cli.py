@@ -443,7 +443,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 @pytest.mark.parametrize(
-    ("when", "told"), [("edit", "nothing was written."), ("mesh", "out.safetensors is written.")]
+    ("when", "told"), [("edit", "Nothing was written."), ("mesh", "out.safetensors is written.")]
 )
 def test_what_is_there_after_a_cancel_is_told(folder, when, told):
     """Ctrl C in the first stroke, and in the mesh that comes after the field."""

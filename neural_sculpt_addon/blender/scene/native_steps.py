@@ -14,7 +14,7 @@ from itertools import takewhile
 import bpy
 from bpy.types import Mesh
 
-from . import kept_steps, sculpt_steps
+from . import kept_steps, next_proxy, sculpt_steps
 from .mesh import brush_attributes
 from .sculpt_steps import BORDER, Step
 
@@ -70,6 +70,7 @@ def ours() -> Iterator[None]:
     try:
         with bpy.context.temp_override(window=window):
             yield
+            next_proxy.follow()
             kept_steps.follow()
     finally:
         _state.discard(_OUR_STEPS)

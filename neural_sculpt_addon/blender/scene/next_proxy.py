@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Next proxy: the mesh that a result brings to an object, with the attributes of the present one.
 
-In a window it is prepared ahead, some milliseconds at a time, as a `spare_mesh`; what reaches the
-scene then takes Blender as short as can be. What was not prepared is made at once. Model space.
+In a window it is prepared ahead, some milliseconds at a time: what it takes over, and in Sculpt
+Mode a `spare_mesh`, with which Blender has less left to do. What was not prepared is made at once.
+Model space.
 """
 
 import time
 from dataclasses import dataclass, replace
 
+import bpy
 from bpy.types import Object
 
 from ...worker.answers import PROXY
@@ -18,10 +20,14 @@ from .mesh.proxy_mesh import Geometry
 from .mesh.spare_mesh import SpareMesh
 from .sculpt_steps import Step
 
-MODES = {"OBJECT", "SCULPT"}
-"""Those in which the mesh of an object can be another one: brushes of the others refer to it."""
+MOST_OBJECTS = 200
+"""Objects of a file, up to which a mesh is made ahead. When an object gets another mesh, Blender
+looks at all relations in the scene anew, in 40 ms for a thousand objects; it saves 20 at most."""
 SECONDS = 0.005
 """Seconds after which no other piece of work is begun."""
+UNSEEN = 1.0
+"""Seconds after which the mesh that was shown before is removed: a slider that the artist drags may
+be of it until the interface is drawn with the next one."""
 
 
 @dataclass(eq=False)
@@ -67,11 +73,10 @@ def prepare(ob: Object, result: Message, smooth: bool) -> bool:
         if _carries(ob, result):
             return True
         step = sculpt_steps.active()
-        if step is None or ob.mode not in MODES or proxy_mesh.mesh_of(ob).users > 1:
+        if step is None or not _can_swap(ob):
             return False
         geometry = next_geometry(ob, result, smooth)
-        spare = SpareMesh(geometry, sculpted=ob.mode == "SCULPT")
-        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, spare)
+        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, SpareMesh(geometry))
         forget()
         _prepared.append(ready)
     end = time.perf_counter() + SECONDS
@@ -84,10 +89,14 @@ def prepare(ob: Object, result: Message, smooth: bool) -> bool:
 def show(ob: Object, geometry: Geometry) -> bool:
     """Let the object show the mesh that was prepared for this geometry; False when none was."""
     ready = next((each for each in _prepared if each.geometry is geometry), None)
-    if ready is None or not ready.spare.is_done or proxy_mesh.mesh_of(ob).users > 1:
+    if ready is None or not (ready.spare.is_done and ready.spare.is_there and _can_swap(ob)):
         return False
     ready.spare.show(ob)
     _prepared.clear()
+    if bpy.app.background:
+        spare_mesh.sweep()
+    elif not bpy.app.timers.is_registered(_sweep):
+        bpy.app.timers.register(_sweep, first_interval=UNSEEN)
     return True
 
 
@@ -96,6 +105,13 @@ def forget() -> None:
     carried.forget()
     if _prepared:
         follow()
+
+
+def _sweep() -> None:
+    """Remove the mesh that an object showed before, unless another one is being made: that is done
+    with it."""
+    if not _prepared:
+        spare_mesh.sweep()
 
 
 def follow() -> None:
@@ -108,8 +124,15 @@ def _ready(ob: Object, result: Message, smooth: bool) -> _Prepared | None:
     """What was prepared for this, unless something else was done since."""
     for each in _prepared:
         if each.result is result and (each.target, each.smooth) == (ob.session_uid, smooth):
-            return each if each.step == sculpt_steps.active() else None
+            now = each.step == sculpt_steps.active() and each.spare.is_there
+            return each if now else None
     return None
+
+
+def _can_swap(ob: Object) -> bool:
+    """Whether the object may get another mesh, and that saves time."""
+    alone = proxy_mesh.mesh_of(ob).users == 1
+    return alone and ob.mode == "SCULPT" and len(bpy.data.objects) <= MOST_OBJECTS
 
 
 def _carries(ob: Object, result: Message) -> bool:

@@ -116,7 +116,9 @@ def _draw_chosen() -> None:
     share = 0.0 if item.muted else item.strength
     grid = grid_soon(ob, redraw.tag_views)
     source = ob.session_uid, item.uid, item.data, share, grid
-    if _State.chosen[0] != source:
+    if grid is None and _State.chosen[0][:2] != source[:2]:
+        return  # until the surface is known
+    if grid is not None and _State.chosen[0] != source:
         listed = [entry for entry in stroke_list.readable(ob) if entry.uid == item.uid]
         _State.chosen = (
             source,

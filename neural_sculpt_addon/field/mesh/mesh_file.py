@@ -58,7 +58,8 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     except OSError as error:
         raise SculptError("{} cannot be read: {}.", path, error.strerror or error) from error
     except DAMAGE as error:
-        raise SculptError("{} is no readable mesh ({}).", path.name, f"{error!s:.100}") from error
+        why = f"{error!s:.100}" or type(error).__name__
+        raise SculptError("{} is no readable mesh ({}).", path.name, why) from error
     if not len(triangles):
         raise SculptError("{} holds no triangles; choose a mesh with a surface.", path.name)
     if triangles.min() < 0 or triangles.max() >= len(vertices):

@@ -22,7 +22,7 @@ TYPES = {
     **{b"char": "i1", b"uchar": "u1", b"short": "i2", b"ushort": "u2", b"int": "i4"},
     **{b"uint": "u4", b"float": "f4", b"double": "f8", b"int8": "i1", b"uint8": "u1"},
     **{b"int16": "i2", b"uint16": "u2", b"int32": "i4", b"uint32": "u4"},
-    **{b"float32": "f4", b"float64": "f8"},
+    **{b"float32": "f4", b"float64": "f8", b"float16": "f2", b"int64": "i8", b"uint64": "u8"},
 }
 FACE, CORNERS = b"face", {b"vertex_indices", b"vertex_index"}
 
@@ -45,16 +45,20 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
     @property
+    def has_lists(self) -> bool:
+        """Whether its rows have lists."""
+        return any(each.length is not None for each in self.properties)
+
+    @property
     def size(self) -> int:
-        """Bytes of all rows, which have no lists. ValueError when they have."""
-        if any(each.length is not None for each in self.properties):
-            raise ValueError(f"its {self.name.decode(errors='replace')} have lists")
+        """Bytes of all rows, which have no lists."""
         return self.count * sum(each.item.itemsize for each in self.properties)
 
 
 def triangulated(path: Path) -> bytes | None:
-    """The same file with triangles alone, a fan of them for each face; None where all faces are
-    alike, or it is no binary PLY file. ValueError or LookupError when it is damaged."""
+    """The same file with triangles alone, a fan of them for each face, which covers more than a
+    concave one; None where all faces are alike, and for what this cannot tell: text, other elements
+    with lists before the faces. ValueError or LookupError when the file is damaged."""
     with path.open("rb") as file:
         header, ends, _ = file.read(HEADER).partition(b"end_header")
         kind, elements = _read(header.splitlines())
@@ -64,6 +68,8 @@ def triangulated(path: Path) -> bytes | None:
         data = mmap(file.fileno(), 0, access=ACCESS_READ)
     start = data.find(b"\n", len(header)) + 1
     before = list(takewhile(lambda element: element is not faces, elements))
+    if any(element.has_lists for element in before):
+        return None
     place = start + sum(element.size for element in before)
     if _are_alike(data, place, faces):
         return None
@@ -77,12 +83,14 @@ def triangulated(path: Path) -> bytes | None:
 
 
 def _read(lines: Iterable[bytes]) -> tuple[bytes, list[_Element]]:
-    """The format of a header, and its elements."""
+    """The format of a header, and its elements, unless it is one of text."""
     kind, order, elements = b"", "", list[_Element]()
     for line in lines:
         match line.split():
-            case [b"format", kind, *_]:
-                order = ORDERS.get(kind, "")
+            case [b"format", kind, *_] if kind in ORDERS:
+                order = ORDERS[kind]
+            case [b"format", *_]:
+                break
             case [b"element", name, count]:
                 elements.append(_Element(name, int(count), [line]))
             case [b"property", b"list", length, item, name]:

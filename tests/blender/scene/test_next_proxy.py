@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The proxy of a result, made ready piece by piece in a window, and what may come between two."""
+"""The proxy of a result, made ready piece by piece in a window in Sculpt Mode, and what may come
+between two."""
 
 from collections.abc import Callable
 from unittest.mock import patch
@@ -23,7 +24,9 @@ class NextProxy(SphereCase):
         self.finish()
 
     def begin(self, change: Callable[[], object]) -> None:
-        """Ask for a change, and begin with the mesh that it brings."""
+        """Ask for a change in Sculpt Mode, and begin with the mesh that it brings."""
+        bpy.ops.object.mode_set(mode="SCULPT")
+        push_undo("Sculpt Mode")
         change()
         self.pump(self.spares)
 
@@ -54,7 +57,8 @@ class NextProxy(SphereCase):
                 push_undo(mode)
                 ours = self.ob().data.session_uid
                 self.sculpt()
-                self.assertNotEqual(self.ob().data.session_uid, ours)  # it was made ahead
+                made_ahead = self.ob().data.session_uid != ours
+                self.assertEqual(made_ahead, mode == "SCULPT")
                 np.testing.assert_array_equal(vertices(self.ob()), expected)
                 if turned is not None:
                     np.testing.assert_array_equal(normals(self.ob().data), turned)
@@ -110,6 +114,28 @@ class NextProxy(SphereCase):
         np.testing.assert_array_equal(vertices(bpy.data.objects["Other"]), before)
         self.assertNotEqual(len(vertices(self.ob())), len(before))
         self.assertEqual(self.spares(), [])
+
+    def test_a_mesh_that_is_purged_between_two_pieces(self) -> None:
+        with self.as_in_a_window():
+            self.begin(self.remesh)
+            for mesh in [mesh for mesh in bpy.data.meshes if not mesh.users]:
+                bpy.data.meshes.remove(mesh)
+            self.finish()
+        self.assertEqual(self.ob().neural_sculpt.resolution, 64)
+        self.check_clean()
+
+    def test_among_many_objects_it_is_filled_as_it_is(self) -> None:
+        """Blender would look at the relations of all."""
+        for number in range(module("blender.scene.next_proxy").MOST_OBJECTS):
+            bpy.data.objects.new(f"Empty {number}", None)
+        with self.as_in_a_window():
+            bpy.ops.object.mode_set(mode="SCULPT")
+            push_undo("Sculpt Mode")
+            ours = self.ob().data.session_uid
+            self.remesh()
+            self.finish()
+        self.assertEqual(self.ob().data.session_uid, ours)
+        self.assertEqual(self.ob().neural_sculpt.resolution, 64)
 
     def test_a_mode_that_is_entered_meanwhile(self) -> None:
         """In Weight Paint brushes refer to the mesh, which is filled as it is there."""

@@ -67,6 +67,28 @@ def test_other_properties_of_faces_are_passed_over(tmp_path):
     assert trimesh.Trimesh(vertices, triangles, process=False).volume == pytest.approx(1)
 
 
+@pytest.mark.parametrize("kind", ["int64", "uint64"])
+def test_what_trimesh_reads_is_left_to_it(tmp_path, kind):
+    """Triangles alone, with a number of eight bytes for each vertex; the same as text; and lists of
+    another element before the faces."""
+    binary = ply([]).partition(b"end_header\n")[0].replace(b"uchar red", kind.encode() + b" id")
+    binary = binary.replace(b"face 0", b"face 2") + b"end_header\n"
+    rows = b"".join(struct.pack("<3fq", *point, 1) for point in CUBE.tolist())
+    rows += struct.pack("<B3IB3I", 3, 0, 1, 2, 3, 1, 2, 3)
+    text = binary.replace(b"binary_little_endian", b"ascii")
+    text += "".join("{} {} {} 1\n".format(*point) for point in CUBE.tolist()).encode()
+    text += b"3 0 1 2\n3 1 2 3\n"
+    strip = b"element strip 1\nproperty list uchar int vertex_indices\nelement vertex"
+    strips = ply(FACES[5:]).replace(b"element vertex", strip)
+    place = strips.index(b"end_header\n") + 11
+    strips = strips[:place] + struct.pack("<B3i", 3, 0, 1, 2) + strips[place:]
+    for data, faces in ((binary + rows, [(0, 1, 2), (1, 2, 3)]), (text, [(0, 1, 2), (1, 2, 3)])):
+        vertices, triangles = read(tmp_path / "cube.ply", data)
+        np.testing.assert_array_equal(vertices, CUBE)
+        np.testing.assert_array_equal(triangles, faces)
+    np.testing.assert_array_equal(read(tmp_path / "cube.ply", strips)[1], FACES[5:])
+
+
 @settings(deadline=None)
 @given(faces=st.lists(st.lists(st.integers(0, 7), max_size=6).map(tuple), max_size=12))
 def test_each_face_becomes_a_fan(tmp_path_factory, faces):

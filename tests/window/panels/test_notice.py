@@ -25,6 +25,7 @@ class Notice(WindowCase):
         notice = module("blender.notice")
         notice.tell("One thing.")
         notice.tell("Another thing.")
+        notice.tell("One thing.")
         yield 0.5
         notice.tell("Later.")
         yield 0.5

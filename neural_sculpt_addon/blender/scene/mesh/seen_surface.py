@@ -86,6 +86,8 @@ def _go_on() -> float | None:
             _sorting[target] = steps
         except StopIteration as made:
             _grids[target] = made.value
+            for gone in {*_before} - {ob.session_uid for ob in bpy.data.objects} | {target}:
+                _before.pop(gone, None)
             for tell in _told:
                 tell()
     return SOON if _sorting else None
@@ -122,8 +124,6 @@ def _forget(_scene: object, depsgraph: Depsgraph | None = None) -> None:
     if depsgraph is None:
         _clear()
     elif any(update.is_updated_geometry for update in depsgraph.updates):
-        for target in {*_before} - {*_sorting}:
-            del _before[target]
         _sorting.clear()
         for target in {*_grids} - _held:
             _before[target] = _grids.pop(target)

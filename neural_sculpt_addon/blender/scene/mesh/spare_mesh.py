@@ -26,19 +26,20 @@ SPARE = "neural_sculpt_spare"
 
 class SpareMesh:
     """What is to become the mesh of an object. No reference to it is kept, for undo may come
-    between two pieces of work; Blender then has it no more, or it is dropped.
+    between two pieces of work; Blender then has it no more, or it is dropped."""
 
-    sculpted: whether it is to be shown in Sculpt Mode, where Blender needs the vertices' normals
-    """
-
-    def __init__(self, new: Geometry, sculpted: bool) -> None:
+    def __init__(self, new: Geometry) -> None:
         """Nothing is made yet."""
         self._new = new
         dress = () if new.attributes is None else (self._dress,)
-        normals = (self._find_normals,) if sculpted else ()
-        pieces = self._shape, *dress, *normals, self._shade
+        pieces = self._shape, *dress, self._find_normals, self._shade
         self._pieces: list[Callable[[Mesh], None]] = [*pieces]
         self._uid = 0
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it can still be worked at: something may have removed what no object has."""
+        return not self._uid or _find(self._uid) is not None
 
     @property
     def is_done(self) -> bool:
@@ -59,13 +60,13 @@ class SpareMesh:
 
     def show(self, ob: Object) -> None:
         """Let an object show it, when all pieces are done, in place of a mesh that no other object
-        uses and that is no more: with its name, and wherever Blender refers to that. Nothing is
-        evaluated before all of this is done, and so it is once."""
+        uses: with its name, and wherever Blender refers to that, which is swept away later. Nothing
+        is evaluated before all of this is done, and so it is once."""
         spare, old = self._found(), mesh_of(ob)
         name = old.name
         del spare[SPARE]
         old.user_remap(spare)
-        bpy.data.meshes.remove(old)
+        old[SPARE], old.name = True, f"{name} before"
         spare.name = name
 
     def _found(self) -> Mesh:
