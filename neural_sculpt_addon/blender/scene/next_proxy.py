@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Next proxy: the mesh that a result brings to an object, with the attributes of the present one.
 
-In a window it is prepared ahead, some milliseconds at a time: what it takes over, and in Sculpt
-Mode a `spare_mesh`, with which Blender has less left to do. What was not prepared is made at once.
+In a window it is prepared ahead, some milliseconds at a time: what it takes over, and a
+`spare_mesh`, with which less is left to do when it is shown. What was not prepared is made at once.
 Model space.
 """
 
@@ -23,6 +23,8 @@ from .sculpt_steps import Step
 MOST_OBJECTS = 200
 """Objects of a file, up to which a mesh is made ahead. When an object gets another mesh, Blender
 looks at all relations in the scene anew, in 40 ms for a thousand objects; it saves 20 at most."""
+MODES = {"OBJECT", "SCULPT"}
+"""Modes in which an object may get another mesh: brushes of the others hold on to it."""
 SECONDS = 0.005
 """Seconds after which no other piece of work is begun."""
 UNSEEN = 1.0
@@ -76,7 +78,8 @@ def prepare(ob: Object, result: Message, smooth: bool) -> bool:
         if step is None or not _can_swap(ob):
             return False
         geometry = next_geometry(ob, result, smooth)
-        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, SpareMesh(geometry))
+        spare = SpareMesh(geometry, sculpted=ob.mode == "SCULPT")
+        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, spare)
         forget()
         _prepared.append(ready)
     end = time.perf_counter() + SECONDS
@@ -132,7 +135,7 @@ def _ready(ob: Object, result: Message, smooth: bool) -> _Prepared | None:
 def _can_swap(ob: Object) -> bool:
     """Whether the object may get another mesh, and that saves time."""
     alone = proxy_mesh.mesh_of(ob).users == 1
-    return alone and ob.mode == "SCULPT" and len(bpy.data.objects) <= MOST_OBJECTS
+    return alone and ob.mode in MODES and len(bpy.data.objects) <= MOST_OBJECTS
 
 
 def _carries(ob: Object, result: Message) -> bool:

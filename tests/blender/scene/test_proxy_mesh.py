@@ -112,7 +112,7 @@ class ProxyMesh(SculptCase):
         spare_mesh = module("blender.scene.mesh.spare_mesh")
         self.fill(*octahedron())
         push_undo("Proxy")
-        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)))
+        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)), True)
         self.assertTrue(spare.work(self.ob))
         path = str(self.folder / "saved.blend")
         bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
@@ -124,7 +124,7 @@ class ProxyMesh(SculptCase):
         for step in (undo, redo):
             step()
             self.assertEqual([mesh.name for mesh in bpy.data.meshes], ["Proxy"])
-        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)))
+        spare = spare_mesh.SpareMesh(self.geometry(*octahedron(2.0)), True)
         while spare.work(bpy.data.objects["Proxy"]):
             pass
         spare.show(bpy.data.objects["Proxy"])

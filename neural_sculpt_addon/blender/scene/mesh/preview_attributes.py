@@ -75,8 +75,8 @@ def true_positions(mesh: Mesh) -> Vectors:
     if not is_previewed(mesh):
         return now
     true = _read(mesh, TRUE["position"])
-    if SHOWN in mesh.attributes:
-        moved = now - _read(mesh, SHOWN)
+    if SHOWN in mesh.attributes and not np.array_equal(now, shown := _read(mesh, SHOWN)):
+        moved = now - shown
         by_artist = moved.any(axis=1)
         true[by_artist] += moved[by_artist]
     return true

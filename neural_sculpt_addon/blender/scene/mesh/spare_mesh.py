@@ -26,13 +26,17 @@ SPARE = "neural_sculpt_spare"
 
 class SpareMesh:
     """What is to become the mesh of an object. No reference to it is kept, for undo may come
-    between two pieces of work; Blender then has it no more, or it is dropped."""
+    between two pieces of work; Blender then has it no more, or it is dropped.
 
-    def __init__(self, new: Geometry) -> None:
+    sculpted: whether it is to be shown in Sculpt Mode, where Blender needs the vertices' normals
+    """
+
+    def __init__(self, new: Geometry, sculpted: bool) -> None:
         """Nothing is made yet."""
         self._new = new
         dress = () if new.attributes is None else (self._dress,)
-        pieces = self._shape, *dress, self._find_normals, self._shade
+        normals = (self._find_normals,) if sculpted else ()
+        pieces = self._shape, *dress, *normals, self._shade
         self._pieces: list[Callable[[Mesh], None]] = [*pieces]
         self._uid = 0
 
