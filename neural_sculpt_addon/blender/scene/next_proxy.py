@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Next proxy: the mesh that a result brings to an object, with the attributes of the present one.
 
-In a window it is prepared ahead, some milliseconds at a time: what it takes over, and a
-`spare_mesh`, with which less is left to do when a large mesh is shown. What was not prepared is made at once.
-Model space.
+In a window it is prepared ahead, some milliseconds at a time: what it takes over, and where it is
+large a `spare_mesh`, with which less is left to do when it is shown. What was not prepared is made
+at once. Model space.
 """
 
 import time
@@ -21,9 +21,8 @@ from .mesh.spare_mesh import SpareMesh
 from .sculpt_steps import Step
 
 LARGE = 60_000
-"""Vertices from which on a mesh is made ahead. Blender has a smaller one shown in less than 16 ms,
-in Sculpt Mode, too; and of one that is made ahead the steps of its history keep more: 25 % of all
-memory after many strokes on 50,000 vertices."""
+"""Vertices from which on a mesh is made ahead: a smaller one is shown in less than 16 ms as it is, in
+Sculpt Mode, too."""
 MOST_OBJECTS = 200
 """Objects of a file, up to which a mesh is made ahead. When an object gets another mesh, Blender
 looks at all relations in the scene anew, in 40 ms for a thousand objects; it saves 20 at most."""

@@ -64,12 +64,14 @@ class SpareMesh:
 
     def show(self, ob: Object) -> None:
         """Let an object show it, when all pieces are done, in place of a mesh that no other object
-        uses: with its name, and wherever Blender refers to that, which is swept away later. Nothing
-        is evaluated before all of this is done, and so it is once."""
+        uses: with its name, and wherever Blender refers to that. What is left of the latter, which
+        the next step holds, is swept away later. Nothing is evaluated before all of this is done,
+        and so it is once."""
         spare, old = self._found(), mesh_of(ob)
         name = old.name
         del spare[SPARE]
         old.user_remap(spare)
+        old.clear_geometry()
         old[SPARE], old.name = True, f"{name} before"
         spare.name = name
 
