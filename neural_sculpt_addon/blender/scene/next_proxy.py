@@ -21,8 +21,8 @@ from .mesh.spare_mesh import SpareMesh
 from .sculpt_steps import Step
 
 LARGE = 60_000
-"""Vertices from which on a mesh is made ahead: a smaller one is shown in less than 16 ms as it is, in
-Sculpt Mode, too."""
+"""Vertices from which on a mesh is made ahead: a smaller one is shown in less than 16 ms as it is,
+in Sculpt Mode, too."""
 MOST_OBJECTS = 200
 """Objects of a file, up to which a mesh is made ahead. When an object gets another mesh, Blender
 looks at all relations in the scene anew, in 40 ms for a thousand objects; it saves 20 at most."""
