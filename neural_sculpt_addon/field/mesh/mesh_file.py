@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
-from .ply_faces import triangulated
+from .ply_faces import HEADER, triangulated
 from .proxy import Proxy
 from .refinement.refine import Refined
 
@@ -25,7 +25,6 @@ SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes
 
 SINGLE = (b"float", b"float32")  # names that PLY has for it
-HEADER = 1 << 16  # bytes of a PLY file in which its header ends
 RELATIVE = re.compile(rb"^[ \t]*f[ \t].*-", re.MULTILINE)  # a face of an OBJ file that counts back
 
 # What trimesh raises on damaged files.
