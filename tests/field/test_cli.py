@@ -31,10 +31,10 @@ ROOT = Path(__file__).parents[2]
 STROKE = {"points": [[0.5, 0, 0], [0.48, 0.14, 0]], "radius": 0.1, "intensity": 0.03}
 
 
-def run(*arguments, cwd):
+def run(*arguments, cwd, start=("-m", "neural_sculpt_addon")):
     """The command in a fresh interpreter, as a user starts it; its imports find no bpy."""
     return subprocess.run(
-        [sys.executable, "-m", "neural_sculpt_addon", *map(str, arguments)],
+        [sys.executable, *start, *map(str, arguments)],
         cwd=cwd,
         env={"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""},
         capture_output=True,
@@ -431,11 +431,7 @@ sys.exit(main(sys.argv[1:]))
     told = "neural_sculpt_addon: out of memory; try a lower resolution."
     after = " out.safetensors is written."
     for arguments, error in ((MESH, told), ([*APPLY, "--mesh", "out.ply"], told + after)):
-        command = [sys.executable, "-c", code, *arguments, "--resolution", "1024"]
-        environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""}
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, check=False
-        )
+        done = run(*arguments, "--resolution", 1024, cwd=folder, start=("-c", code))
         assert (done.returncode, done.stdout) == (1, "")
         assert done.stderr.strip() == error
         assert not (folder / "out.ply").exists()
@@ -462,11 +458,7 @@ else:
     cli._save = save
 sys.exit(cli.main(sys.argv[1:]))
 """
-    command = [sys.executable, "-c", code, when, *APPLY, "--mesh", "out.ply"]
-    environment = {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1", "PATH": ""}
-    done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = run(when, *APPLY, "--mesh", "out.ply", cwd=folder, start=("-c", code))
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr.strip().startswith("neural_sculpt_addon: cancelled")
     assert done.stderr.strip().endswith(told)

@@ -114,8 +114,8 @@ def forget() -> None:
 
 
 def _sweep() -> None:
-    """Remove the mesh that an object showed before, unless another one is being made: that is done
-    with it."""
+    """Remove the mesh that an object showed before. While another one is being made it waits for
+    the end of that, which sweeps all."""
     if not _prepared:
         spare_mesh.sweep()
 

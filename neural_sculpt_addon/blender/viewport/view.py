@@ -31,7 +31,7 @@ class View:
         return self.hit_on(grid_of(self.ob), mouse)
 
     def hit_on(self, grid: TriangleGrid | None, mouse: Mouse) -> tuple[Point, Point] | None:
-        """The same of another surface in the place of the proxy's, None for none."""
+        """What `hit` finds, on the surface that a grid holds; None without a grid."""
         if grid is None:
             return None
         at = mouse[0] - self.region.x, mouse[1] - self.region.y
@@ -109,7 +109,7 @@ def lay(ob: Object, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.
 def lay_on(
     grid: TriangleGrid | None, points: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The same of another surface in the place of the proxy's, None for none."""
+    """What `lay` finds, on the surface that a grid holds; the points themselves without a grid."""
     points = np.asarray(points, float).reshape(-1, 3)
     if grid is None:
         return points, np.tile((0.0, 0.0, 1.0), (len(points), 1))

@@ -34,7 +34,7 @@ _sorting: dict[int, Generator[None, None, TriangleGrid]] = {}
 _held: set[int] = set()
 """Objects whose grid stays, whatever their meshes show."""
 _told: list[Callable[[], None]] = []
-"""Called when a grid is made that was looked for before."""
+"""Called when a grid is sorted that `grid_soon` was asked for; one at most."""
 
 
 def grid_of(ob: Object) -> TriangleGrid | None:
@@ -45,8 +45,8 @@ def grid_of(ob: Object) -> TriangleGrid | None:
 
 
 def grid_soon(ob: Object, then: Callable[[], None]) -> TriangleGrid | None:
-    """The same as it is, or as it was a moment ago: `then` is called when the grid of what it is
-    now has been made."""
+    """The surface of a mesh object, for what is only looked at: while its grid is being sorted the
+    one before, None without any, and `then` is called at the end."""
     target = ob.session_uid
     if not _is_begun(ob) or not ob.visible_get():
         return None
@@ -59,8 +59,8 @@ def grid_soon(ob: Object, then: Callable[[], None]) -> TriangleGrid | None:
 
 
 def _is_begun(ob: Object) -> bool:
-    """Whether the grid of the surface as it is is made or being made: it begins to be, unless there
-    is none to be seen."""
+    """Have the grid of the surface sorted, unless it is or is being; whether there is a surface to
+    be seen."""
     target = ob.session_uid
     if target in _held:
         return True

@@ -63,10 +63,10 @@ class SpareMesh:
         return True
 
     def show(self, ob: Object) -> None:
-        """Let an object show it, when all pieces are done, in place of a mesh that no other object
-        uses: with its name, and wherever Blender refers to that. What is left of the latter, which
-        the next step holds, is swept away later. Nothing is evaluated before all of this is done,
-        and so it is once."""
+        """Let an object show it, when all pieces are done: it takes the place of the object's mesh,
+        and its name, wherever Blender refers to that. The mesh before stays as an empty one until
+        it is swept away. No other object may use it. Nothing is evaluated before all of this is
+        done, and so it is once."""
         spare, old = self._found(), mesh_of(ob)
         name = old.name
         del spare[SPARE]
