@@ -23,6 +23,7 @@ from ..threads import SEARCHED, in_pieces
 
 WRONG_SIDE = 2e-3  # of f0 behind a wall: the surface may be as far off the one asked for
 CLOSE = 0.9  # of a displacement; the rest is for samples that are not everywhere
+FACING = 0.5  # cosine between a sample's way and its normal; steeper walls slip along the surface
 BESIDE = 1 / 64  # radii: how far outside and inside of a sample winding numbers are taken
 NEAR_CROSSING = 0.5  # radii from the ways of crossing samples, where normals do not tell the sides
 CLIFF = 8  # times its length before: what is stretched more has walls
@@ -64,6 +65,37 @@ def crossings(
 
     close = in_pieces(is_close, len(far), check, size=SEARCHED)
     return close | _through(field, before, after, check, f) | _turned_over(before, after)
+
+
+def passes(field: Field, before: Samples, after: Samples, check: Check) -> bool:
+    """Whether samples (N,) of relief that is carried along have run through the surface.
+
+    `crossings` finds many that have not: steep relief comes close to where its neighbours were, and
+    keeps its distance from them. These have come past each other: one is closer to where another
+    was than that is raised along its normal, and of the way between both hardly any is left. Those
+    that have come out behind a wall or are turned over tell nothing where they slip along a steep
+    one.
+    """
+    height = np.abs(_height(before, after))
+    most = CLOSE * height.max(initial=0)
+    reach = CLOSE * np.append(height, 0)  # the last: of the one that the tree names if none is near
+    tree = search_tree(before.points)
+
+    def has_passed(part: slice) -> NDArray[np.bool_]:
+        start, goal = before.points[part], after.points[part]
+        distance, nearest = map(np.asarray, tree.query(goal, distance_upper_bound=most))
+        passed = distance < reach[nearest]
+        other = nearest[passed]
+        was, now = start[passed] - before.points[other], goal[passed] - after.points[other]
+        passed[passed] = (was * now).sum(axis=1) < (1 - CLOSE) * (was * was).sum(axis=1)
+        return passed
+
+    if in_pieces(has_passed, len(height), check, size=SEARCHED).any():
+        return True
+    facing = height > FACING * np.linalg.norm(after.points - before.points, axis=1)
+    start, goal = before.where(facing), after.where(facing)
+    behind = _through(field, start, goal, check).any()
+    return bool(behind or _turned_over(start, goal).any())
 
 
 class SweptVolume:
@@ -187,7 +219,12 @@ def _turned_over(before: Samples, after: Samples) -> NDArray[np.bool_]:
 
 def _outward(before: Samples, after: Samples) -> NDArray[np.floating]:
     """1 of samples (N,) that were raised, -1 of those that were carved, 0 of those left there."""
-    return np.sign(((after.points - before.points) * before.normals).sum(axis=1))
+    return np.sign(_height(before, after))
+
+
+def _height(before: Samples, after: Samples) -> NDArray[np.floating]:
+    """How far samples (N,) were raised along their own normals; below 0 where they were carved."""
+    return ((after.points - before.points) * before.normals).sum(axis=1)
 
 
 def steep(before: Samples, after: Samples, triangles: NDArray[np.int64]) -> NDArray[np.bool_]:

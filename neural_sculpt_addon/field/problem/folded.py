@@ -22,7 +22,7 @@ from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples, SurfaceMesh
 from ..projection import ARRIVED, project
 from ..threads import SEARCHED, in_pieces, join
-from .fold import SweptVolume, bounding, steep
+from .fold import SweptVolume, bounding, passes, steep
 
 FINE_EDGE = 1 / 16  # radii: of the triangles that tell what the stroke sweeps over
 CUT = 1 / 32  # radii: edges from a vertex that bounds something to one that does not
@@ -143,12 +143,23 @@ class Folded:
         return _Moved(*before, *self._move(before))
 
     @cached_property
+    def whole(self) -> tuple[Samples, Samples, NDArray[np.int64]]:
+        """Vertices (N,) of the surface under the stroke, where they are displaced to, and triangles
+        (T, 3). What bounds nothing is among them."""
+        triangles, found = self._divided
+        return Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64)
+
+    @cached_property
+    def carried_folds(self) -> bool:
+        """Whether the surface runs through itself where relief is carried along, or has cliffs."""
+        before, after, triangles = self.whole
+        cliffs = steep(before, after, triangles).any()
+        return bool(cliffs or passes(self._field, before, after, self._check))
+
+    @cached_property
     def swept(self) -> SweptVolume:
         """What the surface sweeps over."""
-        triangles, found = self._divided
-        before, after = Samples(*found[:2]), Samples(*found[2:])
-        triangles = triangles.astype(np.int64)
-        return SweptVolume(self._field, before, after, triangles, self._radius, self._check)
+        return SweptVolume(self._field, *self.whole, self._radius, self._check)
 
     def inside(self, points: NDArray[np.float32], f: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which of any points (N, 3), where the field was f (N,), are inside of the new surface.

@@ -146,26 +146,30 @@ class Problem:
         jitter: np.random.Generator,
         apart: float,
         gap: float,
-        gap_at_folds: float,
+        fine: float,
     ) -> DisplacedSurface:
         """Samples of all tubes, more of them where the surface is stretched, and those of `gaps`.
 
         apart: how far from each other the tubes' samples are, before they are displaced
-        gap:   how far from all of them gaps begin, elsewhere and where the displaced surface runs
-               through itself
+        gap:   how far from all of them gaps begin
+        fine:  the same over relief, and where the displaced surface runs through itself
         """
         sampled = self._sample(rows, columns, jitter)
         _, before, after, stretch, f, gradient, swept, tree = sampled
         more = np.minimum(stretch, MOST_STRETCH) - 1 + jitter.uniform(size=len(stretch))
         stretched = np.repeat(np.arange(len(more)), np.maximum(more, 0).astype(int))
-        if swept is None:
-            others = self.copies.beside(before.where(stretched), apart, jitter)
-            gaps = self.gaps(tree, gap)
+        folds = swept is not None
+        beside = self.beside if folds else self.copies.beside
+        parts = [beside(before.where(stretched), apart, jitter)]
+        if folds:
+            surface, moved, bounds, _ = self.folded.under
+            parts.append(self._fine_gaps(surface.where(bounds), moved.where(bounds), after, fine))
+            parts.append(self.folded.walls(apart, jitter))
+        elif self.is_guided:
+            parts.append(self._fine_gaps(*self.folded.whole[:2], after, fine))
         else:
-            others = self.beside(before.where(stretched), apart, jitter)
-            gaps = self._gaps_at_folds(after, gap_at_folds)
-            gaps = join([gaps, self.folded.walls(apart, jitter)])
-        added = join([others, gaps])
+            parts.append(self.gaps(tree, gap))
+        added = join(parts)
         values = values_and_gradients(self.field, added[1].points)
         return DisplacedSurface(*join([(before, after, f, gradient), (*added, *values)]), swept)
 
@@ -191,7 +195,11 @@ class Problem:
         thin = before.where(some), after.where(some), self.check, tree, f[some]
         fades = np.concatenate([tube.displacement.share < 1 for tube in tubes])
         lips = stretch[fades] > CLIFF  # as along the rim of a thin part
-        if lips.any() or crossings(self.field, *thin).any():
+        if self.is_guided:  # over relief, in whose steep walls tubes have gaps
+            folds = self.folded.carried_folds
+        else:
+            folds = lips.any() or crossings(self.field, *thin).any()
+        if folds:
             swept = self.folded.swept
             kept = [self._bounding(tube) for tube in tubes]
             tubes = [tube.where(chosen) for tube, chosen in zip(tubes, kept, strict=True)]
@@ -300,12 +308,14 @@ class Problem:
             return upright, upright
         return vertices, self.copies.move(upright)[0]
 
-    def _gaps_at_folds(self, target: Samples, spacing: float) -> tuple[Samples, Samples]:
-        """`gaps` where the displaced surface runs through itself: without what bounds nothing.
+    def _fine_gaps(
+        self, surface: Samples, moved: Samples, target: Samples, spacing: float
+    ) -> tuple[Samples, Samples]:
+        """`gaps` among the vertices of `Folded`, which are finer than the proxy's.
 
-        target: displaced samples of the tubes; what is farther from all of them is a gap
+        surface, moved: such vertices (N,), and where they are displaced to
+        target:         displaced samples of the tubes; what is farther from all of them is a gap
         """
-        surface, moved, bounds, _ = self.folded.under
 
         def facing(some: Samples) -> NDArray[np.float32]:
             """Places and normals (N, 6): both sides of a thin part are far from each other."""
@@ -313,7 +323,6 @@ class Problem:
 
         tree = search_tree(facing(target))
         far = ~np.isfinite(tree.query(facing(moved), distance_upper_bound=spacing)[0])
-        far &= bounds
         surface, moved = surface.where(far), moved.where(far)
         inner = self.copies.relative_distance(surface, beyond_flat_ends=False) < INNER
         return surface.where(inner), moved.where(inner)

@@ -39,9 +39,9 @@ def reverse_distance(
 
     tubes, swept: as of `Problem.displaced_tubes`
     """
-    if swept is None:
+    if swept is None and not problem.is_guided:
         return _from_tubes(problem, tubes, proxy)
-    return _at_folds(problem, tubes, swept, proxy)
+    return _at_folds(problem, tubes, problem.folded.swept, proxy)
 
 
 def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:

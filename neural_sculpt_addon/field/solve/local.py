@@ -35,7 +35,6 @@ from ..levels import (
 )
 from ..mesh.pieces import Islands
 from ..mesh.surface import Samples
-from ..problem.fold import SweptVolume
 from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .loose import loose_parts
@@ -173,16 +172,18 @@ class LocalEdit:
                 break
             self._rows.weights[wrong] *= HEAVIER
             self._add_near(self._rows.points[wrong], level)
-        if self._swept is not None:
-            self._clear(self._swept)
+        if self._swept is not None or self._problem.is_guided:
+            self._clear()
         return self._layer
 
-    def _clear(self, swept: SweptVolume) -> None:
-        """Solve away loose parts near places where the displaced surface runs through itself."""
+    def _clear(self) -> None:
+        """Solve away loose parts: near places where the displaced surface runs through itself, or
+        anywhere over relief that is carried along."""
         level, problem = self.resolution.level, self._problem
         fine = dilated(self._active, level)
         every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
-        every = every[swept.near(centres(places(every, level), level))]
+        if self._swept is not None:
+            every = every[self._swept.near(centres(places(every, level), level))]
         fine = np.intersect1d(fine, every, assume_unique=True)
         cells = every
         held = problem.preparation.surface.where(problem.known_untouched)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from neural_sculpt_addon.field.edit.edit import sculpt
+from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.levels import Level, cells_of, dilated, distinct, quantised
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
@@ -24,8 +25,8 @@ def rough():
     smooth = prepare(ball(0.5))
     points = smooth.surface.points
     cells = dilated(distinct(cells_of(points[points[:, 0] > 0.3], LEVEL), LEVEL), LEVEL)
-    values = np.random.default_rng(7).uniform(-ROUGHNESS, ROUGHNESS, len(cells))
-    return prepare(smooth.field.plus({LEVEL: Level(cells, quantised(values))}))
+    bumps = np.random.default_rng(7).uniform(-ROUGHNESS, ROUGHNESS, len(cells))
+    return prepare(smooth.field.plus({LEVEL: Level(cells, quantised(bumps))}))
 
 
 def meridian(height):
@@ -67,6 +68,51 @@ def test_it_is_solved_as_finely_as_the_bumps_where_it_would_fold(rough):
     assert (high.level, high.wanted) == (LEVEL, 6)
     assert not high.is_limited
     assert resolution(pose(rough, meridian(0.002))).level == 6
+
+
+@pytest.fixture(scope="module")
+def ridged():
+    """A ball with five ridges, 0.05 wide, and 0.03 high."""
+    ball_so_far, angle = prepare(ball(0.5)), np.linspace(-0.5, 0.5, 9)
+    for x in (-0.1, -0.05, 0.0, 0.05, 0.1):
+        points = np.stack([x + 0 * angle, np.sin(angle) / 2, np.cos(angle) / 2], axis=1)
+        points *= 0.5 / np.linalg.norm(points, axis=1, keepdims=True)
+        ball_so_far = sculpt(ball_so_far, Stroke(points, Brush(0.025, 0.03))).preparation
+    return ball_so_far
+
+
+def outermost(field, ways):
+    """How far from the origin the surface is, along unit vectors (N, 3), by bisection."""
+    inside, outside = np.full(len(ways), 0.4), np.full(len(ways), 0.7)
+    for _ in range(20):
+        middle = (inside + outside) / 2
+        is_inside = values(field, np.float32(middle[:, None] * ways)) < 0
+        inside, outside = np.where(is_inside, middle, inside), np.where(is_inside, outside, middle)
+    return inside
+
+
+@pytest.mark.parametrize("height", [0.04, -0.04])
+def test_ridges_are_carried_along_where_nothing_folds(ridged, height):
+    """Each ray from the middle of the ball meets the surface as much farther out as the stroke is
+    high. No winding number is asked for, which would take as long again."""
+    stroke = Stroke(
+        np.array([[0, 0, outermost(ridged.field, np.eye(3)[2:])[0]]]), Brush(0.1, height)
+    )
+    edit = sculpt(ridged, stroke)
+    assert edit.problem.is_guided
+    assert edit.problem.displaced_tubes(40, 40, None).swept is None
+    assert edit.report()["tolerance_met"]
+    x = np.linspace(-0.05, 0.05, 201)
+    ways = np.stack([x, 0 * x, 0.5 + 0 * x], axis=1)
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    before, after = (outermost(field, ways) for field in (ridged.field, edit.field))
+    assert np.ptp(before) > 0.025
+    ridge = before[:, None] * ways
+    from_middle = np.linalg.norm(ridge - ridge[100], axis=1)
+    asked = height * stroke.brush.profile(from_middle / 0.1)
+    off = np.abs(after - before - asked)
+    assert off[100] < 3e-4
+    assert np.quantile(off, 0.9) < 1e-3
 
 
 @pytest.mark.long

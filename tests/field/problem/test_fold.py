@@ -7,14 +7,14 @@ import pytest
 from neural_sculpt_addon.common.progress import go_on
 from neural_sculpt_addon.field.evaluate import normals, values
 from neural_sculpt_addon.field.mesh.surface import Samples
-from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings
+from neural_sculpt_addon.field.problem.fold import SweptVolume, bounding, crossings, passes
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.problem.tube import sample_tube
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.profile import Profile
 from neural_sculpt_addon.stroke.stroke import Direction, Stroke
-from tests.field.analytic import ball, ellipsoid
+from tests.field.analytic import ball, ellipsoid, plane
 
 AXES = (0.5, 0.5, 0.2)  # its meridian has a radius of curvature of 0.08 at the equator
 
@@ -103,6 +103,65 @@ def test_a_cancel_is_heard_between_the_winding_numbers_of_some_samples(preparati
     heard.clear()
     bounding(problem.field, volume, before, after, go_on)
     assert len(heard) > np.count_nonzero(volume.near(after.points)) / 2500 > 1
+
+
+def corrugated(height, length):
+    """Samples of z = height sin(2 pi x / length), 0.2 in square, and the curvature there."""
+    x, y = np.meshgrid(np.linspace(-0.1, 0.1, 400), np.linspace(-0.1, 0.1, 20))
+    k = 2 * np.pi / length
+    slope = (height * k * np.cos(k * x)).ravel()
+    points = np.stack([x.ravel(), y.ravel(), (height * np.sin(k * x)).ravel()], axis=1)
+    upright = np.stack([-slope, 0 * slope, 0 * slope + 1], axis=1)
+    steepness = np.linalg.norm(upright, axis=1, keepdims=True)
+    curvature = (-height * k**2 * np.sin(k * x)).ravel() / steepness[:, 0] ** 3
+    return Samples(points, upright / steepness), curvature
+
+
+def moved(surface, way):
+    return Samples(surface.points + way, surface.normals)
+
+
+def shell(height):
+    """A field that is `height` everywhere."""
+    return plane((0.0, 0.0, 0.0), -height)
+
+
+def test_relief_that_is_carried_along_passes_nothing():
+    """Walls of 57 degrees, moved by three times the radius of their troughs: most of them come
+    closer to where they were than they are moved, and stay as far from each other as before."""
+    relief, curvature = corrugated(0.02, 0.08)
+    assert curvature.max() > 2 / 0.03
+    after = moved(relief, (0, 0, 0.03))
+    row = after.points[:400, None] - relief.points[None, :400]
+    assert np.median(np.linalg.norm(row, axis=2).min(axis=1)) < 0.8 * 0.03
+    assert not passes(shell(0.03), relief, after, go_on)
+
+
+def test_relief_that_is_moved_along_its_normals_meets_in_its_troughs():
+    """There normals meet, at the radius of curvature: 0.008 in the troughs."""
+    relief, curvature = corrugated(0.02, 0.08)
+    assert 1 / curvature.max() == pytest.approx(0.0081, abs=1e-4)
+    for height, meets in (0.004, False), (0.03, True):
+        after = moved(relief, height * relief.normals)
+        assert passes(shell(height), relief, after, go_on) == meets
+
+
+@pytest.mark.parametrize(("way", "meets"), [(0.04, False), (0.06, True)])
+def test_walls_that_face_each_other_meet_when_both_move_half_of_the_gap(way, meets):
+    y, z = (part.ravel() for part in np.meshgrid(*2 * [np.linspace(-0.1, 0.1, 60)]))
+    sides = np.repeat([-1, 1], len(y))
+    points = np.stack([0.05 * sides, np.tile(y, 2), np.tile(z, 2)], axis=1)
+    walls = Samples(points, np.stack([-sides, 0 * sides, 0 * sides], axis=1).astype(float))
+    assert passes(shell(0.04), walls, moved(walls, way * walls.normals), go_on) == meets
+
+
+def test_a_steep_wall_that_slips_along_the_surface_tells_nothing():
+    """It comes out on the other side where the surface bends; what is moved straight on does so
+    where it meets another part."""
+    points = np.random.default_rng(0).uniform(-0.1, 0.1, (200, 3)) * (0, 1, 1)
+    wall = Samples(points, np.tile([1.0, 0.0, 0.0], (200, 1)))
+    assert passes(shell(-0.01), wall, moved(wall, (0.1, 0, 0)), go_on)
+    assert not passes(shell(-0.01), wall, moved(wall, (0.01, 0, 0.1)), go_on)
 
 
 def test_near_a_fold_is_what_lies_beside_the_ways_of_those_that_cross(preparation):
