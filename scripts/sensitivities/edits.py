@@ -44,7 +44,8 @@ SUBJECT = Subject(
         "problem.problem": ("THINNED", "INNER", "MOST_STRETCH"),
         "problem.copies": ("STEP", "BEND"),
         "problem.fold": (
-            *("WRONG_SIDE", "CLOSE", "BESIDE", "NEAR_CROSSING", "CLIFF", "ACCURACY_SCALE"),
+            *("WRONG_SIDE", "CLOSE", "FACING", "BESIDE", "NEAR_CROSSING", "CLIFF"),
+            "ACCURACY_SCALE",
         ),
         "problem.folded": ("FINE_EDGE", "CUT", "SHORTEST", "MOST_VERTICES", "MOST_CUT"),
         "mesh.pieces": ("MATCHED", "LEAST", "CRUMB"),
