@@ -56,12 +56,8 @@ def crossings(
     far = np.linalg.norm(after.points - before.points, axis=1)
     tree = search_tree(before.points) if tree is None else tree
 
-    most = CLOSE * far.max()
-    reach = CLOSE * np.append(far, 0)  # the last of the one that the tree names where none is near
-
     def is_close(part: slice) -> NDArray[np.bool_]:
-        distance, nearest = tree.query(after.points[part], distance_upper_bound=most)
-        return distance < reach[nearest]
+        return _closer(after.points[part], tree, far)[0]
 
     close = in_pieces(is_close, len(far), check, size=SEARCHED)
     return close | _through(field, before, after, check, f) | _turned_over(before, after)
@@ -77,14 +73,11 @@ def passes(field: Field, before: Samples, after: Samples, check: Check) -> bool:
     one.
     """
     height = np.abs(_height(before, after))
-    most = CLOSE * height.max(initial=0)
-    reach = CLOSE * np.append(height, 0)  # the last: of the one that the tree names if none is near
     tree = search_tree(before.points)
 
     def has_passed(part: slice) -> NDArray[np.bool_]:
         start, goal = before.points[part], after.points[part]
-        distance, nearest = map(np.asarray, tree.query(goal, distance_upper_bound=most))
-        passed = distance < reach[nearest]
+        passed, nearest = _closer(goal, tree, height)
         other = nearest[passed]
         was, now = start[passed] - before.points[other], goal[passed] - after.points[other]
         passed[passed] = (was * now).sum(axis=1) < (1 - CLOSE) * (was * was).sum(axis=1)
@@ -196,6 +189,17 @@ def bounding(
 def _inside(field: Field, points: NDArray[np.float32], check: Check) -> NDArray[np.bool_]:
     """Which points (N, 3) lie inside the shape of a field."""
     return in_pieces(lambda part: values(field, points[part]) < 0, len(points), check)
+
+
+def _closer(
+    points: NDArray[np.float32], tree: KDTree, far: NDArray[np.floating]
+) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Which points (N, 3) are closer to the nearest one of a tree than that is displaced, by `far`
+    (M,), and the number (N,) of it; M where none is near."""
+    reach = CLOSE * np.append(far, 0)
+    found = tree.query(points, distance_upper_bound=CLOSE * far.max(initial=0))
+    distance, nearest = np.asarray(found[0]), np.asarray(found[1])
+    return distance < reach[nearest], nearest
 
 
 def _through(

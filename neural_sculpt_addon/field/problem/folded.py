@@ -150,8 +150,9 @@ class Folded:
         return Samples(*found[:2]), Samples(*found[2:]), triangles.astype(np.int64)
 
     @cached_property
-    def carried_folds(self) -> bool:
-        """Whether the surface runs through itself where relief is carried along, or has cliffs."""
+    def folds_over_relief(self) -> bool:
+        """Whether the surface runs through itself, or has cliffs, though it is moved along normals
+        that are smoother than its own."""
         before, after, triangles = self.whole
         cliffs = steep(before, after, triangles).any()
         return bool(cliffs or passes(self._field, before, after, self._check))

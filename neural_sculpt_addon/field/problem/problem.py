@@ -146,13 +146,13 @@ class Problem:
         jitter: np.random.Generator,
         apart: float,
         gap: float,
-        fine: float,
+        fine_gap: float,
     ) -> DisplacedSurface:
         """Samples of all tubes, more of them where the surface is stretched, and those of `gaps`.
 
-        apart: how far from each other the tubes' samples are, before they are displaced
-        gap:   how far from all of them gaps begin
-        fine:  the same over relief, and where the displaced surface runs through itself
+        apart:    how far from each other the tubes' samples are, before they are displaced
+        gap:      how far from all of them gaps begin
+        fine_gap: the same over relief, and where the displaced surface runs through itself
         """
         sampled = self._sample(rows, columns, jitter)
         _, before, after, stretch, f, gradient, swept, tree = sampled
@@ -163,10 +163,11 @@ class Problem:
         parts = [beside(before.where(stretched), apart, jitter)]
         if folds:
             surface, moved, bounds, _ = self.folded.under
-            parts.append(self._fine_gaps(surface.where(bounds), moved.where(bounds), after, fine))
+            under = surface.where(bounds), moved.where(bounds)
+            parts.append(self._fine_gaps(*under, after, fine_gap))
             parts.append(self.folded.walls(apart, jitter))
         elif self.is_guided:
-            parts.append(self._fine_gaps(*self.folded.whole[:2], after, fine))
+            parts.append(self._fine_gaps(*self.folded.whole[:2], after, fine_gap))
         else:
             parts.append(self.gaps(tree, gap))
         added = join(parts)
@@ -192,12 +193,12 @@ class Problem:
         f, gradient = in_pieces(sample, len(after.points), self.check)
         some = slice(None, None, THINNED)
         tree = search_tree(before.points[some])
-        thin = before.where(some), after.where(some), self.check, tree, f[some]
-        fades = np.concatenate([tube.displacement.share < 1 for tube in tubes])
-        lips = stretch[fades] > CLIFF  # as along the rim of a thin part
         if self.is_guided:  # over relief, in whose steep walls tubes have gaps
-            folds = self.folded.carried_folds
+            folds = self.folded.folds_over_relief
         else:
+            thin = before.where(some), after.where(some), self.check, tree, f[some]
+            fades = np.concatenate([tube.displacement.share < 1 for tube in tubes])
+            lips = stretch[fades] > CLIFF  # as along the rim of a thin part
             folds = lips.any() or crossings(self.field, *thin).any()
         if folds:
             swept = self.folded.swept

@@ -41,7 +41,7 @@ def reverse_distance(
     """
     if swept is None and not problem.is_guided:
         return _from_tubes(problem, tubes, proxy)
-    return _at_folds(problem, tubes, problem.folded.swept, proxy)
+    return _at_folds(problem, tubes, proxy)
 
 
 def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
@@ -84,8 +84,9 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     return np.concatenate([*distances, np.empty(0)])
 
 
-def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Proxy) -> Array:
-    """Distance as of `_from_tubes`, where the displaced surface runs through itself.
+def _at_folds(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
+    """Distance as of `_from_tubes`, where the displaced surface runs through itself, or relief is
+    carried along.
 
     It is measured from all of the surface asked for. The vertices that count are those to which the
     displaced part of that is nearest, and those in the swept volume: a film that is left where a
@@ -96,7 +97,7 @@ def _at_folds(problem: Problem, tubes: list[Tube], swept: SweptVolume, proxy: Pr
     if not len(vertices) or not len(triangles):
         return np.empty(0)
     distance, face = _to_surface(vertices.astype(float), surface, triangles, problem.check)
-    return distance[displaced[face] | swept.swallows(vertices)]
+    return distance[displaced[face] | problem.folded.swept.swallows(vertices)]
 
 
 def displaced_distance(problem: Problem, tubes: list[Tube], points: NDArray[np.float32]) -> Array:

@@ -73,12 +73,12 @@ def test_it_is_solved_as_finely_as_the_bumps_where_it_would_fold(rough):
 @pytest.fixture(scope="module")
 def ridged():
     """A ball with five ridges, 0.05 wide, and 0.03 high."""
-    ball_so_far, angle = prepare(ball(0.5)), np.linspace(-0.5, 0.5, 9)
+    preparation, angle = prepare(ball(0.5)), np.linspace(-0.5, 0.5, 9)
     for x in (-0.1, -0.05, 0.0, 0.05, 0.1):
         points = np.stack([x + 0 * angle, np.sin(angle) / 2, np.cos(angle) / 2], axis=1)
         points *= 0.5 / np.linalg.norm(points, axis=1, keepdims=True)
-        ball_so_far = sculpt(ball_so_far, Stroke(points, Brush(0.025, 0.03))).preparation
-    return ball_so_far
+        preparation = sculpt(preparation, Stroke(points, Brush(0.025, 0.03))).preparation
+    return preparation
 
 
 def outermost(field, ways):
