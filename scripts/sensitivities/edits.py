@@ -32,7 +32,7 @@ SUBJECT = Subject(
         "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
-            *("HEAVIER", "MISSED", "TILTED", "SHARE", "FAMILY", "FINER_NODES", "FINER"),
+            *("HEAVIER", "MISSED", "TILTED", "FAMILY", "FINER_NODES", "FINER", "FINER_IN_FOLDS"),
             *("COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
         ),
         "solve.edit_rows": (

@@ -66,23 +66,22 @@ REPAIRS, HEAVIER = 8, 4.0
 """How often rows whose sign came out wrong are solved again, with nodes within two cells of them,
 and how much more they weigh each time. Few strokes have such rows; deep carves that fold do."""
 
-MISSED, TILTED, SHARE = 4e-4, 0.2, 0.2
-"""Model units and slope (11 degrees) that a surface sample may be off, and the share of those of a
-cell that may be more: a cell with more gets nodes of one more level. They trade nodes and rows for
-closeness: half of TILTED is a sixth closer and takes a sixth longer."""
+MISSED, TILTED = 4e-4, 0.3
+"""Model units and slope (17 degrees) that a surface sample may be off: a cell with one that is more
+gets nodes of one more level. They trade nodes and rows for closeness."""
 
 FAMILY, FINER_NODES = 20, 30_000
-"""Nodes that such a cell takes, about: its children and those beside them. Nodes of finer levels at
-most: they bound the time of strokes that fold over the detail of many others, which are the
-slowest; twice as many take a tenth longer on such strokes and are 2 % closer."""
+"""Nodes that such a cell takes, about: those of its children that the surface passes, and those
+beside them. Nodes of finer levels at most: they bound the time of strokes that fold over the detail
+of many others, which are the slowest."""
 
 COMPANY = 2
 """Missed cells that must touch such a cell: what is worth a finer level, a crease or a detail, goes
 through several cells, and single ones come out as pimples on smooth walls."""
 
-FINER = 2
-"""Levels at most that are finer than that of the stroke: with one, all is a tenth less close; with
-four it is 3 % closer."""
+FINER, FINER_IN_FOLDS = 1, 2
+"""Levels at most that are finer than that of the stroke, and those where it folds: slits between
+walls that meet would close with one. Elsewhere a second takes a fifth longer and is no closer."""
 
 FINER_ITERATIONS = 10
 """Of the solution of those, which only add what coarser ones miss: twice as many are 1 % closer,
@@ -157,11 +156,11 @@ class LocalEdit:
         self._layer |= solve_levels(both, self._rows, self._problem.check)
         self.field = self._problem.field.plus(self._layer)
         room = FINER_NODES
-        for _ in range(FINER):
+        for _ in range(FINER if self._swept is None else FINER_IN_FOLDS):
             if level == FINEST or not len(missed := self._missed(level, cells, room)):
                 break
+            cells = dilated(self._passed_in(missed, level), level + 1)
             level += 1
-            cells = dilated(children(missed, level - 1), level)
             room -= len(cells)
             self._rows = self._surface.finer(self._rows, cells, level, self.field, self._random)
             self._add(level, cells)
@@ -224,7 +223,7 @@ class LocalEdit:
         targets = np.float32(CLEAR * h) * side
         before = values(field, islands.points)
         rows.add(islands.points, targets, targets - before, HEAVIER)
-        self._add_near(islands.points, min(found or level, level + FINER))
+        self._add_near(islands.points, min(found or level, level + FINER_IN_FOLDS))
         return self._layer
 
     def _add_near(self, points: NDArray[np.float32], level: int) -> None:
@@ -248,22 +247,20 @@ class LocalEdit:
         self.field = self._problem.field.plus(self._layer)
 
     def _missed(self, level: int, active: NDArray[np.int32], room: int) -> NDArray[np.int32]:
-        """The active cells (K,) of a level that need a finer one: more than SHARE of their samples
-        are off. Where there is no `room` for the nodes of all, those with the most of these."""
-        rows, size = self._rows, len(active)
+        """The active cells (K,) of a level that need a finer one: surface samples in them are off.
+        Where there is no `room` for the nodes of all, those with the most of these."""
+        rows = self._rows
+        off = np.abs(rows.residuals) > MISSED
+        off[rows.at[np.abs(rows.slopes) > TILTED]] = True
+        cells = linear(cells_of(rows.points[off & (rows.targets == 0)], level), level)
+        missed, count = np.unique(cells[np.isin(cells, active)], return_counts=True)
+        most = np.argsort(-count, kind="stable")[: max(room, 0) // FAMILY]
+        return _in_company(np.sort(missed[most]), level)
 
-        def count(points: NDArray[np.float32]) -> NDArray[np.intp]:
-            """How many of points (N, 3) lie in each active cell."""
-            cells = linear(cells_of(points, level), level)
-            place = np.searchsorted(active, cells)
-            return np.bincount(place[active.take(place, mode="clip") == cells], minlength=size)
-
-        on_surface = rows.targets == 0
-        off = count(rows.points[on_surface & (np.abs(rows.residuals) > MISSED)])
-        tilted = count(rows.points[rows.at[np.abs(rows.slopes) > TILTED]])
-        share = np.maximum(off, tilted) / np.maximum(count(rows.points[on_surface]), 1)
-        most = np.argsort(-share, kind="stable")[: max(room, 0) // FAMILY]
-        return _in_company(np.sort(active[most[share[most] > SHARE]]), level)
+    def _passed_in(self, cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
+        """The children (K,) of cells (N,) of a level that the surface passes, rising."""
+        points = self._rows.points[self._rows.targets == 0]
+        return numbers(points[np.isin(linear(cells_of(points, level), level), cells)], level + 1)
 
 
 def numbers(points: NDArray[np.float32], level: int) -> NDArray[np.int32]:
