@@ -26,9 +26,9 @@ from .worker_process import Worker
 
 log = logging.getLogger(__name__)
 
-LONG = 0.002
+LONG = 0.004
 """Seconds. When reading a message, or its check, took longer, Blender hears the artist before the
-message is taken: to read a mesh of 100,000 triangles takes 1 to 2 ms."""
+message is taken, which takes up to 12 ms: to read a mesh of 100,000 triangles takes 1 to 3."""
 
 
 class WorkerNews(JobQueue):
