@@ -54,7 +54,7 @@ def _on_surface(on: Preparation, points: NDArray[np.floating]) -> NDArray[np.flo
 SUBJECT = Subject(
     cases=cases,
     count=6,
-    constants={"solve.resolution": ("LEFT_FINER",), "problem.pose": ("GUIDED",)},
+    constants={"solve.resolution": ("LEFT_FINER",), "problem.problem": ("GUIDED", "STEEP")},
     ratios=RATIOS,
     highest=("tube_p95",),
     sums=("met", "pieces"),

@@ -21,8 +21,7 @@ from ..geometry import unit
 from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
 from ..problem.placement import PlacedStroke
-from ..problem.pose import coarse
-from ..problem.problem import Problem
+from ..problem.problem import Problem, coarse
 from ..projection import ARRIVED, project
 from ..threads import in_pieces
 from .brushed import AbsorbedStroke, absorb_brushed

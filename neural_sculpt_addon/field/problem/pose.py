@@ -6,9 +6,7 @@ them, a rough surface becomes lace. So a stroke that would fold is guided by the
 without detail that is fine for it. Model space. See docs/method.md, section 2.
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from ...common.errors import SculptError
 from ...common.progress import Check, go_on
@@ -19,12 +17,8 @@ from ..threads import join
 from .fold import crossings
 from .placement import PlacedStroke, place_stroke
 from .prepare import Preparation
-from .problem import Problem
+from .problem import Problem, coarse
 from .tube import COLUMNS, ROWS, sample_tube
-
-GUIDED = 1.0
-"""Radii: cells of the finest detail whose normals guide a stroke that folds. Larger ones lose the
-shape under the stroke, smaller ones keep what fans out."""
 
 GUIDING = ROWS // 4, COLUMNS // 4
 """Of the tube that tells whether it folds."""
@@ -51,12 +45,6 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
         placed.append(PlacedStroke(copy, place_stroke(preparation.field, copy, preparation.mesh)))
     guide = _guide(preparation.field, placed, check)
     return Problem(preparation, tuple(placed), guide, stroke.seed, check)
-
-
-def coarse(field: Field, stroke: Stroke) -> Field:
-    """The field without detail that is fine for the stroke."""
-    radius = stroke.brush.radius * stroke.largest_factor
-    return replace(field, detail=field.detail.up_to(round(-math.log2(GUIDED * radius))))
 
 
 def _guide(field: Field, placed: Sequence[PlacedStroke], check: Check) -> Field:

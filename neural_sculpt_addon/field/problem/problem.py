@@ -8,7 +8,7 @@ Model space. See docs/method.md, section 2.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -35,11 +35,25 @@ from .placement import PlacedStroke
 from .prepare import Preparation
 from .tube import COLUMNS, ROWS, Tube, sample_rim, sample_tube
 
+GUIDED = 1.0
+"""Radii: cells of the finest detail whose normals guide a stroke that folds. Larger ones lose the
+shape under the stroke, smaller ones keep what fans out."""
+
+STEEP = 0.7
+"""Cosine, 45 degrees: where fine detail leans more it is relief, in the walls of which tubes have
+holes. Creases and folds of fitted meshes hardly lean."""
+
 MOST_STRETCH = 3  # times as many samples at most where the surface is stretched: 70 degree walls
 THINNED = 2  # every so many samples of a tube are looked at for folds, which are larger than two
 TIMES_AS_FINE = 1, 2, 4  # times as fine as the proxy can the mesh under a stroke that folds be
 MOST_UNDER = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
+
+
+def coarse(field: Field, stroke: Stroke) -> Field:
+    """The field without detail that is fine for the stroke."""
+    radius = stroke.brush.radius * stroke.largest_factor
+    return replace(field, detail=field.detail.up_to(round(-math.log2(GUIDED * radius))))
 
 
 class DisplacedTubes(NamedTuple):
@@ -166,7 +180,7 @@ class Problem:
             under = surface.where(bounds), moved.where(bounds)
             parts.append(self._fine_gaps(*under, after, fine_gap))
             parts.append(self.folded.walls(apart, jitter))
-        elif self.is_guided:
+        elif self.is_over_relief:
             parts.append(self._fine_gaps(*self.folded.whole[:2], after, fine_gap))
         else:
             parts.append(self.gaps(tree, gap))
@@ -193,7 +207,7 @@ class Problem:
         f, gradient = in_pieces(sample, len(after.points), self.check)
         some = slice(None, None, THINNED)
         tree = search_tree(before.points[some])
-        if self.is_guided:  # over relief, in whose steep walls tubes have gaps
+        if self.is_over_relief:  # in whose steep walls tubes have gaps
             folds = self.folded.folds_over_relief
         else:
             thin = before.where(some), after.where(some), self.check, tree, f[some]
@@ -243,6 +257,17 @@ class Problem:
         """Which vertices of the proxy lie under the stroke."""
         vertices = self.preparation.mesh.vertices
         return self.copies.relative_distance(vertices, beyond_flat_ends=False) < 1
+
+    @cached_property
+    def is_over_relief(self) -> bool:
+        """Whether the stroke carries relief along: detail that is fine for it, in steep walls of
+        which tubes have holes. One that has a guide does."""
+        smooth = coarse(self.field, self.stroke)
+        if self.is_guided or smooth.detail.levels == self.field.detail.levels:
+            return self.is_guided
+        proxy, under = self.preparation.proxy, self.covered
+        cosine = (normals(smooth, proxy.vertices[under]) * proxy.normals[under]).sum(axis=1)
+        return bool((cosine < STEEP).any())
 
     @cached_property
     def folded(self) -> Folded:

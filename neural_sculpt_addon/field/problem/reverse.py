@@ -39,7 +39,7 @@ def reverse_distance(
 
     tubes, swept: as of `Problem.displaced_tubes`
     """
-    if swept is None and not problem.is_guided:
+    if swept is None and not problem.is_over_relief:
         return _from_tubes(problem, tubes, proxy)
     return _at_folds(problem, tubes, proxy)
 
@@ -85,8 +85,8 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 
 
 def _at_folds(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
-    """Distance as of `_from_tubes`, where the displaced surface runs through itself, or relief is
-    carried along.
+    """Distance as of `_from_tubes`, where the displaced surface runs through itself, and over
+    relief.
 
     It is measured from all of the surface asked for. The vertices that count are those to which the
     displaced part of that is nearest, and those in the swept volume: a film that is left where a

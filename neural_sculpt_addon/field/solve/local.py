@@ -171,13 +171,13 @@ class LocalEdit:
                 break
             self._rows.weights[wrong] *= HEAVIER
             self._add_near(self._rows.points[wrong], level)
-        if self._swept is not None or self._problem.is_guided:
+        if self._swept is not None or self._problem.is_over_relief:
             self._clear()
         return self._layer
 
     def _clear(self) -> None:
         """Solve away loose parts: near places where the displaced surface runs through itself, or
-        anywhere over relief that is carried along."""
+        anywhere over relief."""
         level, problem = self.resolution.level, self._problem
         fine = dilated(self._active, level)
         every = np.union1d(fine, children(dilated(self._coarse, level - 1), level - 1))
