@@ -32,8 +32,8 @@ SUBJECT = Subject(
         "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
-            *("HEAVIER", "MISSED", "TILTED", "FAMILY", "FINER_NODES", "FINER", "FINER_IN_FOLDS"),
-            *("COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR", "CERTAIN"),
+            *("FORBIDDEN_WEIGHT", "MISSED", "TILTED", "FAMILY", "FINER_NODES", "FINER"),
+            *("FINER_IN_FOLDS", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
         ),
         "solve.edit_rows": (
             *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "SLOPE_WEIGHT", "NORMAL_BIAS", "NEAR"),

@@ -39,7 +39,7 @@ from ..problem.problem import DisplacedSurface, Problem
 from .edit_rows import AROUND_WEIGHT, EditedSurface
 from .loose import loose_parts
 from .resolution import DENSITY, REFUSED_BELOW, resolution
-from .spline_system import ITERATIONS, Rows, solve_level, solve_levels
+from .spline_system import ITERATIONS, solve_level, solve_levels
 
 FEWEST = 7
 """Tube samples at least along and across a stroke. Only strokes that are less than 2.5 cells wide
@@ -62,9 +62,11 @@ STRIDE = 0.7
 """Cells between the places at which the surface's way is looked at: not more than a cell, or it
 would leap over one; half as much makes no difference."""
 
-REPAIRS, HEAVIER = 8, 4.0
-"""How often rows whose sign came out wrong are solved again, with nodes within two cells of them,
-and how much more they weigh each time. Few strokes have such rows; deep carves that fold do."""
+REPAIRS = 8
+"""How often loose parts are looked for and solved away: up to 6 times upon folds of others."""
+
+FORBIDDEN_WEIGHT = 4.0
+"""Of rows where nobody asked for surface."""
 
 MISSED, TILTED = 4e-4, 0.3
 """Model units and slope (17 degrees) that a surface sample may be off: a cell with one that is more
@@ -93,9 +95,6 @@ CLEARING, CLEAR = 1.0, 0.5
 CHANGED = 5
 """Rings of cells around loose parts that are looked at again when those are solved away: nodes
 within two cells reach another one and a half, and a part that ends there shows one beyond."""
-
-CERTAIN = 0.3
-"""Cells from the surface, from which on a wrong sign counts."""
 
 
 class LocalEdit:
@@ -164,13 +163,6 @@ class LocalEdit:
             room -= len(cells)
             self._rows = self._surface.finer(self._rows, cells, level, self.field, self._random)
             self._add(level, cells)
-        level = self.resolution.level
-        for _ in range(REPAIRS):
-            wrong = _wrong_side(self._rows, spacing(level))
-            if not wrong.any():
-                break
-            self._rows.weights[wrong] *= HEAVIER
-            self._add_near(self._rows.points[wrong], level)
         if self._swept is not None or self._problem.is_over_relief:
             self._clear()
         return self._layer
@@ -222,7 +214,7 @@ class LocalEdit:
         rows.targets[some] = wanted
         targets = np.float32(CLEAR * h) * side
         before = values(field, islands.points)
-        rows.add(islands.points, targets, targets - before, HEAVIER)
+        rows.add(islands.points, targets, targets - before, FORBIDDEN_WEIGHT)
         self._add_near(islands.points, min(found or level, level + FINER_IN_FOLDS))
         return self._layer
 
@@ -315,9 +307,3 @@ def _changed(problem: Problem, level: int) -> NDArray[np.int32]:
     middles = centres(places(cells, level), level)
     f = values(problem.field, middles)
     return cells[(f < 0) != problem.folded.inside(middles, f)]
-
-
-def _wrong_side(rows: Rows, h: float) -> NDArray[np.bool_]:
-    """Which value rows (N,) lie on the wrong side of the surface, clearly."""
-    after = rows.targets - rows.residuals
-    return (np.abs(rows.targets) > CERTAIN * h) & (after * rows.targets < 0)
