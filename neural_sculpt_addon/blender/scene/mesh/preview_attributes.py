@@ -29,6 +29,7 @@ def keep(mesh: Mesh) -> dict[str, Vectors]:
         mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
         _write(mesh, TRUE[shown], values)
     mesh.attributes.new(SHOWN, "FLOAT_VECTOR", "POINT")
+    _write(mesh, SHOWN, true["position"])
     return true
 
 

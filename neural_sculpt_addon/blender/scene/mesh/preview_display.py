@@ -60,9 +60,10 @@ class PreviewDisplay:
         shape = self.shape
         if self.seen is shape.seen and self.seen:
             return
-        self.written = preview_attributes.put(
-            proxy_mesh.mesh_of(ob), self.true, shape.vertices, shape.positions, shape.normals
-        )
+        if len(vertices := shape.vertices):  # otherwise the mesh is what it was
+            self.written = preview_attributes.put(
+                proxy_mesh.mesh_of(ob), self.true, vertices, shape.positions, shape.normals
+            )
         self.seen = shape.seen
 
     def is_untouched(self, ob: Object) -> bool:
