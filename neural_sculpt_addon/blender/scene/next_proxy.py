@@ -6,6 +6,7 @@ large a `spare_mesh`, with which less is left to do when it is shown. What was n
 at once. Model space.
 """
 
+import time
 from dataclasses import dataclass, replace
 
 import bpy
@@ -27,6 +28,8 @@ MOST_OBJECTS = 200
 looks at all relations in the scene anew, in 40 ms for a thousand objects; it saves 20 at most."""
 MODES = {"OBJECT", "SCULPT"}
 """Modes in which an object may get another mesh: brushes of the others hold on to it."""
+SECONDS = 0.005
+"""Seconds after which no other piece of work is begun."""
 UNSEEN = 1.0
 """Seconds after which the mesh that was shown before is removed: a slider that the artist drags may
 be of it until the interface is drawn with the next one."""
@@ -66,23 +69,27 @@ def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
 
 
 def prepare(ob: Object, result: Message, smooth: bool) -> bool:
-    """Do a piece of the work at the mesh that a checked result brings, of some 10 ms at most;
-    whether there was one left. Where Blender's history cannot be read, nothing would tell what the
-    artist changes meanwhile, and no mesh is made ahead."""
+    """Work for some milliseconds at the mesh that a checked result brings; whether there is more to
+    do. Where Blender's history cannot be read, nothing would tell what the artist changes
+    meanwhile, and no mesh is made ahead."""
     if proxy_mesh.why_locked(ob):
         return False
-    if (ready := _ready(ob, result, smooth)) is not None:
-        return ready.spare.work(ob)
-    if _carries(ob, result):
-        return True
-    step = sculpt_steps.active()
-    if step is None or len(result.arrays["vertices"]) < LARGE or not _can_swap(ob):
-        return False
-    geometry = next_geometry(ob, result, smooth)
-    spare = SpareMesh(geometry, sculpted=ob.mode == "SCULPT")
-    forget()
-    _prepared.append(_Prepared(ob.session_uid, result, smooth, step, geometry, spare))
-    return True
+    if (ready := _ready(ob, result, smooth)) is None:
+        if _carries(ob, result):
+            return True
+        step = sculpt_steps.active()
+        if step is None or len(result.arrays["vertices"]) < LARGE or not _can_swap(ob):
+            return False
+        geometry = next_geometry(ob, result, smooth)
+        spare = SpareMesh(geometry, sculpted=ob.mode == "SCULPT")
+        ready = _Prepared(ob.session_uid, result, smooth, step, geometry, spare)
+        forget()
+        _prepared.append(ready)
+    end = time.perf_counter() + SECONDS
+    while more := ready.spare.work(ob):
+        if time.perf_counter() > end:
+            break
+    return more
 
 
 def show(ob: Object, geometry: Geometry) -> bool:

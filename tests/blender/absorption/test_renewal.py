@@ -23,7 +23,7 @@ class Renewal(BrushCase):
         super().setUp()
         self.enterContext(self.as_in_a_window())
         self.enterContext(patch.object(self.results, "SEEN_OFF", 0.0))  # every stroke is off
-        self.enterContext(patch.object(module("blender.scene.next_proxy"), "LARGE", 0))
+        self.enterContext(patch.multiple(module("blender.scene.next_proxy"), SECONDS=-1.0, LARGE=0))
 
     def absorb(self, name: str, right: float, apart: float = 8.0) -> np.ndarray:
         """Brush, and let the field have it; the vertices as they were brushed."""

@@ -15,7 +15,7 @@ class NextProxy(SphereCase):
     def setUp(self) -> None:
         super().setUp()
         next_proxy = module("blender.scene.next_proxy")
-        self.enterContext(patch.object(next_proxy, "LARGE", 0))
+        self.enterContext(patch.multiple(next_proxy, LARGE=0, SECONDS=-1.0))  # a piece in each poll
         self.shown = self.enterContext(patch.object(next_proxy, "show", wraps=next_proxy.show))
 
     def sculpt(self) -> None:
