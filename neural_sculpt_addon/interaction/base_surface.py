@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..stroke.curve import Array
-from .steps import finish, sorting
+from .steps import sorting
 
 Vectors = NDArray[np.float32]
 Triangles = NDArray[np.int32]
@@ -93,7 +93,7 @@ class BaseSurface:
     """
 
     def __init__(self, positions: Vectors, fans: Fans, reach: float) -> None:
-        """Sort the vertices into cells."""
+        """Nothing is sorted yet; see `sorting`."""
         self.positions, self.fans, self.reach = positions, fans, reach
         self.normals = np.zeros(positions.shape)  # (V, 3), of those that are known
         self._known = np.zeros(len(positions), bool)
@@ -101,13 +101,26 @@ class BaseSurface:
         self._cell = max(reach / CELLS_IN_REACH, float((high - low).max()) / MOST_CELLS)
         self._low = low
         self._shape = ((high - low) / self._cell).astype(np.intp) + 1
-        cells = ((positions - low.astype(np.float32)) / np.float32(self._cell)).astype(np.int32)
-        cells = np.minimum(cells, (self._shape - 1).astype(np.int32))  # (V, 3)
-        self._lists = finish(Lists.sorting(self._flat(cells.T), int(self._shape.prod())))
+        self._lists = Lists(np.zeros(0, np.intp), np.zeros(1, np.intp))
         around = np.arange(-CELLS_IN_REACH - 1, CELLS_IN_REACH + 2)
         gaps = np.maximum(np.abs(around) - 1, 0) ** 2  # squares, in cells, of what lies between
         near = gaps[:, None, None] + gaps[:, None] + gaps <= (reach / self._cell) ** 2
         self._ball = np.argwhere(near) - CELLS_IN_REACH - 1  # (B, 3)
+
+    @classmethod
+    def sorting(
+        cls, positions: Vectors, fans: Fans, reach: float
+    ) -> Generator[None, None, "BaseSurface"]:
+        """Sort the vertices into cells, in steps."""
+        surface = cls(positions, fans, reach)
+        yield
+        low, cell = surface._low.astype(np.float32), np.float32(surface._cell)
+        cells = ((positions - low) / cell).astype(np.int32)
+        cells = np.minimum(cells, (surface._shape - 1).astype(np.int32))  # (V, 3)
+        numbers = surface._flat(cells.T)
+        yield
+        surface._lists = yield from Lists.sorting(numbers, int(surface._shape.prod()))
+        return surface
 
     def near(self, points: Array) -> Indices:
         """Candidates (M,) for the vertices within reach of points (N, 3): all that are within it,

@@ -131,8 +131,8 @@ class Displaced:
         self._growths = ()
         if not copies:
             return
-        surface = BaseSurface(self._before, fans, reach_of(stroke))
-        yield len(self._before) // 4
+        steps = BaseSurface.sorting(self._before, fans, reach_of(stroke))
+        surface = yield from counted(steps, len(self._before) // 8)
         for _ in range(copies):
             self._growths += (Growth(surface),)
             yield len(self._before) // 64

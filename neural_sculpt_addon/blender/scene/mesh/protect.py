@@ -65,7 +65,7 @@ def protected_each(ob: Object, strokes: tuple[Stroke, ...]) -> tuple[Stroke | No
     def one(stroke: Stroke) -> Stroke | None:
         if stroke.mask is not None or not any(_is_near(copy, some) for copy in stroke.copies()):
             return stroke
-        surface = BaseSurface(positions, fans(), reach_of(stroke))
+        surface = finish(BaseSurface.sorting(positions, fans(), reach_of(stroke)))
         return _frozen(stroke, surface, protection)
 
     return tuple(map(one, strokes))
