@@ -151,8 +151,8 @@ class Folded:
 
     @cached_property
     def folds_over_relief(self) -> bool:
-        """Whether the surface runs through itself, or has cliffs, though it is moved along normals
-        that are smoother than its own."""
+        """Whether the displaced surface runs through itself, or has cliffs. Relief that only comes
+        close to where its neighbours were does neither."""
         before, after, triangles = self.whole
         cliffs = steep(before, after, triangles).any()
         return bool(cliffs or passes(self._field, before, after, self._check))

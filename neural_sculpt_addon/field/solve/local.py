@@ -66,11 +66,11 @@ REPAIRS = 8
 """How often loose parts are looked for and solved away: up to 6 times upon folds of others."""
 
 FORBIDDEN_WEIGHT = 4.0
-"""Of rows where nobody asked for surface."""
+"""Weight of rows that take away surface which nobody asked for."""
 
 MISSED, TILTED = 4e-4, 0.3
-"""Model units and slope (17 degrees) that a surface sample may be off: a cell with one that is more
-gets nodes of one more level. They trade nodes and rows for closeness."""
+"""Model units and slope (17 degrees) that a surface sample may be off. A cell with a sample that is
+farther off gets nodes of the next level: less of both is closer, and costs nodes and rows."""
 
 FAMILY, FINER_NODES = 20, 30_000
 """Nodes that such a cell takes, about: those of its children that the surface passes, and those
@@ -250,7 +250,7 @@ class LocalEdit:
         return _in_company(np.sort(missed[most]), level)
 
     def _passed_in(self, cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
-        """The children (K,) of cells (N,) of a level that the surface passes, rising."""
+        """Cells (K,) of the next level within `cells` (N,) of a level: the surface passes them."""
         points = self._rows.points[self._rows.targets == 0]
         return numbers(points[np.isin(linear(cells_of(points, level), level), cells)], level + 1)
 
