@@ -189,15 +189,17 @@ def displaced(
     return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
-def close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Which points (N, 3) lie in the box around the path of one copy."""
-    low, high = _box(one)
+def close(
+    one: PlacedStroke, points: NDArray[np.float32], radii: float = MEASURED_RADII
+) -> NDArray[np.bool_]:
+    """Which points (N, 3) lie in the box around the path of one copy: all within so many radii."""
+    low, high = _box(one, radii)
     return ((points > low) & (points < high)).all(axis=1)
 
 
-def _box(one: PlacedStroke) -> tuple[Array, Array]:
-    """Least and greatest coordinates (3,) of what lies within MEASURED_RADII of a path."""
-    margin = MEASURED_RADII * one.stroke.brush.radius * one.stroke.largest_factor
+def _box(one: PlacedStroke, radii: float = MEASURED_RADII) -> tuple[Array, Array]:
+    """Least and greatest coordinates (3,) of what lies within so many radii of a path."""
+    margin = radii * one.stroke.brush.radius * one.stroke.largest_factor
     return one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
 
 

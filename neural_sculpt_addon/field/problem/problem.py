@@ -28,8 +28,9 @@ from ..levels import spacing
 from ..mesh.local_extraction import extract_near
 from ..mesh.surface import Samples, SurfaceMesh
 from ..threads import in_pieces, join
+from .cliffs import has_cliffs
 from .copies import Copies, close
-from .fold import CLIFF, SweptVolume, crossings
+from .fold import SweptVolume, crossings
 from .folded import Folded
 from .placement import PlacedStroke
 from .prepare import Preparation
@@ -211,9 +212,7 @@ class Problem:
             folds = self.folded.folds_over_relief
         else:
             thin = before.where(some), after.where(some), self.check, tree, f[some]
-            fades = np.concatenate([tube.displacement.share < 1 for tube in tubes])
-            lips = stretch[fades] > CLIFF  # as along the rim of a thin part
-            folds = lips.any() or crossings(self.field, *thin).any()
+            folds = self.has_cliffs or crossings(self.field, *thin).any()
         if folds:
             swept = self.folded.swept
             kept = [self._bounding(tube) for tube in tubes]
@@ -230,9 +229,12 @@ class Problem:
         return _Sampled(tubes, before, after, stretch, f, gradient, swept, tree)
 
     def _bounding(self, tube: Tube) -> NDArray[np.bool_]:
-        """Which samples of a tube bound the result, without single ones, which bound nothing."""
+        """Which samples of a tube bound the result, without single ones, which bound nothing unless
+        there are no others: the wall of a narrow hole is thinner than their distance."""
         kept = self.folded.bounding(tube.surface, tube.target)
-        kept[kept] = tube.where(kept).in_cells()
+        together = tube.where(kept).in_cells()
+        if together.any():
+            kept[kept] = together
         return kept
 
     def _whole_tubes(
@@ -268,6 +270,11 @@ class Problem:
         proxy, under = self.preparation.proxy, self.covered
         cosine = (normals(smooth, proxy.vertices[under]) * proxy.normals[under]).sum(axis=1)
         return bool((cosine < STEEP).any())
+
+    @cached_property
+    def has_cliffs(self) -> bool:
+        """Whether the displacement jumps somewhere: see `cliffs`."""
+        return any(has_cliffs(one, self.preparation.mesh, self.check) for one in self.placed)
 
     @cached_property
     def folded(self) -> Folded:
