@@ -29,7 +29,9 @@ SUBJECT = Subject(
     cases=cases,
     count=9,
     constants={
-        "solve.resolution": ("CELLS_PER_FEATURE", "LEAST_FINEST", "DENSITY", "LAYERS"),
+        "solve.resolution": (
+            *("CELLS_PER_FEATURE", "CELLS_OVER_RELIEF", "LEAST_FINEST", "DENSITY", "LAYERS"),
+        ),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
             *("FORBIDDEN_WEIGHT", "MISSED", "TILTED", "FAMILY", "FINER_NODES", "FINER"),

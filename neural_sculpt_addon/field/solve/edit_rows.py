@@ -28,7 +28,7 @@ from ..projection import ARRIVED, ON_SURFACE, SMALLEST_GRADIENT, project
 from ..threads import in_pieces, join
 from .spline_system import Array, Rows
 
-PRESERVE_WEIGHT, AROUND_WEIGHT = 5.0, 0.3
+PRESERVE_WEIGHT, AROUND_WEIGHT = 10.0, 0.3
 """Weights of rows; a target has 1. With half of the first the rim moves a third farther and normals
 of untouched surface turn half as much again; what lies under the stroke is 7 % closer."""
 

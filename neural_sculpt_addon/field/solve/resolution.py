@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from ..levels import FINEST, spacing
 from ..problem.problem import Problem
 
-CELLS_PER_FEATURE = 2.5
-"""Cells in the width of the narrowest rise or fall, about: more are closer, and cost rows."""
+CELLS_PER_FEATURE, CELLS_OVER_RELIEF = 2.0, 2.5
+"""Cells in the width of the narrowest rise or fall, about, and the same over relief, to whose walls
+that is added: more are closer, and cost rows. With 2 there, too, untouched surface between the
+strokes of long sessions turned by up to 0.27 degrees, not 0.19."""
 
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""
@@ -63,7 +65,8 @@ def resolution(problem: Problem) -> Resolution:
     height = abs(brush.intensity) * float(np.abs(modulation).max())
     feature = _feature(problem)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
-    wanted = max(LEAST_FINEST, round(math.log2(CELLS_PER_FEATURE / feature)))
+    cells = CELLS_OVER_RELIEF if problem.is_over_relief else CELLS_PER_FEATURE
+    wanted = max(LEAST_FINEST, round(math.log2(cells / feature)))
     radius = brush.radius * problem.stroke.largest_factor
     length = sum(path.length for _, path in problem.placed)
 

@@ -56,9 +56,9 @@ def test_a_dab_on_a_sphere_has_the_relief_of_its_image(ready):
     assert (HEIGHT * profile * (1 - relief)).max() > 0.02
 
 
-@pytest.mark.parametrize(("count", "finer"), [(1, 0), (8, 1), (16, 2)])
+@pytest.mark.parametrize(("count", "finer"), [(1, 0), (11, 1), (22, 2)])
 def test_a_fine_image_asks_for_a_fine_level(ready, count, finer):
-    """Eight waves across 0.4 rise within 0.025: 2.5 cells in that are of level 6.6."""
+    """Eleven waves across 0.4 rise within 0.018: 2 cells in that are of level 6.8."""
     dab = Stroke(TOP, Brush(RADIUS, 0.005, alpha=Alpha(pixels=waves(count))))
     assert resolution(pose(ready, dab)).wanted == 6 + finer
 

@@ -20,7 +20,7 @@ def test_a_lip_is_raised_around_the_rim(end):
     points = np.stack([0.5 * out * np.cos(turn), y, 0.05 * out * np.sin(turn)], axis=1)
     report = sculpt(prepare(thin_lens()), Stroke(points, Brush(0.08, 0.04))).report()
     assert report["tolerance_met"]
-    assert report["reverse_p95"] < 0.5e-3
+    assert report["reverse_p95"] < 0.6e-3
     assert report["reverse_max"] < 5e-3
     assert report["untouched_normal_rms"] < 0.25
     assert report["components_after"] == 1

@@ -169,7 +169,7 @@ def test_turned_images_are_alike(preparation, radial, mirror):
     for image in stroke.images[1:]:
         turned = distance_from_middle(edit.field, rays @ image.T, np.full(8000, 0.52))
         assert np.abs(turned - found).mean() < 2e-5
-        assert np.percentile(np.abs(turned - found), 99) < 1e-4
+        assert np.percentile(np.abs(turned - found), 99) < 1.5e-4
         assert np.abs(turned - found).max() < 5e-4
     middles = on_ball(0.7, [0.4], 1.0) @ stroke.images.swapaxes(1, 2)
     moved = distance_from_middle(edit.field, middles[:, 0], np.full(len(middles), 0.54))
@@ -246,15 +246,15 @@ def test_a_modulation_below_zero_is_as_high_as_one_above(preparation, lowest):
 
 
 def test_two_peaks_across_a_stroke_are_four_rises(preparation):
-    """Each of them is 2.5 cells of level 7.4 wide."""
-    radius = 2 * 2.5 * 2**-7.4
+    """Each of them is 2 cells of level 7.4 wide."""
+    radius = 2 * 2 * 2**-7.4
     peaks = Profile(points=((-1, 0), (-0.5, 1), (0, 0), (0.5, 1), (1, 0)))
     assert resolution(pose(preparation, Stroke(POLE, Brush(radius, 0.002, peaks)))).wanted == 7
 
 
 def test_a_hump_along_a_stroke_is_two_rises(preparation):
-    """Each half of it is 2.5 cells of level 7.4 long, and narrower than the stroke's half."""
-    length = 2 * 2.5 * 2**-7.4
+    """Each half of it is 2 cells of level 7.4 long, and narrower than the stroke's half."""
+    length = 2 * 2 * 2**-7.4
     hump = Modulation(points=((0, 0), (0.5, 1), (1, 0)))
     points = on_ball(np.linspace(0, length / 0.5, 5), 0)
     problem = pose(preparation, Stroke(points, Brush(0.6 * length, 0.002, modulation=hump)))
@@ -452,7 +452,7 @@ def test_islands_are_solved_away_and_the_stroke_stays():
     assert components(before.proxy) == 2
     edit = LocalEdit(pose(before, Stroke(POLE, brush := Brush(0.15, 0.03))))
     layer = edit.solve()
-    for _ in range(3):
+    for _ in range(5):
         after = field.plus(layer)
         proxy = update(before.proxy, after, support(layer))
         points = proxy.vertices[proxy.vertices[:, 2] > 0.54]
