@@ -29,8 +29,8 @@ from ..threads import in_pieces, join
 from .spline_system import Array, Rows
 
 PRESERVE_WEIGHT, AROUND_WEIGHT = 10.0, 0.3
-"""Weights of rows; a target has 1. With half of the first the rim moves a third farther and normals
-of untouched surface turn half as much again; what lies under the stroke is 7 % closer."""
+"""Weights of rows; a target has 1. With half of the first the rim moves two fifths farther and
+normals of untouched surface turn half as much again; what lies under the stroke is 8 % closer."""
 
 SLOPE_WEIGHT = 0.5
 """Weight of a slope row, in cells: what one unit of slope weighs in units of length. With half as
