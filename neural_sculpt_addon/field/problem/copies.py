@@ -142,6 +142,25 @@ class Copies:
             largest[won] = np.abs(there.amount[wins])
         return moved, stretch
 
+    def shifts(self, surface: Samples) -> Array:
+        """By how much surface samples (N,) are displaced: (N, 1) along their own normals, whichever
+        way these look, and (N, 3) where a cross-section moves as one."""
+        width = 3 if self.placed[0].stroke.direction is Direction.STROKE else 1
+        largest, shifts = np.zeros(len(surface.points)), np.zeros((len(surface.points), width))
+        for one in self.placed:
+            some = np.flatnonzero(close(one, surface.points, radii=1))
+            there = surface.where(some)
+
+            def shift(part: slice, one: PlacedStroke = one, there: Samples = there) -> Array:
+                found = displace(*one, *there.where(part))
+                return found.amount[:, None] * (found.direction if width == 3 else 1)
+
+            found = in_pieces(shift, len(some), self.check, light=True)
+            size = np.linalg.norm(found, axis=1)
+            wins = size > largest[some]
+            shifts[some[wins]], largest[some[wins]] = found[wins], size[wins]
+        return shifts
+
     def beside(
         self, surface: Samples, apart: float, jitter: np.random.Generator
     ) -> tuple[Samples, Samples]:

@@ -60,8 +60,8 @@ def coarse(field: Field, stroke: Stroke) -> Field:
 class DisplacedTubes(NamedTuple):
     """The tube of each copy of a stroke, and what tells inside from outside of the result.
 
-    swept: the volume between tubes and targets; None where the displaced surface does not run
-           through itself, so that the planes of its samples tell
+    swept: the volume between tubes and targets; None where the displaced surface has no cliffs and
+           does not run through itself, so that the planes of its samples tell
     """
 
     tubes: list[Tube]
@@ -215,7 +215,7 @@ class Problem:
             folds = self.has_cliffs or crossings(self.field, *thin).any()
         if folds:
             swept = self.folded.swept
-            kept = [self._bounding(tube) for tube in tubes]
+            kept = self._bounding(tubes)
             tubes = [tube.where(chosen) for tube, chosen in zip(tubes, kept, strict=True)]
             bounding = np.concatenate(kept)
             before, after = before.where(bounding), after.where(bounding)
@@ -228,14 +228,14 @@ class Problem:
             )
         return _Sampled(tubes, before, after, stretch, f, gradient, swept, tree)
 
-    def _bounding(self, tube: Tube) -> NDArray[np.bool_]:
-        """Which samples of a tube bound the result, without single ones, which bound nothing unless
-        there are no others: the wall of a narrow hole is thinner than their distance."""
-        kept = self.folded.bounding(tube.surface, tube.target)
-        together = tube.where(kept).in_cells()
-        if together.any():
-            kept[kept] = together
-        return kept
+    def _bounding(self, tubes: list[Tube]) -> list[NDArray[np.bool_]]:
+        """Which samples of the tubes bound the result, without single ones, which bound nothing
+        unless there are no others: the wall of a narrow hole is thinner than their distance."""
+        every = [self.folded.bounding(tube.surface, tube.target) for tube in tubes]
+        together = [kept.copy() for kept in every]
+        for tube, kept in zip(tubes, together, strict=True):
+            kept[kept] = tube.where(kept).in_cells()
+        return together if any(kept.any() for kept in together) else every
 
     def _whole_tubes(
         self, rows: int, columns: int, jitter: np.random.Generator | None = None
@@ -274,11 +274,11 @@ class Problem:
     @cached_property
     def has_cliffs(self) -> bool:
         """Whether the displacement jumps somewhere: see `cliffs`."""
-        return any(has_cliffs(one, self.preparation.mesh, self.check) for one in self.placed)
+        return has_cliffs(self.copies, self.preparation.mesh)
 
     @cached_property
     def folded(self) -> Folded:
-        """The surface asked for where the displaced surface runs through itself."""
+        """The surface asked for where the displaced surface runs through itself or has cliffs."""
         proxy, whole = self.preparation.proxy, self.preparation.mesh
         touched = self.covered[whole.triangles].any(axis=1)
         under, held = whole.where(touched), whole.where(~touched)

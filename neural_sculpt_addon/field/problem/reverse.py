@@ -85,8 +85,8 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
 
 
 def _at_folds(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
-    """Distance as of `_from_tubes`, where the displaced surface runs through itself, and over
-    relief.
+    """Distance as of `_from_tubes`, where the displaced surface runs through itself or has cliffs,
+    and over relief.
 
     It is measured from all of the surface asked for. The vertices that count are those to which the
     displaced part of that is nearest, and those in the swept volume: a film that is left where a

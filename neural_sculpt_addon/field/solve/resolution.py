@@ -16,9 +16,9 @@ from ..levels import FINEST, spacing
 from ..problem.problem import Problem
 
 CELLS_PER_FEATURE, CELLS_OVER_RELIEF = 2.0, 2.5
-"""Cells in the width of the narrowest rise or fall, about, and the same over relief, to whose walls
-that is added: more are closer, and cost rows. With 2 there, too, untouched surface between the
-strokes of long sessions turned by up to 0.27 degrees, not 0.19."""
+"""Cells in the width of the narrowest rise or fall, about, and the same over relief, which has
+narrow rises of its own: more are closer, and cost rows. With 2 there, too, untouched surface
+between the strokes of long sessions turned by up to 0.27 degrees, not 0.19."""
 
 LEAST_FINEST = 6
 """Level of the widest strokes: they carry details of the surface along, which are finer."""

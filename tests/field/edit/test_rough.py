@@ -72,6 +72,14 @@ def test_it_is_solved_as_finely_as_the_bumps_where_it_would_fold(rough):
     assert resolution(pose(rough, meridian(0.002))).level == 6
 
 
+def test_over_bumps_there_are_more_cells_in_a_rise(rough):
+    """2.5, not 2: a radius of 2.2 cells of level 6.5 has level 6 on the smooth ball."""
+    low = Stroke(meridian(0).points, Brush(2.2 * 2**-6.5, 0.02))
+    assert pose(rough, low).is_over_relief
+    assert resolution(pose(rough, low)).wanted == 7
+    assert resolution(pose(prepare(ball(0.5)), low)).wanted == 6
+
+
 @pytest.fixture(scope="module")
 def ridged():
     """A ball with five ridges, 0.05 wide, and 0.03 high."""
