@@ -142,25 +142,6 @@ class Copies:
             largest[won] = np.abs(there.amount[wins])
         return moved, stretch
 
-    def shifts(self, surface: Samples) -> Array:
-        """By how much surface samples (N,) are displaced: (N, 1) along their own normals, whichever
-        way these look, and (N, 3) where a cross-section moves as one."""
-        width = 3 if self.placed[0].stroke.direction is Direction.STROKE else 1
-        largest, shifts = np.zeros(len(surface.points)), np.zeros((len(surface.points), width))
-        for one in self.placed:
-            some = np.flatnonzero(close(one, surface.points, radii=1))
-            there = surface.where(some)
-
-            def shift(part: slice, one: PlacedStroke = one, there: Samples = there) -> Array:
-                found = displace(*one, *there.where(part))
-                return found.amount[:, None] * (found.direction if width == 3 else 1)
-
-            found = in_pieces(shift, len(some), self.check, light=True)
-            size = np.linalg.norm(found, axis=1)
-            wins = size > largest[some]
-            shifts[some[wins]], largest[some[wins]] = found[wins], size[wins]
-        return shifts
-
     def beside(
         self, surface: Samples, apart: float, jitter: np.random.Generator
     ) -> tuple[Samples, Samples]:
@@ -208,17 +189,15 @@ def displaced(
     return Samples(moved.astype(np.float32), turned.astype(np.float32)), stretch
 
 
-def close(
-    one: PlacedStroke, points: NDArray[np.float32], radii: float = MEASURED_RADII
-) -> NDArray[np.bool_]:
-    """Which points (N, 3) lie in the box around the path of one copy: all within so many radii."""
-    low, high = _box(one, radii)
+def close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which points (N, 3) lie in the box around the path of one copy."""
+    low, high = _box(one)
     return ((points > low) & (points < high)).all(axis=1)
 
 
-def _box(one: PlacedStroke, radii: float = MEASURED_RADII) -> tuple[Array, Array]:
-    """Least and greatest coordinates (3,) of what lies within so many radii of a path."""
-    margin = radii * one.stroke.brush.radius * one.stroke.largest_factor
+def _box(one: PlacedStroke) -> tuple[Array, Array]:
+    """Least and greatest coordinates (3,) of what lies within MEASURED_RADII of a path."""
+    margin = MEASURED_RADII * one.stroke.brush.radius * one.stroke.largest_factor
     return one.path.points.min(axis=0) - margin, one.path.points.max(axis=0) + margin
 
 

@@ -274,7 +274,7 @@ class Problem:
     @cached_property
     def has_cliffs(self) -> bool:
         """Whether the displacement jumps somewhere: see `cliffs`."""
-        return has_cliffs(self.copies, self.preparation.mesh)
+        return has_cliffs(self.placed, self.preparation.mesh, self.check)
 
     @cached_property
     def folded(self) -> Folded:

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 
+from neural_sculpt_addon.common.progress import go_on
 from neural_sculpt_addon.field.mesh.surface import Samples, SurfaceMesh
-from neural_sculpt_addon.field.problem.cliffs import has_cliffs
+from neural_sculpt_addon.field.problem.cliffs import displacements, has_cliffs
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.stroke.brush import Brush
@@ -93,6 +94,6 @@ def test_normals_that_turn_at_an_edge_are_no_jump(preparation):
     side = np.stack([np.where(x < 0, -1, 1), 0 * x, np.ones(len(x))], axis=1) / np.sqrt(2)
     triangles = np.concatenate([one, other]).reshape(-1, 3).astype(np.int32)
     roof = SurfaceMesh(Samples(points.astype(np.float32), side.astype(np.float32)), triangles)
-    copies = pose(preparation, Stroke(on_top(np.zeros(1), np.zeros(1)), Brush(0.3, 0.1))).copies
-    assert np.abs(copies.shifts(roof.vertices)).max() == pytest.approx(0.1, rel=0.01)
-    assert not has_cliffs(copies, roof)
+    placed = pose(preparation, Stroke(on_top(np.zeros(1), np.zeros(1)), Brush(0.3, 0.1))).placed
+    assert displacements(placed, roof.vertices, go_on).max() == pytest.approx(0.1, rel=0.01)
+    assert not has_cliffs(placed, roof, go_on)
