@@ -170,7 +170,12 @@ class Masks(SphereCase):
         paint(self.ob(), half(self.ob()))
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")
         x = vertices(self.ob())[:, 0]  # the mask lies where the stroke was, and its border is wider
-        self.assertLess(np.abs(self.raised()[x > NEW_EDGES]).max(), 1e-3)
+        far = x > NEW_EDGES
+        place = vertices(self.ob())[far]
+        place *= self.size / np.linalg.norm(place, axis=1, keepdims=True)
+        mask = Stroke.from_json(strokes_of(self.ob())[0]).mask(place)
+        self.assertGreater(mask.min(), 0.95)
+        self.assertTrue((np.abs(self.raised()[far]) < 0.06 * (1 - mask) + 2e-4).all())
         self.assertGreater(self.raised().max(), 0.05)
         paint(self.ob(), 0 * half(self.ob()))
         bpy.ops.neural_sculpt.edit_stroke(mask="NOW")
