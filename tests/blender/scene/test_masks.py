@@ -174,7 +174,8 @@ class Masks(SphereCase):
         place = vertices(self.ob())[far]
         place *= self.size / np.linalg.norm(place, axis=1, keepdims=True)
         mask = Stroke.from_json(strokes_of(self.ob())[0]).mask(place)
-        allowed = np.minimum(0.06 * (1 - mask) + 2e-4, 2e-3)  # far from the stroke nothing is masked
+        left = 0.06 * (1 - mask) + 2e-4
+        allowed = np.minimum(left, 2e-3)  # far from the stroke nothing is masked
         self.assertTrue((np.abs(self.raised()[far]) < allowed).all())
         self.assertGreater(self.raised().max(), 0.05)
         paint(self.ob(), 0 * half(self.ob()))
