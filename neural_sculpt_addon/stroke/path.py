@@ -41,6 +41,10 @@ class Path:
         """Points, normals, laterals and u side by side (N, 10), to be blended together."""
         return np.column_stack([self.points, self.normals, self.laterals, self.u])
 
+    def box(self, reach: float) -> tuple[Array, Array]:
+        """Least and greatest coordinates (3,) of all that lies within `reach` of the path."""
+        return self.points.min(axis=0) - reach, self.points.max(axis=0) + reach
+
 
 class Place(NamedTuple):
     """Where points (M, 3) lie in a stroke, by the point of its path that they lie beside."""

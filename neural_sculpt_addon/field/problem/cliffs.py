@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cliffs: where the displacement jumps from one point of the surface to the next.
 
-It does at a flat end; at the rim of a profile that is not zero there; at the seam of a closed
-stroke; and between two arms of a path that comes back beside itself, for the nearest place on the
-path jumps there, and the modulation or the pen's pressure may differ between both arms. The wall
-that opens has no samples of the surface, and no sample beside it tells of it. Edges of the proxy
-do: their halves are looked at, and halves of these. A slope rises half as much along a half, and a
-jump is as high as before. Model space. See docs/method.md, section 2.
+The displacement jumps at a flat end, at the rim of a profile that is not zero there, and at the
+seam of a closed stroke. It also jumps between two arms of a path that comes back beside itself: the
+nearest place on the path changes there, and modulation or pressure may differ between the arms.
+A wall opens there. Samples of the surface never come to it, and samples beside it do not show it.
+
+Edges of the proxy show it when they are halved time and again. Along a slope the change of the
+displacement is halved, too; across a jump it stays. Model space. See docs/method.md, section 2.
 """
 
 import math
@@ -19,6 +20,7 @@ from ...stroke.curve import Array
 from ...stroke.displacement import displace
 from ...stroke.stroke import Direction
 from ..geometry import any_true, unit
+from ..mesh.edges import find_edges
 from ..mesh.surface import Samples, SurfaceMesh
 from ..threads import in_pieces
 from .fold import CLIFF
@@ -27,13 +29,12 @@ from .placement import PlacedStroke
 
 
 def has_cliffs(placed: Sequence[PlacedStroke], mesh: SurfaceMesh, check: Check) -> bool:
-    """Whether the displacement rises somewhere by more than CLIFF times the way on the mesh, along
-    edges hardly longer than the shortest of `Folded`. Where the stroke is thinner than an edge is
-    long, it may pass between two ends and not be seen."""
+    """Whether the displacement changes by more than CLIFF times the length of an edge somewhere on
+    the mesh, after edges were halved until they are about as short as those of `Folded`. A stroke
+    thinner than an edge is long may pass between its ends and not be seen."""
     shifts = displacements(placed, mesh.vertices, check)
     triangles = mesh.triangles[any_true(shifts.any(axis=1).take(mesh.triangles))]
-    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
-    edges = edges[edges[:, 0] < edges[:, 1]]  # each once
+    edges, _ = find_edges(triangles)
     points, normals = (array[edges] for array in mesh.vertices)  # (E, 2, 3)
     shift = shifts[edges]
     stroke = placed[0].stroke
@@ -53,14 +54,12 @@ def has_cliffs(placed: Sequence[PlacedStroke], mesh: SurfaceMesh, check: Check) 
 
 
 def displacements(placed: Sequence[PlacedStroke], surface: Samples, check: Check) -> Array:
-    """By how much surface samples (N,) are displaced by that copy of a stroke which moves them
-    farthest: (N, 1) along their own normals, whichever way these look, and (N, 3) where a
-    cross-section moves as one."""
+    """Displacements of surface samples (N,), each by the copy that moves it farthest: signed
+    lengths (N, 1) along their own normals, or vectors (N, 3) where a cross-section moves as one."""
     width = 3 if placed[0].stroke.direction is Direction.STROKE else 1
     farthest, shifts = np.zeros(len(surface.points)), np.zeros((len(surface.points), width))
     for one in placed:
-        reach = one.stroke.brush.radius * one.stroke.largest_factor
-        low, high = one.path.points.min(axis=0) - reach, one.path.points.max(axis=0) + reach
+        low, high = one.path.box(one.stroke.brush.radius * one.stroke.largest_factor)
         some = np.flatnonzero(((surface.points > low) & (surface.points < high)).all(axis=1))
         there = surface.where(some)
 
