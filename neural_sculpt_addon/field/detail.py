@@ -40,6 +40,7 @@ _SHIFT = BRICK.bit_length() - 1  # torch shifts whole numbers six times as fast 
 _HALO = BRICK + 2  # nodes along the edge of a brick with its halo
 _INNER = np.pad(np.ones((BRICK,) * 3, bool), 1).ravel()  # which nodes of a brick are not its halo
 OFFSETS = block(0, 3) @ (_HALO * _HALO, _HALO, 1)  # (27,), from a cell to the nodes around it
+_OWN = OFFSETS[len(OFFSETS) // 2]  # to its own
 
 
 class Grid:
@@ -91,18 +92,31 @@ class Grid:
 
     def reaches(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Whether a node that is not zero reaches each of `points` (N, 3) of the box."""
+        found, first, bricks = self._cells(points)
+        zero = bricks.take(first + _OWN) == 0  # few have none of their own
+        left, first = np.flatnonzero(found).compress(zero), first.compress(zero)
+        found[left] = bricks.take(first + OFFSETS[:, None]).any(axis=0)
+        return found
+
+    def has_node(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+        """Whether the node in the cell of each of `points` (N, 3) of the box is not zero."""
+        found, first, bricks = self._cells(points)
+        found[found] = bricks.take(first + _OWN) != 0
+        return found
+
+    def _cells(
+        self, points: NDArray[np.floating]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.intp], NDArray]:
+        """Which of points (N, 3) lie in a brick; the first node around the cell of each that does,
+        among all bricks' nodes, which are given, too."""
         table, bricks = self.table.cpu().numpy(), self.bricks.cpu().numpy().ravel()
         size, cells = len(table), cells_of(points, self.level)
         x, y, z = (cells >> _SHIFT).T
         rows = table.ravel().take((x * size + y) * size + z)
         found = rows >= 0
-        left = np.flatnonzero(found)
-        x, y, z = (cells.take(left, axis=0) & (BRICK - 1)).T
-        first = rows.take(left) * _HALO**3 + ((x * _HALO + y) * _HALO + z)
-        zero = bricks.take(first + OFFSETS[len(OFFSETS) // 2]) == 0  # few have none of their own
-        left, first = left.compress(zero), first.compress(zero)
-        found[left] = bricks.take(first + OFFSETS[:, None]).any(axis=0)
-        return found
+        x, y, z = (cells.compress(found, axis=0) & (BRICK - 1)).T
+        first = rows.compress(found) * _HALO**3 + ((x * _HALO + y) * _HALO + z)
+        return found, first, bricks
 
     def nodes(self) -> Level:
         """The nodes that are not zero."""
@@ -248,12 +262,11 @@ class Detail:
         return tuple(grid.level for grid in self.grids)
 
     def finest_at(self, points: NDArray[np.floating]) -> NDArray[np.int64]:
-        """The finest level (N,) with a node in the cell of each of `points` (N, 3); COARSEST - 1
-        where there is none."""
+        """The finest level (N,) with a node that is not zero in the cell of each of `points` (N, 3)
+        of the box; COARSEST - 1 where there is none."""
         finest = np.full(len(points), COARSEST - 1)
-        for level, part in self.coefficients.items():
-            some = np.isin(linear(cells_of(points, level), level), part.index)
-            finest[some] = np.maximum(finest[some], level)
+        for grid in self.grids:
+            finest[grid.has_node(points)] = grid.level
         return finest
 
     def up_to(self, level: int) -> "Detail":

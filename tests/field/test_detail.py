@@ -274,6 +274,22 @@ def test_a_strength_scales_all_coefficients(terms, strength):
     assert not Detail.of(scaled(terms, 0.0)).coefficients
 
 
+def test_the_finest_level_at_a_point_is_that_of_a_node_in_whose_cell_it_lies():
+    """Nodes of three levels about one place, of which one is zero; beyond its cell none counts."""
+    place = np.float32([[0.3, -0.2, 0.1]])
+    terms = {}
+    for level, value in (3, 0.5), (6, -0.25), (8, 0.0):
+        index = linear(cells_of(place, level), level)
+        terms[level] = Level(index, np.float32([value]))
+    half = spacing(6) / 2
+    middle = centres(cells_of(place, 6), 6)[0]
+    steps = np.float32([0, 0.9, -0.9, 1.1, -1.1, 60])
+    points = middle + half * steps[:, None] * np.float32([1, 0, 0])
+    finest = Detail.of(terms).finest_at(points)
+    assert finest.tolist() == [6, 6, 6, 3, 3, COARSEST - 1]
+    assert Detail().finest_at(points).tolist() == [COARSEST - 1] * 6
+
+
 def test_a_grid_says_where_its_nodes_reach():
     """A node reaches the 27 cells around its own; one whose coefficient is zero none."""
     level, random = 6, np.random.default_rng(4)
@@ -290,6 +306,9 @@ def test_a_grid_says_where_its_nodes_reach():
     np.testing.assert_array_equal(grid.reaches(points), wanted)
     near = grid.has_brick(points)
     assert near[wanted].all() and not near.all()
+    own = away < 0.5 * spacing(level)
+    np.testing.assert_array_equal(grid.has_node(points), own)
+    assert 0 < own.mean() < wanted.mean()
     beyond = np.float32([[5, 5, 5], [-5, 0, 0]])
     assert not grid.has_brick(beyond).any()
     assert 0.001 < wanted.mean() < 0.9

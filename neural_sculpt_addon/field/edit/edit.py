@@ -164,7 +164,7 @@ def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit
         done = Edit(problem, Solver.LOCAL, field, layer, proxy, seconds)
         if repairs == REPAIRS or proxy.components.total == before.proxy.components.total:
             return done
-        held = before.surface.points[problem.copies.untouched(before.surface)]
+        held = problem.held.points
         islands = find_islands(proxy, Asked(edit.targets, held, before.proxy))
         if not len(islands.points):
             return done

@@ -260,6 +260,11 @@ class Problem:
         vertices = self.preparation.mesh.vertices
         return self.copies.relative_distance(vertices, beyond_flat_ends=False) < 1
 
+    @property
+    def held(self) -> Samples:
+        """Vertices of the proxy that the stroke must leave where they are."""
+        return self.preparation.mesh.vertices.where(~self.covered)
+
     @cached_property
     def is_over_relief(self) -> bool:
         """Whether the stroke carries relief along: detail that is fine for it, in steep walls of

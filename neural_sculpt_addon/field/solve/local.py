@@ -176,8 +176,7 @@ class LocalEdit:
         if self._swept is not None:
             every = every[self._swept.near(centres(places(every, level), level))]
         fine = np.intersect1d(fine, every, assume_unique=True)
-        cells = every
-        held = problem.preparation.surface.where(problem.known_untouched)
+        cells, held = every, problem.held
         for _ in range(REPAIRS):
             loose = loose_parts(self.field, cells, level, held, problem.check, fine)
             if not loose:
