@@ -6,7 +6,7 @@ Vertices are sorted into cells and triangles by their corners once, so that a qu
 proportion to its result. NumPy alone; model space.
 """
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ Indices = NDArray[np.intp]
 PIECE = 4096  # vertices that are looked at between two rests
 CELLS_IN_REACH = 3  # of the grid, in the reach of a stroke
 MOST_CELLS = 64  # along an axis; more take longer to count than they save
+BLOCK = 1 << 17  # triangles that are sorted together: a step of that takes 5 ms at most
 
 
 class Lists:
@@ -50,20 +51,26 @@ class Lists:
 class Fans:
     """Triangles (F, 3) by their corners, which are below `count`."""
 
-    def __init__(self, triangles: Triangles, count: int, lists: Lists) -> None:
-        """Of triangles and the `lists` of their corners."""
-        self.triangles, self._count, self._lists = triangles, count, lists
+    def __init__(self, triangles: Triangles, count: int, blocks: Sequence[Lists]) -> None:
+        """Of triangles and, of each BLOCK of them, the lists of their corners."""
+        self.triangles, self._count, self._blocks = triangles, count, blocks
 
     @classmethod
     def sorting(cls, triangles: Triangles, count: int) -> Generator[None, None, "Fans"]:
         """Sort the triangles, in steps."""
-        lists = yield from Lists.sorting(triangles.ravel(), count)
-        return cls(triangles, count, lists)
+        blocks = []
+        for start in range(0, len(triangles), BLOCK):
+            if blocks:
+                yield
+            corners = triangles[start : start + BLOCK].ravel()
+            blocks.append((yield from Lists.sorting(corners, count)))
+        return cls(triangles, count, blocks)
 
     def around(self, vertices: Indices) -> Triangles:
         """The triangles (T, 3) that have one of the vertices (M,) as a corner."""
         chosen = np.zeros(len(self.triangles), bool)
-        chosen[self._lists.of(vertices) // 3] = True
+        for number, lists in enumerate(self._blocks):
+            chosen[number * BLOCK + lists.of(vertices) // 3] = True
         return self.triangles[chosen]
 
     def ring(self, vertices: Indices) -> Indices:
@@ -97,7 +104,7 @@ class BaseSurface:
         self.positions, self.fans, self.reach = positions, fans, reach
         self.normals = np.zeros(positions.shape)  # (V, 3), of those that are known
         self._known = np.zeros(len(positions), bool)
-        low, high = positions.min(axis=0).astype(float), positions.max(axis=0).astype(float)
+        low, high = (np.array([end(x) for x in positions.T], float) for end in (np.min, np.max))
         self._cell = max(reach / CELLS_IN_REACH, float((high - low).max()) / MOST_CELLS)
         self._low = low
         self._shape = ((high - low) / self._cell).astype(np.intp) + 1

@@ -51,8 +51,11 @@ class TriangleGrid:
         """Sort the triangles into the cells of a grid, in steps."""
         grid = cls(vertices, triangles)
         axes = np.ascontiguousarray(vertices.T)  # (3, V)
-        a, b, c = ([axis.take(corner) for axis in axes] for corner in triangles.T)  # 3 x (F,)
-        yield
+        corners = []  # 3 x 3 x (F,)
+        for corner in triangles.T:
+            corners.append([axis.take(corner) for axis in axes])
+            yield
+        a, b, c = corners
         for middle, x, y, z in zip(grid._middles, a, b, c, strict=True):
             np.divide(x + y + z, 3, out=middle)
         yield
@@ -65,6 +68,7 @@ class TriangleGrid:
         grid._low, grid._high = low - 1.5 * cell, high + 1.5 * cell
         grid._count = ((grid._high - grid._low) / cell).astype(np.intp) + 1
         grid._large = np.flatnonzero(span > cell / 2)
+        yield
         scale, start = np.float32(1 / cell), grid._low.astype(np.float32)
         i, j, k = (((x - s) * scale).astype(np.int32) for x, s in zip(a, start, strict=True))
         _, rows, columns = grid._count.tolist()

@@ -444,8 +444,9 @@ sys.exit(main(sys.argv[1:]))
 def test_what_is_there_after_a_cancel_is_told(folder, when, told):
     """Ctrl C in the first stroke, and in the mesh that comes after the field."""
     code = """
-import _thread, sys
+import _thread, signal, sys
 from neural_sculpt_addon import cli
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell ignores for its jobs
 written = cli._save
 def show(fraction, message):
     _thread.interrupt_main()

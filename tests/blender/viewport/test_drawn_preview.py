@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from geometry import to_path
 from harness import field, module, push_undo, state, undo, vertices
-from test_preview import LINE, SquareCase
+from test_preview import LINE, THERE, SquareCase
 
 preview = module("blender.scene.mesh.preview").preview
 preview_attributes = module("blender.scene.mesh.preview_attributes")
@@ -95,6 +95,7 @@ class UnderThePen(SquareCase):
         self.assertAlmostEqual(point[2], waiting.max(), delta=0.003)
         preview.give_up()
         np.testing.assert_array_equal(self.heights(), waiting)
+        self.stroke = replace(self.stroke, points=THERE)
         self.pen()
         self.finish()
         self.assertTrue(preview_attributes.is_previewed(field("Sphere").data))

@@ -21,6 +21,8 @@ preview_attributes = module("blender.scene.mesh.preview_attributes")
 proxy_mesh = module("blender.scene.mesh.proxy_mesh")
 
 LINE = np.array([[-0.3, 0.11, 0.0], [0.0, 0.11, 0.0], [0.3, 0.11, 0.0]])
+THERE = np.array([[-1.0, -0.05, 1.0], [-1.0, 0.0, 1.0], [-1.0, 0.05, 1.0]])
+"""Over the first vertex of the worker's results, and far off the square."""
 
 
 class SquareCase(SteeredCase):
@@ -37,10 +39,10 @@ class SquareCase(SteeredCase):
         self.before = state(self.ob)
         self.flat = vertices(self.ob)
 
-    def draw(self, name: str = "One") -> None:
+    def draw(self, name: str = "One", points: np.ndarray = LINE) -> None:
         brush = brush_settings()
         brush.radius, brush.intensity = 0.15, 0.06
-        stroke(LINE, name=name)
+        stroke(points, name=name)
 
     def heights(self) -> np.ndarray:
         return vertices(field("Sphere"))[:, 2]
@@ -82,7 +84,7 @@ class Preview(SquareCase):
     def test_of_two_strokes_the_second_never_leaves(self) -> None:
         """It is displaced on the first one's result before that is shown, in a poll of its own."""
         self.draw()
-        self.draw("Two")
+        self.draw("Two", THERE)
         preview, heard = module("blender.scene.mesh.preview").preview, []
 
         def foresee(*given) -> bool:
@@ -98,6 +100,8 @@ class Preview(SquareCase):
         self.assertTrue(all(heard))
         self.assertLess(len(heard), 5)
         self.assertTrue(preview_attributes.is_previewed(field("Sphere").data))
+        moved = np.linalg.norm(vertices(field("Sphere"))[0] - THERE[1])
+        self.assertAlmostEqual(moved, 0.06, delta=1e-4)
 
     def test_undo_takes_back_the_stroke_and_nothing_else(self) -> None:
         field("Sphere").location.x = 1.0

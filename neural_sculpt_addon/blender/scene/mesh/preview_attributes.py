@@ -22,15 +22,18 @@ SHOWN = ".neural_sculpt_shown"
 Vectors = NDArray[np.float32]  # (V, 3)
 
 
-def keep(mesh: Mesh) -> dict[str, Vectors]:
-    """Begin a preview: the mesh's own values, which it carries from now on, by attribute."""
-    true = {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
+def own(mesh: Mesh) -> dict[str, Vectors]:
+    """The mesh's own values, by the attribute that a preview changes."""
+    return {shown: _read(mesh, shown) for shown in TRUE if shown in mesh.attributes}
+
+
+def keep(mesh: Mesh, true: Mapping[str, Vectors]) -> None:
+    """Begin a preview: the mesh carries its own values, as of `own`, from now on."""
     for shown, values in true.items():
         mesh.attributes.new(TRUE[shown], "FLOAT_VECTOR", "POINT")
         _write(mesh, TRUE[shown], values)
     mesh.attributes.new(SHOWN, "FLOAT_VECTOR", "POINT")
     _write(mesh, SHOWN, true["position"])
-    return true
 
 
 def put(
@@ -42,7 +45,7 @@ def put(
 ) -> Vectors:
     """Write what the preview makes of some `vertices` (P,): `positions` and `normals` (P, 3).
 
-    true: as of `keep`
+    true: as of `own`; the mesh keeps them, too
 
     The vertices (V, 3) as they are now are given back.
     """
@@ -65,9 +68,7 @@ def is_previewed(mesh: Mesh) -> bool:
 
 def is_as_put(mesh: Mesh, written: Vectors) -> bool:
     """Whether all vertices of a mesh out of Edit Mode are where the preview put them."""
-    if len(mesh.vertices) != len(written) or SHOWN not in mesh.attributes:
-        return False
-    return np.array_equal(_read(mesh, "position"), written)
+    return len(mesh.vertices) == len(written) and np.array_equal(_read(mesh, "position"), written)
 
 
 def true_positions(mesh: Mesh) -> Vectors:

@@ -21,6 +21,8 @@ class PreviewDisplay:
     written: vertices (V, 3) as the display has put them
     todo:    strokes that are still to be added to the shape
     seen:    strokes of the shape that the mesh shows
+    begun:   whether the mesh has changed, and carries its own values: that takes some milliseconds,
+             which are not the press's
     """
 
     mesh: int  # its session_uid
@@ -29,12 +31,13 @@ class PreviewDisplay:
     written: NDArray[np.float32]
     todo: tuple[Stroke, ...] = ()
     seen: tuple[Stroke, ...] = ()
+    begun: bool = False
 
     @staticmethod
     def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "PreviewDisplay":
         """A display on the object's mesh as it is now, which `shape` was made of."""
         mesh = proxy_mesh.mesh_of(ob)
-        true = preview_attributes.keep(mesh)
+        true = preview_attributes.own(mesh)
         return PreviewDisplay(mesh.session_uid, shape, true, true["position"], todo)
 
     @property
@@ -56,13 +59,17 @@ class PreviewDisplay:
             looked += self.shape.advance(None if most is None else most - looked)
 
     def show(self, ob: Object) -> None:
-        """Write what the shape has become since into the object's mesh; below 1 ms."""
-        shape = self.shape
+        """Write what the shape has become since into the object's mesh; 1 ms after the first
+        time."""
+        shape, mesh = self.shape, proxy_mesh.mesh_of(ob)
         if self.seen is shape.seen and self.seen:
             return
         if len(vertices := shape.vertices):  # otherwise the mesh is what it was
+            if not self.begun:
+                preview_attributes.keep(mesh, self.true)
+                self.begun = True
             self.written = preview_attributes.put(
-                proxy_mesh.mesh_of(ob), self.true, vertices, shape.positions, shape.normals
+                mesh, self.true, vertices, shape.positions, shape.normals
             )
         self.seen = shape.seen
 
@@ -70,5 +77,7 @@ class PreviewDisplay:
         """Whether the object's mesh still is as it was shown."""
         mesh = proxy_mesh.mesh_of(ob)
         if mesh.session_uid != self.mesh or mesh.is_editmode:
+            return False
+        if preview_attributes.is_previewed(mesh) != self.begun:
             return False
         return preview_attributes.is_as_put(mesh, self.written)

@@ -139,18 +139,24 @@ def fill(mesh: Mesh, new: Geometry) -> None:
     With 100,000 triangles this takes some 4 ms. Without the edges Blender would find them itself,
     in 9 ms more.
     """
+    resize(mesh, new)
     shape(mesh, new)
     shade(mesh, new)
     mesh.update()
 
 
-def shape(mesh: Mesh, new: Geometry) -> None:
-    """Replace the triangles, up to `Mesh.update`, and nothing of what hangs on them is left."""
+def resize(mesh: Mesh, new: Geometry) -> None:
+    """Make room for new triangles, which `shape` must follow. Nothing is left of the old ones, nor
+    of what hangs on them."""
     mesh.clear_geometry()
     mesh.vertices.add(len(new.vertices) // 3)
     mesh.edges.add(len(new.edges) // 2)
     mesh.loops.add(len(new.corners))
     mesh.polygons.add(len(new.starts))
+
+
+def shape(mesh: Mesh, new: Geometry) -> None:
+    """Write new triangles, for which there is room, up to `Mesh.update`."""
     _write(mesh, "position", "vector", new.vertices)
     _write(mesh, ".edge_verts", "value", new.edges)
     _write(mesh, ".corner_vert", "value", new.corners)

@@ -36,7 +36,7 @@ class SpareMesh:
         self._new = new
         dress = () if new.attributes is None else (self._dress,)
         normals = (self._find_normals,) if sculpted else ()
-        pieces = self._shape, *dress, *normals, self._shade
+        pieces = self._resize, self._shape, *dress, *normals, self._shade
         self._pieces: list[Callable[[Mesh], None]] = [*pieces]
         self._uid = 0
 
@@ -79,6 +79,9 @@ class SpareMesh:
         mesh = _find(self._uid)
         assert mesh is not None
         return mesh
+
+    def _resize(self, mesh: Mesh) -> None:
+        proxy_mesh.resize(mesh, self._new)
 
     def _shape(self, mesh: Mesh) -> None:
         proxy_mesh.shape(mesh, self._new)
