@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...stroke.curve import Array
 from ..levels import FINEST, spacing
 from ..problem.problem import Problem
 
@@ -36,6 +37,20 @@ MOST_ROWS, MOST_NODES = 200_000, 150_000
 LEFT_FINER = 0.1
 """Share of the surface under a stroke that folds whose detail may be finer than the stroke's level.
 Crumbs of that may stay, for coarser nodes cannot take it away; finer ones take longer."""
+
+WALL = 2.0
+"""Widths of the steepest rise that count as a feature: the named profiles are at most twice as
+steep in their middle as in the mean, walls far more."""
+
+NARROWEST_WALL = 1 / 12
+"""Radii: walls that are narrower count as that wide. They are cliffs, or nearly, which get samples
+of their own."""
+
+SAMPLES = 256
+"""Steps in which curves are looked at."""
+
+LEAST_RISE = 0.01
+"""Of the largest height: what rises or falls by less is flat."""
 
 LAYERS = 5
 """Active cells above each other, where the surface hardly moves: so the budget of nodes counts."""
@@ -65,6 +80,7 @@ def resolution(problem: Problem) -> Resolution:
     height = abs(brush.intensity) * float(np.abs(modulation).max())
     feature = _feature(problem)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
+    feature = min(feature, WALL * _wall(problem))
     cells = CELLS_OVER_RELIEF if problem.is_over_relief else CELLS_PER_FEATURE
     wanted = max(LEAST_FINEST, round(math.log2(cells / feature)))
     radius = brush.radius * problem.stroke.largest_factor
@@ -93,18 +109,48 @@ def _feature(problem: Problem) -> float:
     """Width of the narrowest feature, model units: a rise or fall of the profile across the stroke
     or of the modulation along it, if all of these were equally wide; or one of the alpha."""
     brush = problem.stroke.brush
-    radius = brush.radius * problem.stroke.largest_factor
-    rises = _turns(brush.profile(np.linspace(-1, 1, 257))) + 1
-    width = 2 * radius / max(rises, 2)
-    if turns := _turns(brush.modulation(np.linspace(0, 1, 257))):
-        length = max(path.length for _, path in problem.placed)
-        width = min(width, max(length, radius) / (turns + 1))
+    (profile, width), (modulation, length) = _curves(problem)
+    feature = width / max(turns(profile) + 1, 2)
+    if count := turns(modulation):
+        feature = min(feature, length / (count + 1))
     if brush.alpha is not None:
-        width = min(width, radius * brush.alpha.feature)
-    return width
+        feature = min(feature, width / 2 * brush.alpha.feature)
+    return feature
 
 
-def _turns(heights: NDArray[np.floating]) -> int:
-    """How often samples (N,) of a curve turn from rising to falling or back."""
-    slopes = np.sign(np.diff(heights))
-    return int(np.count_nonzero(np.diff(slopes[slopes != 0])))
+def _wall(problem: Problem) -> float:
+    """Width of the steepest rise or fall, model units, if it went on from the least height of its
+    curve to the largest."""
+    curves = _curves(problem)
+    (_, width), _ = curves
+    walls = [width]
+    for heights, extent in curves:
+        steepest = SAMPLES / extent * float(np.abs(np.diff(heights)).max())
+        if steepest:
+            walls.append(float(np.ptp(heights)) / steepest)
+    return max(min(walls), NARROWEST_WALL * width / 2)
+
+
+def _curves(problem: Problem) -> tuple[tuple[Array, float], tuple[Array, float]]:
+    """Heights (SAMPLES + 1,) of the profile across the stroke and of the modulation along it, each
+    with how far it goes, model units."""
+    brush = problem.stroke.brush
+    width = 2 * brush.radius * problem.stroke.largest_factor
+    length = max(width / 2, *(path.length for _, path in problem.placed))
+    across, along = np.linspace(-1, 1, SAMPLES + 1), np.linspace(0, 1, SAMPLES + 1)
+    return (brush.profile(across), width), (brush.modulation(along), length)
+
+
+def turns(heights: NDArray[np.floating]) -> int:
+    """How often samples (N,) of a curve turn from rising to falling or back, by LEAST_RISE at
+    least: a plateau is no row of features, however it was rounded."""
+    least = LEAST_RISE * float(np.abs(heights).max())
+    low = high = float(heights[0])
+    count = way = 0
+    for height in heights.tolist():
+        low, high = min(low, height), max(high, height)
+        if way >= 0 and high - height > least:
+            count, way, low = count + (way > 0), -1, height
+        elif way <= 0 and height - low > least:
+            count, way, high = count + (way < 0), 1, height
+    return count

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field import threads
@@ -18,7 +20,7 @@ from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.problem.pose import pose
 from neural_sculpt_addon.field.problem.prepare import Preparation, prepare
 from neural_sculpt_addon.field.solve.local import LocalEdit
-from neural_sculpt_addon.field.solve.resolution import DENSITY, resolution
+from neural_sculpt_addon.field.solve.resolution import DENSITY, resolution, turns
 from neural_sculpt_addon.stroke.alpha import Alpha
 from neural_sculpt_addon.stroke.brush import Brush
 from neural_sculpt_addon.stroke.modulation import Modulation
@@ -220,6 +222,52 @@ def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
     assert 2**-found.wanted < 0.75 * rise
     assert found.level == found.wanted
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
+
+
+def plateau(wall: float) -> Profile:
+    """One with walls of a width in radii."""
+    return Profile(points=((-1, 0), (wall - 1, 1), (1 - wall, 1), (1, 0)))
+
+
+@pytest.mark.parametrize("wall", [0.1, 0.25, 0.4])
+def test_a_plateau_is_one_feature_however_it_is_rounded(preparation, wall):
+    """Its points mean a spline that is flat but for the last bit."""
+    heights = plateau(wall)(np.linspace(-1, 1, 257))
+    flat = heights > 1 - 1e-12
+    assert len(set(heights[flat])) > 1
+    exact = Profile(table=tuple(np.where(flat, 1.0, heights)))
+    wanted = [
+        resolution(pose(preparation, Stroke(POLE, Brush(0.03, 0.002, profile)))).wanted
+        for profile in (plateau(wall), exact)
+    ]
+    assert wanted[0] == wanted[1]
+
+
+def test_what_is_steeper_gets_smaller_cells_down_to_walls_that_are_cliffs(preparation):
+    """A wall is some 2 cells wide; a smooth profile is as it was."""
+
+    def level(profile: Profile) -> int:
+        return resolution(pose(preparation, Stroke(POLE, Brush(0.06, 0.002, profile)))).wanted
+
+    levels = [level(plateau(wall)) for wall in (0.3, 0.15, 0.08, 0.04, 0.02)]
+    assert levels == sorted(levels)
+    assert levels[0] < levels[2]
+    assert levels[3] == levels[4]
+    for wall, found in zip((0.3, 0.15), levels, strict=False):
+        assert 1 < wall * 0.06 * 2**found < 4
+    smooth = [level(Profile(name)) for name in ("linear", "cubic", "quintic")]
+    assert len({*smooth}) == 1
+
+
+@given(st.lists(st.floats(-1, 1), min_size=2, max_size=9), st.integers(0, 2**32 - 1))
+def test_what_is_smaller_than_a_hundredth_of_the_height_is_no_feature(heights, seed):
+    """A curve through some heights turns as often as they do, also with noise on it."""
+    heights = [0.0, *heights, 0.0]
+    assume(min(abs(np.diff(heights))) > 0.05 and max(map(abs, heights)) > 0.5)
+    expected = int((np.diff(np.sign(np.diff(heights))) != 0).sum())
+    noise = np.random.default_rng(seed).uniform(-1e-3, 1e-3, 257)
+    curve = np.interp(np.linspace(0, 1, 257), np.linspace(0, 1, len(heights)), heights)
+    assert turns(curve + noise) == expected
 
 
 @pytest.mark.parametrize("peaks", [4, 9, 18])
