@@ -34,7 +34,15 @@ SUBJECT = Subject(
         ),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
-            *("FORBIDDEN_WEIGHT", "MISSED", "TILTED", "FAMILY", "FINER_NODES", "FINER"),
+            *(
+                "FORBIDDEN_WEIGHT",
+                "MISSED",
+                "TILTED",
+                "OF_HEIGHT",
+                "FAMILY",
+                "FINER_NODES",
+                "FINER",
+            ),
             *("FINER_IN_FOLDS", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
         ),
         "solve.edit_rows": (

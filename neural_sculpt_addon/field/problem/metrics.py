@@ -226,7 +226,8 @@ def _moved(
 
 
 def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> float:
-    """Share of the displacement `amount` (N,) of surface samples that the edited field reached.
+    """Share of the displacement `amount` (N,) of surface samples that the edited field reached; all
+    of none.
 
     What is missing along n is f / |grad f| at the target, by the cosine of both normals.
     """
@@ -234,7 +235,8 @@ def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> fl
     slope = np.einsum("ij,ij->i", gradient, surface.normals)
     missing = value / np.where(np.abs(slope) < ALL_BUT_PARALLEL, ALL_BUT_PARALLEL, slope)
     reached = amount - np.clip(missing, -np.abs(amount), np.abs(amount))
-    return float((reached * amount).sum() / max((amount**2).sum(), 1e-30))
+    asked = float((amount**2).sum())
+    return float((reached * amount).sum()) / asked if asked else 1.0
 
 
 def chamfer(problem: Problem, edited: Field, proxy: Proxy) -> dict[str, float]:

@@ -72,6 +72,10 @@ MISSED, TILTED = 4e-4, 0.3
 """Model units and slope (17 degrees) that a surface sample may be off. A cell with a sample that is
 farther off gets nodes of the next level: less of both is closer, and costs nodes and rows."""
 
+OF_HEIGHT = 0.05
+"""Of the stroke's height that a sample may be off, where that is less: of faint strokes too much
+would be missing otherwise, and others are higher than 0.008."""
+
 FAMILY, FINER_NODES = 20, 30_000
 """Nodes that such a cell takes, about: those of its children that the surface passes, and those
 beside them. Nodes of finer levels at most: they bound the time of strokes that fold over the detail
@@ -117,7 +121,8 @@ class LocalEdit:
         if displaced.swept is not None:
             passed = np.union1d(passed, _changed(problem, level))
         self._active = dilated(passed, level)
-        far = np.linalg.norm(after.points - before.points, axis=1) > HIGH * spacing(level)
+        way = np.linalg.norm(after.points - before.points, axis=1)
+        self._height, far = float(way.max(initial=0)), way > HIGH * spacing(level)
         high = _parents(_passed(before.where(far), after.where(far), level), level)
         coarse = np.union1d(_parents(passed, level), dilated(high, level - 1))
         beyond = np.setdiff1d(coarse, _parents(self._active, level))
@@ -241,7 +246,7 @@ class LocalEdit:
         """The active cells (K,) of a level that need a finer one: surface samples in them are off.
         Where there is no `room` for the nodes of all, those with the most of these."""
         rows = self._rows
-        off = np.abs(rows.residuals) > MISSED
+        off = np.abs(rows.residuals) > min(MISSED, OF_HEIGHT * self._height)
         off[rows.at[np.abs(rows.slopes) > TILTED]] = True
         cells = linear(cells_of(rows.points[off & (rows.targets == 0)], level), level)
         missed, count = np.unique(cells[np.isin(cells, active)], return_counts=True)

@@ -135,7 +135,10 @@ def test_the_reverse_distance_is_of_the_stroke_alone(preparation):
 
 @pytest.mark.parametrize(
     ("asked", "radius", "gain"),
-    [(0.03, 0.53, 1), (0.03, 0.515, 0.5), (0.03, 0.5, 0), (0.03, 0.545, 1.5), (-0.02, 0.485, 0.75)],
+    [
+        *((0.03, 0.53, 1), (0.03, 0.515, 0.5), (0.03, 0.5, 0), (0.03, 0.545, 1.5)),
+        *((-0.02, 0.485, 0.75), (0.0, 0.5, 1)),
+    ],
 )
 def test_the_gain_is_the_share_of_the_displacement_that_was_reached(
     preparation, asked, radius, gain

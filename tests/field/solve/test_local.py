@@ -224,6 +224,9 @@ def test_the_level_follows_from_the_narrowest_rise(preparation, radius, peaks):
     assert found.wanted == 6 or 2**-found.wanted > rise / 8
 
 
+PEAKS = Profile(points=((-1, 0), (-0.5, 1), (0, 0), (0.5, 1), (1, 0)))
+
+
 def plateau(wall: float) -> Profile:
     """One with walls of a width in radii."""
     return Profile(points=((-1, 0), (wall - 1, 1), (1 - wall, 1), (1, 0)))
@@ -268,6 +271,17 @@ def test_what_is_smaller_than_a_hundredth_of_the_height_is_no_feature(heights, s
     noise = np.random.default_rng(seed).uniform(-1e-3, 1e-3, 257)
     curve = np.interp(np.linspace(0, 1, 257), np.linspace(0, 1, len(heights)), heights)
     assert turns(curve + noise) == expected
+
+
+@pytest.mark.parametrize("height", [2e-3, -3e-4])
+@pytest.mark.parametrize("radius", [0.03, 0.06])
+def test_of_a_faint_stroke_as_much_is_reached_as_of_a_high_one(preparation, radius, height):
+    """What a high one may be off would be half of its height."""
+    for profile in Profile("linear"), PEAKS, plateau(0.3):
+        edit = sculpt(preparation, arc(Brush(radius, height, profile)))
+        report = edit.report()
+        assert report["tube_p95"] < 0.05 * abs(height)
+        assert report["gain"] == pytest.approx(1, abs=0.01)
 
 
 @pytest.mark.parametrize("peaks", [4, 9, 18])
