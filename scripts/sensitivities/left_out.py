@@ -45,6 +45,7 @@ WHY = {
         "problem.fold": ("PRECISION", "BOUND", "ORDER"),
         "problem.folded": ("BURIED",),
         "projection": ("SMALLEST_GRADIENT",),
+        "solve.local": ("LEAST_MISSED",),
         "solve.resolution": ("SAMPLES",),
     },
     "what is asked for, and what the artist is told: another value is another wish": {

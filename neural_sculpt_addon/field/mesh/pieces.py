@@ -37,10 +37,10 @@ class Islands(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """Samples of the surface that an edit asks for, even over all of it, and what was there."""
+    """Samples of the surface that an edit asks for, and what was there."""
 
     displaced: NDArray[np.float32]  # (M, 3)
-    held: NDArray[np.float32]  # (N, 3), untouched
+    held: NDArray[np.float32]  # (N, 3), vertices before that are untouched
     before: Proxy
 
     @property

@@ -76,6 +76,10 @@ OF_HEIGHT = 0.05
 """Of the stroke's height that a sample may be off, where that is less: of faint strokes too much
 would be missing otherwise, and others are higher than 0.008."""
 
+LEAST_MISSED = 1e-5
+"""Model units: less than that is not looked for, as where a stroke asks for nothing. Single
+precision leaves some 3e-6 of f."""
+
 FAMILY, FINER_NODES = 20, 30_000
 """Nodes that such a cell takes, about: those of its children that the surface passes, and those
 beside them. Nodes of finer levels at most: they bound the time of strokes that fold over the detail
@@ -246,7 +250,8 @@ class LocalEdit:
         """The active cells (K,) of a level that need a finer one: surface samples in them are off.
         Where there is no `room` for the nodes of all, those with the most of these."""
         rows = self._rows
-        off = np.abs(rows.residuals) > min(MISSED, OF_HEIGHT * self._height)
+        most = min(MISSED, max(OF_HEIGHT * self._height, LEAST_MISSED))
+        off = np.abs(rows.residuals) > most
         off[rows.at[np.abs(rows.slopes) > TILTED]] = True
         cells = linear(cells_of(rows.points[off & (rows.targets == 0)], level), level)
         missed, count = np.unique(cells[np.isin(cells, active)], return_counts=True)

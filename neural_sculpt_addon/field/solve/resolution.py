@@ -2,12 +2,13 @@
 """Resolution of a local edit: the level of its finest cells (docs/method.md, section 4.1).
 
 Some two or three cells are as wide as the narrowest rise or fall of the profile, of the modulation
-along the stroke, or of the alpha. Where the stroke folds over detail, cells are as fine as that. A
-budget of rows and nodes bounds both. Model space.
+along the stroke, or of the alpha; one is less wide than the steepest wall. Where the stroke folds
+over detail, cells are as fine as that. A budget of rows and nodes bounds both. Model space.
 """
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ NARROWEST_WALL = 1 / 12
 of their own."""
 
 SAMPLES = 256
-"""Steps in which curves are looked at."""
+"""Steps in which curves are looked at: walls narrower than one count as that wide."""
 
 LEAST_RISE = 0.01
 """Of the largest height: what rises or falls by less is flat."""
@@ -75,12 +76,11 @@ class Resolution:
 
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
-    brush = problem.stroke.brush
-    modulation = brush.modulation(np.linspace(0, 1, 65))
-    height = abs(brush.intensity) * float(np.abs(modulation).max())
-    feature = _feature(problem)
+    brush, curves = problem.stroke.brush, _curves(problem)
+    height = abs(brush.intensity) * float(np.abs(curves.modulation).max())
+    feature = _feature(problem, curves)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
-    feature = min(feature, WALL * _wall(problem))
+    feature = min(feature, WALL * _wall(curves))
     cells = CELLS_OVER_RELIEF if problem.is_over_relief else CELLS_PER_FEATURE
     wanted = max(LEAST_FINEST, round(math.log2(cells / feature)))
     radius = brush.radius * problem.stroke.largest_factor
@@ -105,40 +105,45 @@ def _carried(problem: Problem) -> int:
     return int(np.quantile(levels, 1 - LEFT_FINER)) if len(levels) else 0
 
 
-def _feature(problem: Problem) -> float:
-    """Width of the narrowest feature, model units: a rise or fall of the profile across the stroke
-    or of the modulation along it, if all of these were equally wide; or one of the alpha."""
-    brush = problem.stroke.brush
-    (profile, width), (modulation, length) = _curves(problem)
-    feature = width / max(turns(profile) + 1, 2)
-    if count := turns(modulation):
-        feature = min(feature, length / (count + 1))
-    if brush.alpha is not None:
-        feature = min(feature, width / 2 * brush.alpha.feature)
-    return feature
+class _Curves(NamedTuple):
+    """The profile across a stroke and the modulation along it: heights (SAMPLES + 1,), and how far
+    each goes, model units."""
+
+    profile: Array
+    width: float
+    modulation: Array
+    length: float
 
 
-def _wall(problem: Problem) -> float:
-    """Width of the steepest rise or fall, model units, if it went on from the least height of its
-    curve to the largest."""
-    curves = _curves(problem)
-    (_, width), _ = curves
-    walls = [width]
-    for heights, extent in curves:
-        steepest = SAMPLES / extent * float(np.abs(np.diff(heights)).max())
-        if steepest:
-            walls.append(float(np.ptp(heights)) / steepest)
-    return max(min(walls), NARROWEST_WALL * width / 2)
-
-
-def _curves(problem: Problem) -> tuple[tuple[Array, float], tuple[Array, float]]:
-    """Heights (SAMPLES + 1,) of the profile across the stroke and of the modulation along it, each
-    with how far it goes, model units."""
+def _curves(problem: Problem) -> _Curves:
     brush = problem.stroke.brush
     width = 2 * brush.radius * problem.stroke.largest_factor
     length = max(width / 2, *(path.length for _, path in problem.placed))
     across, along = np.linspace(-1, 1, SAMPLES + 1), np.linspace(0, 1, SAMPLES + 1)
-    return (brush.profile(across), width), (brush.modulation(along), length)
+    return _Curves(brush.profile(across), width, brush.modulation(along), length)
+
+
+def _feature(problem: Problem, curves: _Curves) -> float:
+    """Width of the narrowest feature, model units: a rise or fall of the profile across the stroke
+    or of the modulation along it, if all of these were equally wide; or one of the alpha."""
+    alpha = problem.stroke.brush.alpha
+    feature = curves.width / max(turns(curves.profile) + 1, 2)
+    if count := turns(curves.modulation):
+        feature = min(feature, curves.length / (count + 1))
+    if alpha is not None:
+        feature = min(feature, curves.width / 2 * alpha.feature)
+    return feature
+
+
+def _wall(curves: _Curves) -> float:
+    """Width of the steepest rise or fall, model units, if it went on from zero, or the least height
+    of its curve where that is below, to the largest; NARROWEST_WALL at least."""
+    walls = [curves.width]
+    for heights, extent in curves[:2], curves[2:]:
+        steepest = SAMPLES / extent * float(np.abs(np.diff(heights)).max())
+        if steepest:
+            walls.append(float(np.ptp([*heights, 0.0])) / steepest)
+    return max(min(walls), NARROWEST_WALL * curves.width / 2)
 
 
 def turns(heights: NDArray[np.floating]) -> int:

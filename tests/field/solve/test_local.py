@@ -273,10 +273,28 @@ def test_what_is_smaller_than_a_hundredth_of_the_height_is_no_feature(heights, s
     assert turns(curve + noise) == expected
 
 
+@pytest.mark.parametrize("step", [0, 0.005])
+def test_a_modulation_that_is_flat_is_no_wall(preparation, step):
+    """But for the last bit, or half a percent."""
+    flat = Modulation(points=((0, 1), (0.3, 1), (0.7, 1 - step), (1, 1 - step)))
+    assert len(set(flat(np.linspace(0, 1, 257)))) > 1
+    wanted = [
+        resolution(pose(preparation, arc(Brush(0.03, 0.02, modulation=modulation)))).wanted
+        for modulation in (flat, Modulation("identity"))
+    ]
+    assert wanted[0] == wanted[1]
+
+
+def test_what_asks_for_nothing_gets_no_finer_level(preparation):
+    edit = sculpt(preparation, arc(Brush(0.05, 0.0)))
+    assert max(edit.layer) == resolution(edit.problem).level
+    assert edit.report()["tolerance_met"]
+
+
 @pytest.mark.parametrize("height", [2e-3, -3e-4])
 @pytest.mark.parametrize("radius", [0.03, 0.06])
 def test_of_a_faint_stroke_as_much_is_reached_as_of_a_high_one(preparation, radius, height):
-    """What a high one may be off would be half of its height."""
+    """What a high one may be off is a fifth of the first, and more than all of the second."""
     for profile in Profile("linear"), PEAKS, plateau(0.3):
         edit = sculpt(preparation, arc(Brush(radius, height, profile)))
         report = edit.report()

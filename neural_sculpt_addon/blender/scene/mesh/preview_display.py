@@ -59,8 +59,8 @@ class PreviewDisplay:
             looked += self.shape.advance(None if most is None else most - looked)
 
     def show(self, ob: Object) -> None:
-        """Write what the shape has become since into the object's mesh; 1 ms after the first
-        time."""
+        """Write what the shape has become since into the object's mesh; some 1 ms, and the first
+        time more, see `begun`."""
         shape, mesh = self.shape, proxy_mesh.mesh_of(ob)
         if self.seen is shape.seen and self.seen:
             return
