@@ -24,6 +24,7 @@ PACKAGE = "neural_sculpt_addon.field"
 
 LEVELS = {
     "solve.resolution.LEAST_FINEST",
+    "solve.resolution.LEAST_WITH_WALLS",
     "fit.fit_detail.FIT_COARSEST",
     "fit.strays.HIDDEN_LEVEL",
     *(f"fit.fit_repair.{name}" for name in ("REPAIR_COARSEST", "REPAIR_FINEST")),

@@ -37,7 +37,7 @@ def _case(seed: int, number: int, more: int) -> Case:
 SUBJECT = Subject(
     cases=cases,
     count=8,
-    constants={"solve.resolution": ("WALL", "NARROWEST_WALL", "LEAST_RISE")},
+    constants={"solve.resolution": ("WALL", "LEAST_WITH_WALLS", "NARROWEST_WALL", "LEAST_RISE")},
     ratios=RATIOS,
     highest=("tube_p95",),
     sums=("met", "pieces"),

@@ -22,8 +22,9 @@ CELLS_PER_FEATURE, CELLS_OVER_RELIEF = 2.0, 2.5
 narrow rises of its own: more are closer, and cost rows. With 2 there, too, untouched surface
 between the strokes of long sessions turned by up to 0.27 degrees, not 0.19."""
 
-LEAST_FINEST = 6
-"""Level of the widest strokes: they carry details of the surface along, which are finer."""
+LEAST_FINEST, LEAST_WITH_WALLS = 6, 7
+"""Level of the widest strokes: they carry details of the surface along, which are finer; and where
+they have walls, whose sharp edges come out beaded on a coarser one."""
 
 REFUSED_BELOW = 4
 """Level below which a stroke would wash out what it covers: it is refused."""
@@ -80,9 +81,11 @@ def resolution(problem: Problem) -> Resolution:
     height = abs(brush.intensity) * float(np.abs(curves.modulation).max())
     feature = _feature(problem, curves)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
-    feature = min(feature, WALL * _wall(curves))
+    wall = WALL * _wall(curves)
+    least = LEAST_WITH_WALLS if wall < feature else LEAST_FINEST
+    feature = min(feature, wall)
     cells = CELLS_OVER_RELIEF if problem.is_over_relief else CELLS_PER_FEATURE
-    wanted = max(LEAST_FINEST, round(math.log2(cells / feature)))
+    wanted = max(least, round(math.log2(cells / feature)))
     radius = brush.radius * problem.stroke.largest_factor
     length = sum(path.length for _, path in problem.placed)
 
