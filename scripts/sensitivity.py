@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from sensitivities.subject import Subject
 
 SUBJECTS = (
-    *(
-        "edits",
-        "edits_on_blades",
-        "edits_with_walls",
-        "network",
-        "absorption",
-        "fit_meshes",
-        "fit_networks",
-    ),
-    *("fit_details", "fit_repairs", "refinement"),
+    "edits",
+    "edits_on_blades",
+    "edits_with_walls",
+    "network",
+    "absorption",
+    "fit_meshes",
+    "fit_networks",
+    "fit_details",
+    "fit_repairs",
+    "refinement",
 )
 
 

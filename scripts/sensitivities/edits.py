@@ -34,16 +34,8 @@ SUBJECT = Subject(
         ),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
-            *(
-                "FORBIDDEN_WEIGHT",
-                "MISSED",
-                "TILTED",
-                "OF_HEIGHT",
-                "FAMILY",
-                "FINER_NODES",
-                "FINER",
-            ),
-            *("FINER_IN_FOLDS", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
+            *("FORBIDDEN_WEIGHT", "MISSED", "TILTED", "OF_HEIGHT", "FAMILY", "FINER_NODES"),
+            *("FINER", "FINER_IN_FOLDS", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
         ),
         "solve.edit_rows": (
             *("PRESERVE_WEIGHT", "AROUND_WEIGHT", "SLOPE_WEIGHT", "NORMAL_BIAS", "NEAR"),

@@ -41,8 +41,8 @@ LEFT_FINER = 0.1
 Crumbs of that may stay, for coarser nodes cannot take it away; finer ones take longer."""
 
 WALL = 2.0
-"""Widths of the steepest rise that count as a feature: the named profiles are at most twice as
-steep in their middle as in the mean, walls far more."""
+"""A feature is at most so many times as wide as the steepest rise: the named profiles are at most
+twice as steep in their middle as in the mean, walls far more."""
 
 NARROWEST_WALL = 1 / 12
 """Radii: walls that are narrower count as that wide. They are cliffs, or nearly, which get samples
@@ -139,13 +139,13 @@ def _feature(problem: Problem, curves: _Curves) -> float:
 
 
 def _wall(curves: _Curves) -> float:
-    """Width of the steepest rise or fall, model units, if it went on from zero, or the least height
-    of its curve where that is below, to the largest; NARROWEST_WALL at least."""
+    """Width of a wall as steep as the steepest rise or fall, from zero or a height below it to the
+    largest of the curve; model units, NARROWEST_WALL at least."""
     walls = [curves.width]
     for heights, extent in curves[:2], curves[2:]:
         steepest = SAMPLES / extent * float(np.abs(np.diff(heights)).max())
         if steepest:
-            walls.append(float(np.ptp([*heights, 0.0])) / steepest)
+            walls.append(float(max(heights.max(), 0) - min(heights.min(), 0)) / steepest)
     return max(min(walls), NARROWEST_WALL * curves.width / 2)
 
 

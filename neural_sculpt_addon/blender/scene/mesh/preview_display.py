@@ -21,8 +21,6 @@ class PreviewDisplay:
     written: vertices (V, 3) as the display has put them
     todo:    strokes that are still to be added to the shape
     seen:    strokes of the shape that the mesh shows
-    begun:   whether the mesh has changed, and carries its own values: that takes some milliseconds,
-             which are not the press's
     """
 
     mesh: int  # its session_uid
@@ -31,7 +29,6 @@ class PreviewDisplay:
     written: NDArray[np.float32]
     todo: tuple[Stroke, ...] = ()
     seen: tuple[Stroke, ...] = ()
-    begun: bool = False
 
     @staticmethod
     def begin(ob: Object, shape: Displaced, todo: tuple[Stroke, ...]) -> "PreviewDisplay":
@@ -44,6 +41,12 @@ class PreviewDisplay:
     def strokes(self) -> tuple[Stroke, ...]:
         """The strokes that the mesh shows, or will soon."""
         return *self.shape.strokes, *self.todo
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether the mesh has been changed, and carries its own values. It gets them then and not
+        at the press, for that takes some milliseconds."""
+        return self.written is not self.true["position"]
 
     @property
     def is_whole(self) -> bool:
@@ -60,14 +63,13 @@ class PreviewDisplay:
 
     def show(self, ob: Object) -> None:
         """Write what the shape has become since into the object's mesh; some 1 ms, and the first
-        time more, see `begun`."""
+        time more, see `is_begun`."""
         shape, mesh = self.shape, proxy_mesh.mesh_of(ob)
         if self.seen is shape.seen and self.seen:
             return
         if len(vertices := shape.vertices):  # otherwise the mesh is what it was
-            if not self.begun:
+            if not self.is_begun:
                 preview_attributes.keep(mesh, self.true)
-                self.begun = True
             self.written = preview_attributes.put(
                 mesh, self.true, vertices, shape.positions, shape.normals
             )
@@ -78,6 +80,6 @@ class PreviewDisplay:
         mesh = proxy_mesh.mesh_of(ob)
         if mesh.session_uid != self.mesh or mesh.is_editmode:
             return False
-        if preview_attributes.is_previewed(mesh) != self.begun:
+        if preview_attributes.is_previewed(mesh) != self.is_begun:
             return False
         return preview_attributes.is_as_put(mesh, self.written)
