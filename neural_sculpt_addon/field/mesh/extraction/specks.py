@@ -43,23 +43,26 @@ def find_specks(
     check:     is called now and then, and may raise
     """
     count, labels = pieces
-    small = np.bincount(labels, minlength=count) < SMALL_PIECE
-    if small.all() or not small.any():
+    is_small = np.bincount(labels, minlength=count) < SMALL_PIECE
+    if is_small.all() or not is_small.any():
         return np.zeros(len(places), bool)
-    volumes = signed_volumes(places, triangles, labels, count)
-    chosen = np.flatnonzero(small)
-    order = np.argsort(labels, kind="stable")
-    starts = np.searchsorted(labels[order], np.arange(count + 1))
-    boxes = [_box(places[order[starts[piece] : starts[piece + 1]]], spacing) for piece in chosen]
+    vertices = np.flatnonzero(is_small.take(labels))
+    vertices = vertices[np.argsort(labels.take(vertices), kind="stable")]
+    chosen, starts = np.unique(labels.take(vertices), return_index=True)
+    parts = np.split(places.take(vertices, axis=0), starts[1:])
+    triangles = triangles.compress(is_small.take(labels.take(triangles[:, 0])), axis=0)
+    volumes = signed_volumes(places, triangles, labels, count).take(chosen)
+    boxes = [_box(part, spacing) for part in parts]
     check()
     f = values(field, np.concatenate([box.reshape(-1, 3) for box in boxes]))
     ends = np.cumsum([box.size // 3 for box in boxes])[:-1]
     specks = np.zeros(count, bool)
-    for piece, box, inside in zip(chosen, boxes, np.split(f, ends), strict=True):
+    for piece, part, volume, box, inside in zip(
+        chosen, parts, volumes, boxes, np.split(f, ends), strict=True
+    ):
         check()
-        side = float(np.sign(volumes[piece]))
-        middle = places[order[starts[piece] : starts[piece + 1]]].mean(axis=0)
-        specks[piece] = _leads_on(box, side * inside.reshape(box.shape[:3]) < 0, middle)
+        enclosed = np.sign(volume) * inside.reshape(box.shape[:3]) < 0
+        specks[piece] = _leads_on(box, enclosed, part.mean(axis=0))
     return specks[labels]
 
 
