@@ -9,7 +9,7 @@ Fields are `.safetensors` (ours) or `.pth` (the authors') files; strokes are JSO
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -138,8 +138,7 @@ def _fit(options: argparse.Namespace) -> None:
         progress=_show,
     )
     _save(result.field, options)
-    for note in result.report.get("notes", ()):
-        sys.stderr.write(f"\rneural_sculpt_addon: {note}\n")
+    _print_notes(result.report)
     report = {"scale": result.scale, "center": list(result.center), **result.report}
     _finish({"network": str(options.output), **report}, options.report, report)
 
@@ -170,6 +169,8 @@ def _apply(options: argparse.Namespace) -> None:
     if options.mesh:
         mesh_file.write(options.mesh, proxy.extract(field, options.resolution))
         options.written.append(options.mesh)
+    for stroke in reports:
+        _print_notes(stroke)
     report = {"network": str(options.field), "strokes": list(reports)}
     _finish({"network": str(options.output), "strokes": len(strokes)}, options.report, report)
 
@@ -281,6 +282,12 @@ def _show(fraction: float, message: str) -> None:
     if sys.stderr.isatty():
         sys.stderr.write(f"\r{fraction:4.0%} {message:<60.60}")
         sys.stderr.flush()
+
+
+def _print_notes(report: Mapping[str, Any]) -> None:
+    """What a report says in sentences."""
+    for note in report.get("notes", ()):
+        sys.stderr.write(f"\rneural_sculpt_addon: {note}\n")
 
 
 def _finish(summary: dict[str, Any], report_path: Path | None, report: object) -> None:

@@ -39,7 +39,7 @@ def changed_ribbons(
     shown:    share of the old stroke that the surface shows
     strength: share of the new one that it will show
     """
-    wide = PAST_BOTH * max(s.brush.radius * s.largest_factor for s in (old, new))
+    wide = PAST_BOTH * max(s.largest_radius for s in (old, new))
     path, points, normals = _strip(new, wide, lay)
     alike = old.closed == new.closed and np.array_equal(old.points, new.points)
     other = None if alike else _strip(old, wide, lay).path

@@ -45,7 +45,7 @@ def under(point: ArrayLike, strokes: Sequence[Stroke]) -> int | None:
     for number in reversed(range(len(strokes))):
         stroke, middle = strokes[number], _middle(strokes[number])
         images = point @ stroke.images  # (M, 3), turned back
-        reach = stroke.brush.radius * stroke.largest_factor + abs(stroke.brush.intensity)
+        reach = stroke.largest_radius + stroke.largest_intensity
         if np.linalg.norm(images[:, None] - middle, axis=2).min() <= reach:
             return number
     return None

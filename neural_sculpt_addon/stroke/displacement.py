@@ -168,7 +168,7 @@ def _grey(
 
     Along the stroke lengths are in its largest radius, so images are as far apart everywhere.
     """
-    largest = max(stroke.brush.radius * stroke.largest_factor, 1e-9)
+    largest = max(stroke.largest_radius, 1e-9)
     along = (place.u * path.length + place.cosine * place.distance) / largest
     left = place.sine * place.distance / np.maximum(local_radius(stroke, place.u), 1e-9)
     inset = float(stroke.ends is Ends.FLAT and len(path.points) > 1)

@@ -140,7 +140,17 @@ class Stroke:
     @property
     def largest_factor(self) -> float:
         """The largest radius factor."""
-        return 1.0 if self.radius_factors is None else float(self.radius_factors.max())
+        return _largest(self.radius_factors)
+
+    @property
+    def largest_radius(self) -> float:
+        """The radius where the stroke is widest."""
+        return self.brush.radius * self.largest_factor
+
+    @property
+    def largest_intensity(self) -> float:
+        """|intensity| where the stroke is strongest, before profile and modulation."""
+        return abs(self.brush.intensity) * _largest(self.intensity_factors)
 
     @property
     def images(self) -> NDArray[np.float64]:
@@ -275,6 +285,10 @@ def _counts(data: object) -> Counts:
         raise TypeError("no list")
     x, y, z = (reading.integer(count) for count in data)
     return x, y, z
+
+
+def _largest(factors: NDArray[np.float64] | None) -> float:
+    return 1.0 if factors is None else float(factors.max())
 
 
 def _coincide(one: Stroke, other: Stroke) -> bool:

@@ -151,7 +151,7 @@ def _reshaping(on: Preparation, seed: int, number: int, more: int, kind: Kind) -
     stroke = drawn(on, seed, 2 * number, 0, DEEP)
     brush = replace(stroke.brush, radius=radius, intensity=strength)
     stroke = replace(stroke, kind=kind, brush=brush)
-    asked = reshape(pose(on, stroke), silent).goal
+    asked = reshape(pose(on, stroke), silent).goal.after
     away = np.linalg.norm(on.surface.points[:, None] - stroke.points[None], axis=2).min(axis=1)
     still = on.surface.points[(away > radius * 1.1) & (away < NEAR * radius)]
     goal = Goal(asked, still)
@@ -189,6 +189,7 @@ SUBJECT = Subject(
             *("LARGEST_CELLS", "DEPTH", "CLEARED", "CLEAR", "HEAVIER", "STEP_OF_WAY"),
         ),
         "edit.absorption_rows": ("MOVED_PER_SIDE", "KEPT_WEIGHT"),
+        "edit.gone": ("REPAIRS",),
         "edit.patch": ("FINEST_PATCH", "HELD"),
         "edit.brushed": (
             *("CLOSE_ENOUGH.distance", "CLOSE_ENOUGH.slope", "OF_WAY", "REPAIRS"),

@@ -61,6 +61,7 @@ WHY = {
     },
     "how results are measured and reported": {
         "edit.absorb": ("PIECE_CELLS",),
+        "edit.gone": ("CELLS", "FINE_CELLS"),
         "edit.lost": ("LOST", "UNTOLD"),
         "fit.consolidate": ("COMPARED_CELLS", "MEASURE_SAMPLES"),
         "fit.fit_report": (
@@ -72,7 +73,7 @@ WHY = {
             *("FAR", "CREASE", "FLOOR", "TOLERANCE", "OF_HEIGHT", "GAIN", "TURNED"),
             *("ALL_BUT_PARALLEL", "FRESH", "CHAMFER_SAMPLES"),
         ),
-        "problem.reverse": ("MEASURED", "GAP", "GAP_REACH"),
+        "problem.reverse": ("MEASURED", "GAP", "GAP_REACH", "ACROSS", "AROUND"),
         "problem.tube": ("ROWS", "COLUMNS", "FEWEST_COLUMNS"),
     },
     "what is prepared once for all strokes on a field: no case prepares anew": {

@@ -184,6 +184,18 @@ def test_a_pressure_that_is_next_to_none_is_none():
     assert stroke.largest_factor == 0
 
 
+@pytest.mark.parametrize("factors", [None, [0.5, 3.0, 0.0]])
+def test_the_largest_radius_and_intensity_are_those_that_are_pressed(factors):
+    most = 1 if factors is None else 3
+    words = {} if factors is None else {"radius_factors": factors, "intensity_factors": factors}
+    points = [[0, 0, 0.5], [0.1, 0, 0.5], [0.2, 0, 0.5]]
+    stroke = Stroke.from_json(
+        {**PLAIN, "points": points, "radius": 0.02, "intensity": -0.1, **words}
+    )
+    assert stroke.largest_radius == pytest.approx(most * 0.02)
+    assert stroke.largest_intensity == pytest.approx(most * 0.1)
+
+
 def test_the_least_radius_of_the_panel_is_a_stroke():
     assert Stroke.from_json({**PLAIN, "radius": float(np.float32(0.001))}).brush.radius > 0
 

@@ -31,6 +31,7 @@ from ..mesh.pieces import components
 from ..mesh.proxy import extract
 from ..projection import find_surface, project
 from .absorption import Absorption
+from .gone import find_gone, take_away
 from .lost import lost
 from .patch import Patch, bent, finest_level
 
@@ -65,7 +66,7 @@ def absorb(
 ) -> Absorbed:
     """The `field` after its proxy became `vertices` (V, 3) and `triangles` (F, 3).
 
-    SculptError when the proxy has left the box, has no inside, or was not moved at all.
+    SculptError when the proxy has left the box, has no inside, or is all where it was.
     """
     start = time.monotonic()
     rng = np.random.default_rng(seed)
@@ -74,16 +75,37 @@ def absorb(
     moved = find_moved(field, mesh.vertices, mesh.triangles)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = bent(mesh.vertices, mesh.triangles.astype(np.int32), moved)
+    gone = find_gone(field, patch, sub_progress(progress, 0.3, 0.35))
+    if not moved.any() and not gone:
+        raise SculptError(
+            "Nothing of the proxy was moved, so there is nothing to absorb. Deleted faces come back"
+            " with Remesh Proxy."
+        )
 
     def signed(points: Array, *_: NDArray) -> NDArray[np.float64]:
         return distance(points.astype(float)).value
 
     finest = finest_level(mesh.corners[moved[mesh.triangles].all(axis=1)])
-    share = sub_progress(progress, 0.3, 0.8)
-    layer = Absorption(field, patch, signed, finest, rng, share).layer
-    done = field.plus(layer)
-    report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
-    return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
+    share = sub_progress(progress, 0.35, 0.8)
+    solution = Absorption(field, patch, signed, finest, rng, share, gone=gone)
+    return finished(field, solution, patch, gone, start, sub_progress(progress, 0.8, 1.0))
+
+
+def finished(
+    field: Field,
+    solution: Absorption,
+    patch: Patch,
+    gone: list[Array],
+    start: float,
+    progress: Progress,
+) -> Absorbed:
+    """What a solution makes of the `field`; it has taken since `start`."""
+    notes = take_away(field, solution, patch, gone, progress)
+    done = field.plus(solution.layer)
+    report = measure(done, patch, progress)
+    if notes:
+        report["notes"] = [*report.get("notes", ()), *notes]
+    return Absorbed(done, solution.layer, report | {"seconds": time.monotonic() - start})
 
 
 def _in_place(mesh: CleanMesh) -> CleanMesh:
@@ -103,22 +125,20 @@ def refuse_outside(vertices: NDArray[np.floating]) -> None:
 
 
 def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[np.bool_]:
-    """The vertices (V,) that are off the zero level, and their neighbours. SculptError when none
-    is."""
+    """The vertices (V,) that are off the zero level, and their neighbours."""
     moved = np.abs(values(field, vertices)) > FLATTEST * MOVED
     moved[moved] = find_surface(field, vertices[moved]).distance > MOVED
-    if not moved.any():
-        raise SculptError("The proxy is as the field made it; there is nothing to absorb.")
     moved[triangles[moved[triangles].any(axis=1)]] = True
     return moved
 
 
 def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
     """How close the zero level came to what was moved, see `Absorbed`."""
-    points = patch.points[patch.moved]
+    some = patch.where(patch.moved) if patch.moved.any() else patch  # where only pieces are gone
+    points = some.points
     found = project(field, points)
     return {
-        **deviation(found, points, unit(patch.gradients[patch.moved])),
+        **deviation(found, points, unit(some.gradients)),
         **lost(points, np.linalg.norm(found.points - points, axis=1)),
         "components": components(extract(field, PIECE_CELLS, progress)),
     }

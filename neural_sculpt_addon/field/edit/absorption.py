@@ -8,7 +8,7 @@ section 6.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -24,13 +24,16 @@ from ..fit.fit_detail import (
     DAMPED,
     EMPTY_WEIGHT,
     FIT_COARSEST,
+    HEAVIER_RINGS,
     ITERATIONS,
     MISSED_SHARE,
+    ROW_REACH,
+    SIDE_CLEARANCE,
     SIDE_WEIGHT,
     SLOPE_WEIGHT,
 )
 from ..geometry import search_tree, unit
-from ..levels import Coefficients, Level, cells_of, dilated, linear, quantised, spacing
+from ..levels import Coefficients, Level, cells_of, dilated, distinct, linear, quantised, spacing
 from ..mesh.pieces import Islands
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
@@ -46,7 +49,8 @@ inside would stand a few cells from the zeros of the new surface: f would swing 
 leave crumbs."""
 
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
-"""Level on which islands are taken away, how far in its cells, and the weight of that."""
+"""Level on which islands are taken away, how far in its cells, and the weight of that, and of rows
+that came out on the wrong side."""
 
 STEP_OF_WAY = 0.7  # of h, between places on the way of a vertex
 
@@ -85,6 +89,7 @@ class Absorption:
         progress: Progress = silent,
         origins: Array | None = None,
         closely: Closely | None = None,
+        gone: Sequence[Array] = (),
     ) -> None:
         """Solve it, from the coarsest level to the finest.
 
@@ -92,6 +97,7 @@ class Absorption:
         finest:    level
         origins:   (M, 3) where the moved points were; projected onto the field unless given
         closely:   where finer levels come; everywhere without it
+        gone:      points (K, 3) of pieces of the old surface that shall be none any more
         """
         self._check = partial(progress, 0.5, "Absorbing")
         self._check()
@@ -101,15 +107,19 @@ class Absorption:
         there = field.sample(moved)
         on_way = between[len(moved) : -len(moved)]  # from there to where the field is 0
         passed = np.append(there.f, values(field, on_way))
-        deepest = max(float(np.abs(passed).max()), DEPTH * spacing(FIT_COARSEST))
+        deepest = max(float(np.abs(passed).max(initial=0)), DEPTH * spacing(FIT_COARSEST))
         coarsest = max(math.floor(math.log2(DEPTH / deepest)), LARGEST_CELLS)
         if coarsest < FIT_COARSEST:
             within = np.array([[-1.0] * 3, [1.0] * 3]) if origins is None else between
             between = _changed(field, signed, within)
+        for piece in gone:
+            between = np.concatenate([between, piece, _changed(field, signed, piece)])
         everywhere = range(coarsest, 1 + (finest if closely is None else FIT_COARSEST))
         asked = TargetDistance(field, signed, patch)
         self._rows, nodes = first_rows(asked, there, everywhere, spacing(finest), between, rng)
         self._points = patch.points
+        for piece in gone:
+            self._add_around(asked, piece, SIDE_WEIGHT)
         if closely is not None:
             self._add_samples(
                 asked, closely.between(nodes[FIT_COARSEST], FIT_COARSEST), spacing(finest), rng
@@ -117,6 +127,8 @@ class Absorption:
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < FIT_COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
+            if level == FIT_COARSEST and (gone or coarsest < level):
+                self._add_wrong_side(level)
         for level in range(everywhere.stop, finest + 1):
             assert closely is not None
             missed = _missed(self._rows, level, closely.tolerance)
@@ -193,6 +205,20 @@ class Absorption:
         self._detail.add_value(torch.from_numpy(points), added)
         self._rows.add(points, target, target - value - added.numpy(), weight)
 
+    def _add_wrong_side(self, level: int) -> None:
+        """Rows that came out on the wrong side weigh more, and a level is solved around them: where
+        larger cells reach farther than its own, and in pieces that are gone."""
+        rows, h = self._rows, spacing(level)
+        value = (rows.targets - rows.residuals) * np.sign(rows.targets)
+        wrong = (np.abs(rows.targets) > ROW_REACH * h) & (value < SIDE_CLEARANCE * h)
+        if not wrong.any():
+            return
+        rows.weights[wrong] *= HEAVIER
+        near = distinct(cells_of(rows.points[wrong], level), level)
+        for _ in range(HEAVIER_RINGS):
+            near = dilated(near, level)
+        self._add(level, near)
+
     def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""
         found = solve_level(level, nodes, self._rows, self._check, ITERATIONS, damped)
@@ -216,7 +242,7 @@ def _missed(rows: Rows, level: int, tolerance: Tolerance) -> NDArray[np.int32]:
 def _ways(points: Array, origins: Array) -> Array:
     """Points (K, 3) on the straight ways of `points` (N, 3) to where they were."""
     way = origins - points
-    longest = float(np.linalg.norm(way, axis=1).max())
+    longest = float(np.linalg.norm(way, axis=1).max(initial=0))
     steps = max(int(np.ceil(longest / (STEP_OF_WAY * spacing(FIT_COARSEST)))), 1)
     return np.concatenate(
         [points + np.float32(part) * way for part in np.linspace(0, 1, steps + 1)]

@@ -26,7 +26,7 @@ from ..fit.fit_detail import (
     among,
 )
 from ..geometry import search_tree, unit
-from ..levels import cells_of, centres, children, dilated, linear, places
+from ..levels import cells_of, centres, children, dilated, linear, places, spacing
 from ..solve.spline_system import Rows
 from .patch import Patch
 
@@ -45,8 +45,9 @@ for which of them (N,) it is to be exact: of the others only the sign counts."""
 class TargetDistance:
     """What the field shall be off the surface.
 
-    The signed distance where the moved surface is nearest or the side has changed; elsewhere what
-    the field was.
+    The signed distance where the moved surface is nearest; where the side has changed else, as in a
+    piece that is gone, no more of it than a usual cell, for around that the field stays small;
+    elsewhere what the field was.
     """
 
     def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
@@ -58,7 +59,9 @@ class TargetDistance:
         value = values(self.field, points)
         near = self.patch.moved[self._tree.query(points)[1]]
         truth = np.asarray(self._signed(points, value, near))
-        target = np.where(near | ((truth < 0) != (value < 0)), truth, value)
+        h = spacing(FIT_COARSEST)
+        changed = np.where((truth < 0) != (value < 0), truth.clip(-h, h), value)
+        target = np.where(near, truth, changed)
         return target.astype(np.float32), value
 
 

@@ -34,8 +34,9 @@ from ..fit.mesh_distance import MeshDistance
 from ..mesh.edges import find_edges
 from ..mesh.proxy import Proxy, extract
 from ..projection import project
-from .absorb import Absorbed, find_moved, measure
+from .absorb import Absorbed, find_moved, finished
 from .absorption import Absorption
+from .gone import find_gone
 from .patch import Patch
 
 BLEND_CELLS, BLEND_FINEST = 256, 7
@@ -147,16 +148,20 @@ def combine(
         preview(_extract(both, preview_cells, sub_progress(progress, 0.0, 0.1)))
     mesh = _extract(both, BLEND_CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
+    gone = find_gone(field, patch, sub_progress(progress, 0.4, 0.45))
+    if not patch.moved.any() and not gone:
+        raise SculptError(
+            "This Boolean changes nothing: the other object adds nothing to the field, and takes"
+            " nothing away. Move it, or choose another operation."
+        )
 
     def signed(points: NDArray[np.float32], *_: NDArray[Any]) -> NDArray[np.float32]:
         return values(both, points)
 
     rng = np.random.default_rng(0)
-    share = sub_progress(progress, 0.4, 0.8)
-    layer = Absorption(field, patch, signed, BLEND_FINEST, rng, share).layer
-    done = field.plus(layer)
-    report = measure(done, patch, sub_progress(progress, 0.8, 1.0))
-    return Absorbed(done, layer, report | {"seconds": time.monotonic() - start})
+    share = sub_progress(progress, 0.45, 0.8)
+    solution = Absorption(field, patch, signed, BLEND_FINEST, rng, share, gone=gone)
+    return finished(field, solution, patch, gone, start, sub_progress(progress, 0.8, 1.0))
 
 
 @dataclass(frozen=True)

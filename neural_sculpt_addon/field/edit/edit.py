@@ -15,12 +15,12 @@ from typing import Any
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, rising, silent, sub_progress
+from ...common.text import Text
 from ...stroke.stroke import Kind, Stroke
 from ..field import Field
 from ..levels import Coefficients, spacing, support
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, extract, update
-from ..mesh.surface import Samples
 from ..problem import metrics
 from ..problem.pose import pose
 from ..problem.prepare import CELLS, Preparation, prepare
@@ -32,6 +32,12 @@ from .reshape import reshape
 
 REPAIRS = 8
 """How often at most islands are looked for and solved away."""
+
+
+LEAVES_BOX = Text(
+    "The stroke leaves the box of the field and is cut off there. Lower it, or make a new field of"
+    " the proxy (Neural Field from Mesh), which has room around it."
+)
 
 
 class Solver(StrEnum):
@@ -47,8 +53,7 @@ class Edit:
     """What one stroke made of a field.
 
     layer:   the detail that it added; None of a solver that changes the network
-    goal:    the surface that was asked for, of a stroke that reshapes what is there
-    height:  the longest way to it
+    goal:    what was asked for, of a stroke that reshapes what is there
     seconds: from the stroke's end to the new field, without its proxy
     """
 
@@ -58,8 +63,7 @@ class Edit:
     layer: Coefficients | None
     proxy: Proxy
     seconds: float
-    goal: Samples | None = None
-    height: float = 0.0
+    goal: metrics.Goal | None = None
 
     @cached_property
     def preparation(self) -> Preparation:
@@ -82,10 +86,11 @@ class Edit:
             measures = metrics.measure(problem, self.field, self.proxy, reached, cell, tell)
         else:
             measures = metrics.measure_goal(
-                problem, self.field, self.proxy, reached, cell, self.goal, self.height, tell
+                problem, self.field, self.proxy, reached, cell, self.goal, tell
             )
         if chamfer and self.goal is None:
             measures |= metrics.chamfer(problem, self.field, self.proxy)
+        notes = [LEAVES_BOX] if measures.get("outside") else []
         return {
             "stroke": problem.stroke.name,
             "solver": self.solver.value,
@@ -94,6 +99,7 @@ class Edit:
             "limited": self._is_limited,
             "widths": list(self.field.network.widths),
             **measures,
+            **({"notes": notes} if notes else {}),
         }
 
     @property
@@ -148,10 +154,10 @@ def _reshape(problem: Problem, solver: Solver, started: float, progress: Progres
             problem.stroke.kind,
             solver,
         )
-    (preparation, layer, *_), goal, height = reshape(problem, progress)
+    (preparation, layer, *_), goal = reshape(problem, progress)
     seconds = time.perf_counter() - started
     field, proxy = preparation.field, preparation.proxy
-    return Edit(problem, solver, field, layer, proxy, seconds, goal, height)
+    return Edit(problem, solver, field, layer, proxy, seconds, goal)
 
 
 def _sculpt_detail(problem: Problem, started: float, progress: Progress) -> Edit:

@@ -20,6 +20,7 @@ from ..evaluate import normals
 from ..geometry import unit
 from ..mesh.refinement.subdivide import divide
 from ..mesh.surface import Samples
+from ..problem.metrics import Goal
 from ..problem.placement import PlacedStroke
 from ..problem.problem import Problem, coarse
 from ..projection import ARRIVED, project
@@ -39,11 +40,10 @@ RINGS = 2  # of triangles around those that move
 
 
 class Reshaped(NamedTuple):
-    """The field after the stroke, and the surface that was asked for, where it was to move."""
+    """The field after the stroke, and what was asked for."""
 
     stroke: AbsorbedStroke
-    goal: Samples
-    height: float  # the longest way
+    goal: Goal
 
 
 def reshape(problem: Problem, progress: Progress) -> Reshaped:
@@ -59,7 +59,7 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
     for one in problem.placed:
         problem.check()
         share = displace(*one, surface.points, upright).amount
-        radius = one.stroke.brush.radius * one.stroke.largest_factor
+        radius = one.stroke.largest_radius
         there = goals(one.stroke.kind, one.path, radius, surface, triangles) - points
         wins = np.abs(share) > largest
         way[wins], largest[wins] = share[wins, None] * there[wins], np.abs(share[wins])
@@ -78,12 +78,8 @@ def reshape(problem: Problem, progress: Progress) -> Reshaped:
     used, corners = np.unique(triangles[chosen], return_inverse=True)
     brushed = Brushed(surface.points[used], after[used], corners.reshape(-1, 3).astype(np.int32))
     done = absorb_brushed(problem.preparation, brushed, seed=problem.seed, progress=progress)
-    turned = _normals(after, triangles)
-    return Reshaped(
-        done,
-        Samples(after[moves], turned[moves]),
-        float(np.linalg.norm(after - surface.points, axis=1).max()),
-    )
+    asked = Samples(after, _normals(after, triangles))
+    return Reshaped(done, Goal(surface.where(moves), asked.where(moves)))
 
 
 def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
@@ -95,9 +91,7 @@ def _patch(problem: Problem) -> tuple[Samples, NDArray[np.int64]]:
     )
     if not len(used):
         raise SculptError("There is no surface under the stroke. Draw it on the field.")
-    usual = min(
-        FINE_EDGE * one.stroke.brush.radius * one.stroke.largest_factor for one in problem.placed
-    )
+    usual = min(FINE_EDGE * one.stroke.largest_radius for one in problem.placed)
 
     def excess(one: _Places, other: _Places) -> NDArray[np.floating]:
         finest = field.detail.finest_at((one.points + other.points) / 2)
@@ -126,7 +120,7 @@ class _Places(NamedTuple):
 def _near(problem: Problem, one: PlacedStroke) -> NDArray[np.bool_]:
     """Which vertices (V,) of the proxy are around a path, on its side of thin parts."""
     proxy, cell = problem.preparation.proxy, problem.preparation.spacing
-    radius = one.stroke.brush.radius * one.stroke.largest_factor
+    radius = one.stroke.largest_radius
     reach = max(SURROUNDINGS * radius, radius + RINGS * cell)
     distance, nearest = KDTree(one.path.points).query(proxy.vertices, distance_upper_bound=reach)
     near = np.isfinite(distance)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The proxy: the triangle mesh that stands for a field in the scene (docs/method.md, section 8).
 
-    active cells -> marching cubes -> tangential relaxation -> Newton step onto f = 0 -> untangling
+    active cells -> marching cubes -> tangential relaxation -> Newton steps onto f = 0 -> untangling
 
 Marching cubes leaves some 6 % slivers, triangles below 5 degrees: moving each vertex in its tangent
-plane towards the mean of its neighbours removes them. One Newton step then brings the vertices to
-within 1e-5 of the surface, and its gradients are the normals. Triangles that are turned over then
-are turned back.
+plane towards the mean of its neighbours removes them. Newton steps then bring the vertices to
+within 1e-5 of the surface, and the last gradients are the normals. Triangles that are turned over
+then are turned back.
 
 `extract` does so from nothing; `update` after an edit, and only in the cells that the edit reached:
 nothing else of the field has changed. `sketch` stops after marching cubes.

@@ -38,7 +38,7 @@ def has_cliffs(placed: Sequence[PlacedStroke], mesh: SurfaceMesh, check: Check) 
     points, normals = (array[edges] for array in mesh.vertices)  # (E, 2, 3)
     shift = shifts[edges]
     stroke = placed[0].stroke
-    shortest = FINE_EDGE * SHORTEST * stroke.brush.radius * stroke.largest_factor
+    shortest = FINE_EDGE * SHORTEST * stroke.largest_radius
     longest = np.linalg.norm(points[:, 1] - points[:, 0], axis=1).max(initial=0)
     for _ in range(int(math.log2(max(longest / shortest, 1)))):
         high = np.linalg.norm(shift[:, 1] - shift[:, 0], axis=1) > CLIFF * shortest
@@ -59,7 +59,7 @@ def displacements(placed: Sequence[PlacedStroke], surface: Samples, check: Check
     width = 3 if placed[0].stroke.direction is Direction.STROKE else 1
     farthest, shifts = np.zeros(len(surface.points)), np.zeros((len(surface.points), width))
     for one in placed:
-        low, high = one.path.box(one.stroke.brush.radius * one.stroke.largest_factor)
+        low, high = one.path.box(one.stroke.largest_radius)
         some = np.flatnonzero(((surface.points > low) & (surface.points < high)).all(axis=1))
         there = surface.where(some)
 

@@ -197,7 +197,7 @@ def close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def _box(one: PlacedStroke) -> tuple[Array, Array]:
     """Least and greatest coordinates (3,) of what lies within MEASURED_RADII of a path."""
-    margin = MEASURED_RADII * one.stroke.brush.radius * one.stroke.largest_factor
+    margin = MEASURED_RADII * one.stroke.largest_radius
     return one.path.box(margin)
 
 

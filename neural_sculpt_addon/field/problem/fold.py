@@ -157,10 +157,10 @@ class SweptVolume:
 
         def wind(part: slice) -> NDArray[np.float64]:
             place = points[part].astype(float)
-            halves = [
-                np.asarray(half.winding_number(place, ACCURACY_SCALE)) for half in self._trees
-            ]
-            return np.sum(halves, axis=0)
+            total = np.zeros(len(place))
+            for half in self._trees:
+                total += half.winding_number(place, ACCURACY_SCALE)
+            return total
 
         return in_pieces(wind, len(points), self._check, light=True, size=WOUND)
 

@@ -22,6 +22,7 @@ reverse  distance of the edited proxy under the stroke from the displaced surfac
 height   largest |d| of the samples
 gain     share of the asked displacement that was reached: sum t d / sum d^2 with t, the
          displacement along n that was
+outside  share of the samples that shall be out of the box, where the field ends
 rim      distance of unedited samples of the rim from the edited zero set
 drift    the same for far samples
 untouched_normal  angle between the normals of far samples before and after, degrees: root mean
@@ -30,8 +31,8 @@ normal   angle between grad f at the tube samples, brought to the edited zero se
          of the displaced surface, degrees
 gradient mean | |grad f| - 1 | over the tube samples, after the edit
 components  connected pieces of the proxy before and after
-tolerance_met  tube_p95 and reverse_p95 below `tolerance`, gain at least GAIN, untouched_normal_rms
-         at most TURNED, no piece more or less
+tolerance_met  tube_p95 and reverse_p95 below `tolerance`, gain at least GAIN, nothing outside,
+         untouched_normal_rms at most TURNED, no piece more or less
 chamfer  mean distance of 100,000 samples of either surface to the nearest sample of the other, both
          directions added (paper, table 2), and the same between two samplings of the target: the
          noise floor, below which nothing can be told
@@ -40,7 +41,7 @@ The distance of a point from the zero set is the way that projection moves it; w
 not arrived, it is at least the first-order estimate |f| / |grad f|.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
@@ -74,6 +75,13 @@ FRESH = 1  # a stream of random numbers of its own
 CHAMFER_SAMPLES = 100_000  # as in the paper; the noise floor falls with their square root
 
 Array = NDArray[np.floating[Any]]
+
+
+class Goal(NamedTuple):
+    """What a stroke that reshapes asks for: samples (N,) of the surface that it moves."""
+
+    before: Samples
+    after: Samples
 
 
 def measure(
@@ -112,13 +120,14 @@ def measure(
     regions = _regions(problem, (tubes, swept), cell)
     elsewhere = _elsewhere(problem, edited, proxy, reached, regions)
     progress(0.8, MEASURING)
-    reverse = reverse_distance(problem, tubes, swept, proxy)
+    reverse = reverse_distance(problem, tubes, swept, edited, proxy)
     measures = {
         **_summary("tube", found.distance[core], mean="mean", p95=95, max="max"),
         **_summary("cap", found.distance[cap], mean="mean", p95=95, max="max"),
         **_summary("reverse", reverse, mean="mean", p95=95, max="max"),
         "height": float(height),
-        "gain": _gain(edited, surface, target, displacement.amount),
+        "gain": _gain(edited, surface.normals, target.points, displacement.amount),
+        "outside": float((np.abs(target.points) > 1).any(axis=1).mean()),
         **elsewhere,
         "normal_deg": float(turned.mean()),
         "gradient": float(np.abs(found.slope[core] - 1).mean()),
@@ -133,27 +142,29 @@ def measure_goal(
     proxy: Proxy,
     reached: NDArray[np.int32] | None,
     cell: float,
-    goal: Samples,
-    height: float,
+    goal: Goal,
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """The measures of a stroke that reshapes what is there; the tube is the `goal`, the surface
-    asked for where the stroke moves it, and `height` the longest way. Others as of `measure`."""
+    """The measures of a stroke that reshapes what is there; the tube is what its `goal` asks for,
+    and the height the longest way there. Others as of `measure`."""
     progress(0.0, MEASURING)
+    before, after = goal
+    way = after.points - before.points
+    height = float(np.linalg.norm(way, axis=1).max())
     found = in_pieces(
-        lambda part: find_surface(edited, goal.points[part]), len(goal.points), problem.check
+        lambda part: find_surface(edited, after.points[part]), len(way), problem.check
     )
     progress(0.4, MEASURING)
     measures = {
         **_summary("tube", found.distance, mean="mean", p95=95, max="max"),
         "height": height,
-        "gain": 1.0,
+        "gain": _gain(edited, after.normals, after.points, (way * after.normals).sum(axis=1)),
         **_elsewhere(problem, edited, proxy, reached, _regions(problem)),
-        "normal_deg": float(angles(found.normals, goal.normals).mean()),
+        "normal_deg": float(angles(found.normals, after.normals).mean()),
         "gradient": float(np.abs(found.slope - 1).mean()),
         "tolerance": max(min(TOLERANCE, OF_HEIGHT * height), FLOOR * cell),
     }
-    return {**measures, "tolerance_met": _is_met({**measures, "reverse_p95": None})}
+    return {**measures, "tolerance_met": _is_met({**measures, "reverse_p95": None, "outside": 0.0})}
 
 
 def _regions(
@@ -203,6 +214,7 @@ def _is_met(measures: dict[str, Any]) -> bool:
     return (
         all((measures[name] or 0.0) < measures["tolerance"] for name in ("tube_p95", "reverse_p95"))
         and measures["gain"] >= GAIN
+        and measures["outside"] == 0
         and measures["untouched_normal_rms"] <= TURNED
         and measures["components_before"] == measures["components_after"]
     )
@@ -225,14 +237,16 @@ def _moved(
     return distance, turned
 
 
-def _gain(edited: Field, surface: Samples, target: Samples, amount: Array) -> float:
-    """Share of the displacement `amount` (N,) of surface samples that the edited field reached; all
-    of none.
+def _gain(
+    edited: Field, along: NDArray[np.float32], target: NDArray[np.float32], amount: Array
+) -> float:
+    """Share that the edited field reached of the displacement `amount` (N,) of surface samples to
+    their `target` (N, 3); all of none. Both are measured `along` unit vectors (N, 3).
 
     What is missing along n is f / |grad f| at the target, by the cosine of both normals.
     """
-    value, gradient = values_and_gradients(edited, target.points)
-    slope = np.einsum("ij,ij->i", gradient, surface.normals)
+    value, gradient = values_and_gradients(edited, target)
+    slope = np.einsum("ij,ij->i", gradient, along)
     missing = value / np.where(np.abs(slope) < ALL_BUT_PARALLEL, ALL_BUT_PARALLEL, slope)
     reached = amount - np.clip(missing, -np.abs(amount), np.abs(amount))
     asked = float((amount**2).sum())

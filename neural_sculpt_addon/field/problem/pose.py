@@ -17,7 +17,7 @@ from ..threads import join
 from .fold import crossings
 from .placement import PlacedStroke, place_stroke
 from .prepare import Preparation
-from .problem import Problem, coarse
+from .problem import Problem, coarse, coarse_level
 from .tube import COLUMNS, ROWS, sample_tube
 
 GUIDING = ROWS // 4, COLUMNS // 4
@@ -33,7 +33,7 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
     """
     if not stroke.largest_factor:
         raise SculptError("The stroke has no width: its pressure is zero. Draw it again.")
-    if (radius := stroke.brush.radius * stroke.largest_factor) < LEAST_RADIUS:
+    if (radius := stroke.largest_radius) < LEAST_RADIUS:
         raise SculptError(
             "With its pressure the stroke has a radius of {}; the least is 0.001. Use a"
             " larger radius, or press harder.",
@@ -48,12 +48,17 @@ def pose(preparation: Preparation, stroke: Stroke, check: Check = go_on) -> Prob
 
 
 def _guide(field: Field, placed: Sequence[PlacedStroke], check: Check) -> Field:
-    """Whose normals the surface is displaced along: the field's, or, where the displaced surface
-    would run through itself then, those without fine detail."""
+    """Whose normals the surface is displaced along: the field's, or, where it has fine detail and
+    the displaced surface would run through itself then, those without that.
+
+    Detail elsewhere tells nothing: a layer depends on those alone that it touches.
+    """
     other = coarse(field, placed[0].stroke)
     if other.detail.levels == field.detail.levels:
         return field
     tubes = [sample_tube(field, *one, *GUIDING, check=check) for one in placed]
-    if not crossings(field, *join([(t.surface, t.target) for t in tubes]), check).any():
+    before, after = join([(tube.surface, tube.target) for tube in tubes])
+    is_fine = field.detail.finest_at(before.points) > coarse_level(placed[0].stroke)
+    if not is_fine.any() or not crossings(field, before, after, check).any():
         return field
     return other

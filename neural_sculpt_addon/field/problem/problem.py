@@ -51,10 +51,14 @@ MOST_UNDER = 40_000  # of that mesh, about
 INNER = 0.95  # radii, within which a tube without gaps has samples
 
 
+def coarse_level(stroke: Stroke) -> int:
+    """The finest level of detail that is not fine for the stroke."""
+    return round(-math.log2(GUIDED * stroke.largest_radius))
+
+
 def coarse(field: Field, stroke: Stroke) -> Field:
     """The field without detail that is fine for the stroke."""
-    radius = stroke.brush.radius * stroke.largest_factor
-    return replace(field, detail=field.detail.up_to(round(-math.log2(GUIDED * radius))))
+    return replace(field, detail=field.detail.up_to(coarse_level(stroke)))
 
 
 class DisplacedTubes(NamedTuple):
@@ -284,12 +288,15 @@ class Problem:
     @cached_property
     def folded(self) -> Folded:
         """The surface asked for where the displaced surface runs through itself or has cliffs."""
-        proxy, whole = self.preparation.proxy, self.preparation.mesh
-        touched = self.covered[whole.triangles].any(axis=1)
+        proxy, whole, stroke = self.preparation.proxy, self.preparation.mesh, self.stroke
+        covered = self.covered.copy()
+        if not covered.any():  # thinner than a triangle is wide
+            paths = np.concatenate([one.path.points for one in self.placed])
+            covered[search_tree(proxy.vertices).query(paths)[1]] = True
+        touched = covered[whole.triangles].any(axis=1)
         under, held = whole.where(touched), whole.where(~touched)
         times = self._finer(under)
         if times > 1:
-            stroke = self.stroke
             reach = stroke.largest_factor + 2 * self.preparation.spacing / stroke.brush.radius
 
             def is_near(points: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -302,7 +309,7 @@ class Problem:
             under,
             held,
             lambda surface: self.copies.move(surface)[0],
-            self.stroke.brush.radius * self.stroke.largest_factor,
+            stroke.largest_radius,
             self.check,
         )
 

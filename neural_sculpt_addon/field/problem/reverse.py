@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ...common.progress import Check
+from ..field import Field
 from ..geometry import search_tree
+from ..mesh.local_extraction import extract_near
 from ..mesh.proxy import Proxy
 from ..mesh.surface import Samples
 from ..threads import SEARCHED, in_pieces, join
 from .fold import SweptVolume
 from .placement import PlacedStroke
-from .problem import Problem
+from .problem import TIMES_AS_FINE, Problem
 from .tube import Tube
 
 MEASURED = 0.95
@@ -29,23 +31,55 @@ GAP, GAP_REACH = 1.5, 2.0
 """Cells of the proxy: how far from a tube's samples a gap begins (see `Problem.gaps`), and how far
 the samples in a gap count."""
 
+ACROSS = 0.5
+"""Radii: cells of the mesh whose vertices are measured, if larger ones than those of the proxy."""
+
+AROUND = 2.0
+"""Cells of the proxy around the displaced surface in which a finer mesh is made."""
+
 Array = NDArray[np.floating[Any]]
 
 
 def reverse_distance(
-    problem: Problem, tubes: list[Tube], swept: SweptVolume | None, proxy: Proxy
+    problem: Problem, tubes: list[Tube], swept: SweptVolume | None, edited: Field, proxy: Proxy
 ) -> Array:
-    """Distance (N,) of the edited proxy's vertices near the stroke from the displaced surface.
+    """Distance (N,) of the edited surface near the stroke from the displaced one, at vertices of
+    its proxy.
 
     tubes, swept: as of `Problem.displaced_tubes`
     """
+    points = np.concatenate([proxy.vertices, _between(problem, tubes, edited, proxy)])
     if swept is None and not problem.is_over_relief:
-        return _from_tubes(problem, tubes, proxy)
-    return _at_folds(problem, tubes, proxy)
+        return _from_tubes(problem, tubes, points)
+    return _at_folds(problem, tubes, points)
 
 
-def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
-    """Distance of the edited proxy's vertices near the stroke from the displaced surface.
+def _between(
+    problem: Problem, tubes: list[Tube], edited: Field, proxy: Proxy
+) -> NDArray[np.float32]:
+    """Points (N, 3) of the edited surface near a stroke that is so thin that few vertices of the
+    proxy are, or none: those of a finer mesh."""
+    cell, radius = problem.preparation.spacing, problem.stroke.largest_radius
+    times = next(
+        (times for times in TIMES_AS_FINE if cell / times < ACROSS * radius), max(TIMES_AS_FINE)
+    )
+    if times == 1:
+        return np.empty((0, 3), np.float32)
+    asked = np.concatenate([tube.target.points for tube in tubes])
+    tree = search_tree(asked)
+
+    def is_near(points: NDArray[np.float32]) -> NDArray[np.bool_]:
+        return np.isfinite(tree.query(points, distance_upper_bound=AROUND * cell)[0])
+
+    start = np.concatenate([asked, proxy.vertices[is_near(proxy.vertices)]])
+    return extract_near(
+        edited, start, is_near, proxy.active.cells, times, problem.check
+    ).vertices.points
+
+
+def _from_tubes(problem: Problem, tubes: list[Tube], points: NDArray[np.float32]) -> Array:
+    """Distance of those of the edited surface's `points` (P, 3) that are near the stroke from the
+    displaced surface.
 
     A vertex belongs to the tube that has the nearest sample of the whole target surface, if one
     has, unless the triangle nearest to it lies at the tube's border, beyond which there is none. In
@@ -63,7 +97,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     for number, (one, tube) in enumerate(zip(problem.placed, tubes, strict=True)):
         triangles = tube.triangles()
         problem.check()
-        vertices = proxy.vertices[_close(one, proxy.vertices)].astype(float)
+        vertices = points[_close(one, points)].astype(float)
         problem.check()
         nearest = tree.query(vertices)[1]
         vertices = vertices[np.searchsorted(ends, nearest, side="right") == number]
@@ -84,7 +118,7 @@ def _from_tubes(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     return np.concatenate([*distances, np.empty(0)])
 
 
-def _at_folds(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
+def _at_folds(problem: Problem, tubes: list[Tube], points: NDArray[np.float32]) -> Array:
     """Distance as of `_from_tubes`, where the displaced surface runs through itself or has cliffs,
     and over relief.
 
@@ -92,7 +126,7 @@ def _at_folds(problem: Problem, tubes: list[Tube], proxy: Proxy) -> Array:
     displaced part of that is nearest, and those in the swept volume: a film that is left where a
     sheet was carved away counts, however near it is to untouched surface.
     """
-    vertices = proxy.vertices[_near(problem, proxy.vertices)]
+    vertices = points[_near(problem, points)]
     surface, triangles, displaced = _asked_at_folds(problem, tubes)
     if not len(vertices) or not len(triangles):
         return np.empty(0)
@@ -135,7 +169,7 @@ def _near(problem: Problem, points: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 def _close(one: PlacedStroke, points: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Which of points (N, 3) may be of what a copy of the stroke displaced, or beside it."""
-    reach = 2 * (one.stroke.brush.radius + abs(one.stroke.brush.intensity))
+    reach = 2 * (one.stroke.largest_radius + one.stroke.largest_intensity)
     away = KDTree(one.path.points).query(points, distance_upper_bound=reach)[0]
     return np.isfinite(away)
 

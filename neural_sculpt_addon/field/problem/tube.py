@@ -171,7 +171,7 @@ def _grid(
 
     A very long path has more rows and fewer columns; round ends have rows of their own.
     """
-    radius = reach * stroke.brush.radius * stroke.largest_factor
+    radius = reach * stroke.largest_radius
     longer = path.length / rows / (2 * radius / columns * LONGEST_CELL)
     if longer > 1:
         rows = round(rows * longer**0.5)

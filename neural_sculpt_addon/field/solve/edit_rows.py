@@ -11,8 +11,8 @@ around    f(x) = signed distance     in the middle of each active cell, and of c
 The middle of a cell is where its node is: a spline is far better determined there than by random
 points, between which it can swing. The distance is that from the plane of the nearest sample, or,
 beyond a crease, from the sample. Where the displaced surface runs through itself, winding numbers
-tell the sides (see `fold`), and it is the distance from the triangles asked for: at most a cell, or
-f0 where its side stays. Model space.
+tell the sides (see `fold`), and it is the distance from the triangles asked for: at most two cells,
+or f0 where its side stays. Model space.
 """
 
 import numpy as np

@@ -287,7 +287,7 @@ def _in_company(cells: NDArray[np.int32], level: int) -> NDArray[np.int32]:
 def _sample(problem: Problem, level: int, random: np.random.Generator) -> DisplacedSurface:
     """The displaced surface, DENSITY samples in each h^2."""
     h = spacing(level)
-    width = 2 * problem.stroke.brush.radius * problem.stroke.largest_factor
+    width = 2 * problem.stroke.largest_radius
     length = max(path.length for _, path in problem.placed)
     rows, columns = (
         max(math.ceil(size * DENSITY**0.5 / h), FEWEST) for size in (length or width, width)

@@ -77,8 +77,8 @@ class Resolution:
 
 def resolution(problem: Problem) -> Resolution:
     """How fine the stroke of `problem` is solved."""
-    brush, curves = problem.stroke.brush, _curves(problem)
-    height = abs(brush.intensity) * float(np.abs(curves.modulation).max())
+    stroke, curves = problem.stroke, _curves(problem)
+    height = stroke.largest_intensity * float(np.abs(curves.modulation).max())
     feature = _feature(problem, curves)
     feature /= math.sqrt(max(height / feature, 1))  # steeper than 45 degrees: less wide, bent more
     wall = WALL * _wall(curves)
@@ -86,7 +86,7 @@ def resolution(problem: Problem) -> Resolution:
     feature = min(feature, wall)
     cells = CELLS_OVER_RELIEF if problem.is_over_relief else CELLS_PER_FEATURE
     wanted = max(least, round(math.log2(cells / feature)))
-    radius = brush.radius * problem.stroke.largest_factor
+    radius = stroke.largest_radius
     length = sum(path.length for _, path in problem.placed)
 
     def fits(level: int) -> bool:
@@ -120,7 +120,7 @@ class _Curves(NamedTuple):
 
 def _curves(problem: Problem) -> _Curves:
     brush = problem.stroke.brush
-    width = 2 * brush.radius * problem.stroke.largest_factor
+    width = 2 * problem.stroke.largest_radius
     length = max(width / 2, *(path.length for _, path in problem.placed))
     across, along = np.linspace(-1, 1, SAMPLES + 1), np.linspace(0, 1, SAMPLES + 1)
     return _Curves(brush.profile(across), width, brush.modulation(along), length)

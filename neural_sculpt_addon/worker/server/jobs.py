@@ -115,7 +115,7 @@ class Jobs:
         revision = read(job, "revision", str)
         if revision not in self._edits:
             raise SculptError("The worker has forgotten this stroke; it cannot be measured.")
-        return Payload({"report": self._edits[revision].report(progress=progress)})
+        return Payload({"report": _told(self._edits[revision].report(progress=progress))})
 
     def mesh(self, job: Payload, progress: Progress) -> Payload:
         """state, resolution, triangles -> <proxy>, made anew; if `updated`, from a kept one."""

@@ -8,6 +8,7 @@ import trimesh
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.edit.absorb import absorb
+from neural_sculpt_addon.field.edit.boolean import combine, mesh_solid
 from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.levels import spacing
 from neural_sculpt_addon.field.mesh.proxy import extract
@@ -101,6 +102,45 @@ def test_a_cube_of_twelve_triangles_is_absorbed_with_flat_faces(sphere):
     away = find_surface(done.field, points).distance
     assert away.mean() < 1e-3
     assert np.percentile(away, 95) < 4e-3
+
+
+def with_ball(operation, center, radius):
+    ball = trimesh.creation.icosphere(4, radius)
+    solid = mesh_solid(ball.vertices + np.array(center), ball.faces)
+    return combine(primitive("sphere"), solid, operation).field
+
+
+@pytest.mark.parametrize(
+    ("operation", "center", "radius"),
+    [
+        ("union", (0, 0, 0.72), 0.1),  # some cells beside the sphere
+        pytest.param("union", (0.62, 0.3, 0), 0.012, marks=pytest.mark.long),  # a crumb
+        pytest.param("union", (0.7, 0.7, 0), 0.25, marks=pytest.mark.long),
+        pytest.param("difference", (0.1, -0.1, 0.15), 0.12, marks=pytest.mark.long),  # a hollow
+    ],
+)
+def test_a_piece_that_was_deleted_is_gone_and_the_rest_stays(operation, center, radius):
+    field = with_ball(operation, center, radius)
+    proxy = extract(field, 128)
+    of_ball = np.linalg.norm(proxy.vertices - center, axis=1) < 1.1 * radius
+    done = absorb(field, proxy.vertices, proxy.triangles[~of_ball[proxy.triangles].any(axis=1)])
+    fine = extract(done.field, 256)
+    assert (proxy.components.total, fine.components.total) == (2, 1)
+    assert (done.report["components"], "notes" in done.report) == (1, False)
+    assert find_surface(done.field, proxy.vertices[~of_ball]).distance.max() < 2e-4
+    inside = values(done.field, np.array([center], np.float32))[0] < 0
+    assert inside == (operation == "difference")
+
+
+def test_a_piece_is_deleted_and_another_one_is_sculpted():
+    field = with_ball("union", (0.62, 0.62, 0), 0.15)
+    proxy = extract(field, 128)
+    of_ball = np.linalg.norm(proxy.vertices - (0.62, 0.62, 0), axis=1) < 0.2
+    vertices = dented(proxy.vertices, proxy.normals, 0.05)
+    done = absorb(field, vertices, proxy.triangles[~of_ball[proxy.triangles].any(axis=1)])
+    assert extract(done.field, 256).components.total == done.report["components"] == 1
+    ball = trimesh.creation.icosphere(5, radius=0.6).vertices
+    assert find_surface(done.field, dented(ball, ball / 0.6, 0.05)).distance.mean() < 1e-4
 
 
 def test_what_cannot_be_absorbed_says_why(sphere):

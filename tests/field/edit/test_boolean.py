@@ -11,10 +11,12 @@ from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.levels import spacing
 from neural_sculpt_addon.field.mesh.pieces import components
 from neural_sculpt_addon.field.mesh.proxy import extract
+from neural_sculpt_addon.field.primitives import primitive
 from neural_sculpt_addon.field.projection import project
 from tests.field.analytic import ball
 
 RADIUS, OTHER = 0.5, 0.3
+ISLAND = np.array([0.62, 0.62, 0.0])
 CENTER = np.array([0.4, 0.1, 0.2])
 
 
@@ -95,6 +97,43 @@ def test_a_ball_cut_in_two_is_two_pieces():
     assert components(extract(done.field, 128)) == 2
 
 
+def icosphere(radius, center):
+    mesh = trimesh.creation.icosphere(4, radius)
+    return mesh_solid(mesh.vertices + np.array(center), mesh.faces)
+
+
+@pytest.mark.long
+def test_a_hollow_has_no_others_around_it():
+    """The ball is so deep inside that only the largest cells reach that far."""
+    center, radius = np.array([0, 0.1, 0]), 0.2
+    done = combine(primitive("sphere"), icosphere(radius, center), "difference")
+    fine = extract(done.field, 256)
+    assert components(fine) == 2
+    hollow = np.linalg.norm(fine.vertices - center, axis=1) < 0.25
+    assert np.abs(np.linalg.norm(fine.vertices[hollow] - center, axis=1) - radius).max() < 1e-3
+
+
+@pytest.fixture(scope="module")
+def two():
+    """A sphere of radius 0.6 and an island beside it."""
+    return combine(primitive("sphere"), icosphere(0.15, ISLAND), "union").field
+
+
+@pytest.mark.parametrize("dent", [False, True])
+def test_an_island_can_be_taken_away(two, dent):
+    """Its surface has no part in the result, which shows no vertex that was moved there."""
+    eraser = trimesh.creation.icosphere(3, 0.2)
+    eraser.apply_translation(ISLAND)
+    if dent:
+        small = trimesh.creation.icosphere(3, 0.05)
+        small.apply_translation((0, 0, -0.62))
+        eraser = trimesh.util.concatenate([eraser, small])
+    done = combine(two, mesh_solid(eraser.vertices, eraser.faces), "difference")
+    assert (components(extract(two, 128)), components(extract(done.field, 256))) == (2, 1)
+    assert done.report["components"] == 1
+    assert "notes" not in done.report
+
+
 def test_what_cannot_be_is_refused(solid):
     field = ball(RADIUS)
     far = field_solid(field, moved(1, (0.8, 0, 0)))
@@ -102,7 +141,7 @@ def test_what_cannot_be_is_refused(solid):
         combine(field, far, "union")
     with pytest.raises(SculptError, match="no surface"):
         combine(field, field_solid(field, moved(0.1, (0.9, 0.9, 0.9))), "intersection")
-    with pytest.raises(SculptError, match="nothing to absorb"):
+    with pytest.raises(SculptError, match="changes nothing"):
         combine(field, field_solid(field, moved(0.1, (0.9, 0.9, 0.9))), "difference")
     with pytest.raises(SculptError, match="choose one of"):
         combine(field, solid, "xor")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strokes that smooth, flatten and pinch."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,6 +103,9 @@ def test_smoothing_takes_bumps_away_and_leaves_the_ball(rough):
     report = edit.report()
     assert report["tolerance_met"]
     assert report["tube_p95"] < 1e-4
+    before = replace(edit, field=edit.problem.field, proxy=edit.problem.preparation.proxy)
+    assert report["gain"] == pytest.approx(1, abs=0.03)
+    assert before.report()["gain"] == pytest.approx(0, abs=0.01)
 
 
 @pytest.mark.long

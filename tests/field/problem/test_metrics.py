@@ -121,6 +121,47 @@ def test_the_way_back_of_overlapping_mirror_images_is_that_of_both(preparation):
     assert edit.report()["reverse_p95"] < 1e-3
 
 
+@pytest.mark.parametrize(
+    ("word", "radius", "height"), [("radius", 0.2, 0.02), ("intensity", 0.06, 0.2)]
+)
+def test_pressure_is_measured_as_what_it_draws(preparation, word, radius, height):
+    """A tenth of the radius, or of the intensity, and ten times the pressure."""
+    drawn = belt(radius, height, Profile("quintic"))
+    pressed = replace(
+        drawn,
+        brush=replace(drawn.brush, **{word: getattr(drawn.brush, word) / 10}),
+        **{f"{word}_factors": np.full(len(drawn.points), 10.0)},
+    )
+    edited = ball(0.5 + 0.8 * height)
+    one, other = (measured(pose(preparation, stroke), edited) for stroke in (drawn, pressed))
+    assert one["reverse_max"] > 0.1 * height
+    for measure in ("reverse_mean", "reverse_p95", "tube_mean", "gain"):
+        assert other[measure] == pytest.approx(one[measure], rel=1e-3)
+
+
+@pytest.mark.parametrize("radius", [0.004, 0.02])
+def test_the_way_back_of_a_stroke_thinner_than_a_cell_is_measured(preparation, radius):
+    """A dab that was asked for and not made: its top is missing."""
+    height = radius / 8
+    problem = pose(preparation, Stroke(np.array([[0, 0, 0.5]]), Brush(radius, height)))
+    report = measured(problem, ball(0.5))
+    assert report["reverse_max"] == pytest.approx(height, rel=0.15)
+    assert not report["tolerance_met"]
+
+
+def test_what_shall_leave_the_box_is_told():
+    """A dab on a ball of radius 0.9 that shall end 0.05 beyond the box."""
+    field = ball(0.9)
+    stroke = Stroke(np.array([[0, 0, 0.9]]), Brush(0.1, 0.15))
+    report = sculpt(prepare(field), stroke).report()
+    assert 0 < report["outside"] < 0.6
+    assert not report["tolerance_met"]
+    assert "leaves the box" in report["notes"][0]
+    inside = sculpt(prepare(field), replace(stroke, brush=Brush(0.1, 0.05))).report()
+    assert inside["outside"] == 0
+    assert "notes" not in inside
+
+
 def test_the_reverse_distance_is_of_the_stroke_alone(preparation):
     """A dab at a pole is where it shall be; of the other one, which is raised, nothing counts."""
     edit = sculpt(preparation, Stroke(np.array([[0, 0, 0.5]]), Brush(0.2, 0.03)))

@@ -16,6 +16,7 @@ from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
     centres,
+    dilated,
     distinct,
     places,
     quantised,
@@ -259,6 +260,33 @@ def test_a_stroke_whose_pressure_leaves_less_than_the_least_radius_is_refused(pr
     with pytest.raises(SculptError, match=r"With its pressure .* radius of 0\.0009;"):
         pose(preparation, Stroke(points, brush, radius_factors=np.full(4, 0.09)))
     pose(preparation, Stroke(points, brush, radius_factors=np.array([0, 0, 0.1, 0])))
+
+
+def test_fine_detail_elsewhere_does_not_guide_a_stroke_that_folds():
+    """A carve deeper than the ball's radius of curvature crosses itself. Detail under it guides it,
+    the same on the other side of the ball does not."""
+    stroke = Stroke(np.array([[0, 0, 0.5]]), Brush(0.1, -0.6))
+    for side, guided in (1, True), (-1, False):
+        fine = distinct(cells_of(np.array([[0.0, 0, side * 0.5]], np.float32), 8), 8)
+        relief = {8: Level(dilated(fine, 8), np.full(27, 1e-3, np.float32))}
+        problem = pose(prepare(ball(0.5).plus(relief)), stroke)
+        assert problem.is_guided is guided
+
+
+def test_a_stroke_between_the_vertices_of_the_proxy_may_run_through_a_wall(preparation):
+    """A carve 0.012 wide through a slab 0.1 thick: no vertex lies under it."""
+    slab = prepare(ellipsoid((0.5, 0.5, 0.05)))
+    mesh = slab.mesh
+    middles = mesh.vertices.points[mesh.triangles].mean(axis=1)
+    top = middles[(middles[:, 2] > 0) & (np.linalg.norm(middles[:, :2], axis=1) < 0.2)]
+    away = KDTree(mesh.vertices.points).query(top)[0]
+    problem = pose(slab, Stroke(top[[away.argmax()]].astype(float), Brush(0.003, -0.2)))
+    assert not problem.covered.any()
+    tubes, swept = problem.displaced_tubes(20, 21)
+    assert swept is not None
+    assert len(tubes[0].target.points)
+    inside = swept.winding(top[[away.argmax()]] - np.array([[0, 0, 0.02]], np.float32))
+    assert inside == pytest.approx(-1, abs=0.1)
 
 
 def test_targets_beyond_a_thin_part_are_left_out():

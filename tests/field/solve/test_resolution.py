@@ -141,3 +141,16 @@ def test_copies_share_the_budget(preparation):
     )
     assert one.level == one.wanted == many.wanted > many.level
     assert many.is_limited
+
+
+@pytest.mark.parametrize("pressed", [5.0, 0.2])
+def test_pressure_counts_as_what_it_draws(preparation, pressed):
+    """A radius and a height are the same whatever part of them is pressure."""
+    drawn = Stroke(POLE, Brush(0.02, 0.1))
+    wanted = resolution(pose(preparation, drawn))
+    factor = np.array([pressed])
+    for same in (
+        Stroke(POLE, Brush(0.02, 0.1 / pressed), intensity_factors=factor),
+        Stroke(POLE, Brush(0.02 / pressed, 0.1), radius_factors=factor),
+    ):
+        assert resolution(pose(preparation, same)) == wanted

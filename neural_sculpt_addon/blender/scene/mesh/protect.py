@@ -99,7 +99,7 @@ def _frozen(stroke: Stroke, surface: BaseSurface, protection: NDArray[np.float32
     a, b, _ = surface.fans.around(reached).T
     edges = np.linalg.norm(surface.positions[a] - surface.positions[b], axis=1)
     edge = float(np.average(edges, weights=edges**2))  # by area: most may be where it is refined
-    radius = stroke.brush.radius * stroke.largest_factor
+    radius = stroke.largest_radius
     points = surface.positions[reached]
     mask = Mask.of(points, protection[reached], max(edge, MASK_SPACING * radius))
     return replace(stroke, mask=mask)
