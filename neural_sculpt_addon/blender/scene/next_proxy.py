@@ -68,6 +68,15 @@ def next_geometry(ob: Object, result: Message, smooth: bool) -> Geometry:
     return replace(geometry, painted=painted, attributes=kept)
 
 
+def carries(ob: Object, result: Message) -> bool:
+    """Work for some milliseconds at the attributes that `next_geometry` takes over; whether there
+    is more to do."""
+    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
+    return carried.foresee(
+        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
+    )
+
+
 def prepare(ob: Object, result: Message, smooth: bool) -> bool:
     """Work for some milliseconds at the mesh that a checked result brings; whether there is more to
     do. Where Blender's history cannot be read, nothing would tell what the artist changes
@@ -75,7 +84,7 @@ def prepare(ob: Object, result: Message, smooth: bool) -> bool:
     if proxy_mesh.why_locked(ob):
         return False
     if (ready := _ready(ob, result, smooth)) is None:
-        if _carries(ob, result):
+        if carries(ob, result):
             return True
         step = sculpt_steps.active()
         if step is None or len(result.arrays["vertices"]) < LARGE or not _can_swap(ob):
@@ -139,11 +148,3 @@ def _can_swap(ob: Object) -> bool:
     """Whether the object may get another mesh, and that saves time."""
     alone = proxy_mesh.mesh_of(ob).users == 1
     return alone and ob.mode in MODES and len(bpy.data.objects) <= MOST_OBJECTS
-
-
-def _carries(ob: Object, result: Message) -> bool:
-    """Work at the attributes that it takes over; whether there is more to do."""
-    mesh, arrays = proxy_mesh.mesh_of(ob), result.arrays
-    return carried.foresee(
-        ob, lambda: preview_attributes.true_positions(mesh), arrays["vertices"], arrays["triangles"]
-    )

@@ -7,9 +7,35 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from bpy.types import Mesh, Object
 from harness import RESOLUTION, SculptCase, add, in_world, module, stroke, vertices
 from mathutils import Euler, Matrix
 from mathutils.kdtree import KDTree
+
+
+def decorate(ob: Object) -> None:
+    """As an artist may: the map is what is seen from above; what is high has the second material, a
+    color and a group of its own."""
+    mesh, points = ob.data, vertices(ob)
+    is_high = points[:, 2] > 0
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    for name in ("Clay", "Iron"):
+        mesh.materials.append(bpy.data.materials.new(name))
+    above = points[corners].reshape(-1, 3, 3)[..., 2].mean(axis=1) > 0
+    mesh.polygons.foreach_set("material_index", above.astype(np.int32))
+    mesh.uv_layers.new(name="Map").uv.foreach_set("vector", points[corners, :2].ravel())
+    color = mesh.color_attributes.new("Color", "BYTE_COLOR", "POINT")
+    color.data.foreach_set("color", np.outer(is_high, np.ones(4, np.float32)).ravel())
+    group = ob.vertex_groups.new(name="High")
+    group.add(np.flatnonzero(is_high).tolist(), 1.0, "REPLACE")
+
+
+def read_back() -> tuple[np.ndarray, Mesh]:
+    """The mesh that was just imported, and its vertices (V, 3) in the scene."""
+    ob = bpy.context.active_object
+    bpy.context.view_layer.update()
+    return in_world(ob), ob.data
 
 
 class Export(SculptCase):
@@ -113,6 +139,61 @@ class Export(SculptCase):
             len(ob.data.polygons) / len(self.ob.data.polygons) / 2, 4.0, delta=0.2
         )
         self.assertTrue(ob.data.materials[0].name.startswith("Clay"))
+
+    def test_what_hangs_on_the_proxy_is_on_a_finer_mesh(self) -> None:
+        decorate(self.ob)
+        fine = {"resolution": 2 * RESOLUTION, "refine": False}
+        bpy.ops.wm.obj_import(filepath=self.export("torus.obj", **fine))
+        points, mesh = read_back()
+        corners = np.array([polygon.vertices[:] for polygon in mesh.polygons])  # (F, 3)
+        iron = next(i for i, m in enumerate(mesh.materials) if m.name.startswith("Iron"))
+        is_iron = np.array([polygon.material_index == iron for polygon in mesh.polygons])
+        is_high = points[corners, 2].mean(axis=1) > 0
+        self.assertLess(np.mean(is_iron != is_high), 0.02)
+        flat = np.empty(2 * len(mesh.loops), np.float32)
+        mesh.uv_layers.active.uv.foreach_get("vector", flat)
+        seen_from_above = points[corners.ravel(), :2]
+        np.testing.assert_allclose(flat.reshape(-1, 2), seen_from_above, atol=0.02)
+
+        bpy.context.view_layer.objects.active = self.ob
+        bpy.ops.wm.ply_import(filepath=self.export("torus.ply", **fine))
+        points, mesh = read_back()
+        color = np.empty(4 * len(points), np.float32)
+        mesh.color_attributes[0].data.foreach_get("color", color)
+        self.assertLess(np.mean((color[::4] > 0.5) != (points[:, 2] > 0)), 0.02)
+
+        self.ob.modifiers.new("Mask", "MASK").vertex_group = "High"
+        bpy.context.view_layer.objects.active = self.ob
+        bpy.ops.wm.obj_import(filepath=self.export("high.obj", **fine))
+        above, _ = read_back()
+        self.assertAlmostEqual(len(above) / len(points), 0.5, delta=0.05)
+        self.assertGreater(above[:, 2].min(), -0.03)
+
+    def test_modifiers_that_leave_nothing(self) -> None:
+        self.ob.vertex_groups.new(name="Empty")
+        self.ob.modifiers.new("Mask", "MASK").vertex_group = "Empty"
+        path, objects = self.folder / "none.obj", len(bpy.data.objects)
+        given = {"filepath": str(path), "resolution": RESOLUTION}
+        self.assert_fails("leave nothing", bpy.ops.neural_sculpt.export, **given)
+        self.assertFalse(path.exists())
+        self.assertEqual(len(bpy.data.objects), objects)
+        self.export("all.obj", resolution=RESOLUTION, modifiers=False)
+
+    def test_the_artist_stays_in_sculpt_mode(self) -> None:
+        """Of another object, or of the field."""
+        bpy.ops.mesh.primitive_cube_add()
+        for worked_at in (bpy.context.active_object, self.ob):
+            for suffix in ("obj", "ply", "stl", "glb"):
+                bpy.context.view_layer.objects.active = self.ob
+                path = self.folder / f"{worked_at.name}.{suffix}"
+                with self.as_in_a_window():
+                    bpy.ops.neural_sculpt.export(filepath=str(path), resolution=RESOLUTION)
+                    bpy.context.view_layer.objects.active = worked_at
+                    bpy.ops.object.mode_set(mode="SCULPT")
+                    self.finish()
+                self.assertTrue(path.exists(), path.name)
+                self.assertEqual(bpy.context.mode, "SCULPT", path.name)
+                bpy.ops.object.mode_set(mode="OBJECT")
 
     def test_without_modifiers_and_as_text(self) -> None:
         self.ob.modifiers.new("Twice", "ARRAY").count = 2

@@ -5,28 +5,26 @@ The worker writes field files, and makes the arrays of the others. Blender's own
 meshes, and its OpenVDB level sets.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
-from bpy.types import Context, Event, Mesh, Object, Operator
+from bpy.types import Context, Event, Object, Operator
 
 from ....common.errors import SculptError
 from ....common.text import Text
-from ....worker.answers import PROXY
 from ....worker.client import JobKind, Message
 from ...panels import estimate
+from ...scene import next_proxy
 from ...scene.mesh import proxy_mesh
 from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
-from ...scene.undo_step import in_window
 from ...session import states
 from ...session.absorption import live
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 from . import level_set
+from .stand_in import has_vertices, stand_in
 
 FORMATS = (
     ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),
@@ -164,29 +162,31 @@ class NEURAL_SCULPT_OT_export(Operator):
             else:
                 _write_mesh(path, ob, result, modifiers, text)
 
-        return launch(self, Job(kind, Text("Export {}", path.name), request, write, reads=target))
+        def foresee(result: Message) -> bool:
+            return (ob := find(target)) is not None and next_proxy.carries(ob, result)
+
+        job = Job(kind, Text("Export {}", path.name), request, write, reads=target)
+        if kind is JobKind.MESH:
+            job.foresee = foresee
+        return launch(self, job)
 
 
 def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: bool) -> None:
-    """Write the result's mesh as if it were the object's: its place, materials, modifiers."""
-    suffix = path.suffix.lower()
-    with in_window(), _stand_in(ob, result):
+    """Write the result's mesh as if it were the object's: its place, materials, modifiers, and what
+    hangs on it."""
+    if proxy_mesh.mesh_of(ob).is_editmode:  # the artist has left it, a script need not have
+        raise SculptError("{} was not written. Leave Edit Mode first.", path.name)
+    geometry = next_proxy.next_geometry(ob, result, field_of(ob).smooth)
+    with stand_in(ob, geometry) as copy:
+        if modifiers and not has_vertices(copy):
+            raise SculptError(
+                "{} was not written: the modifiers of {} leave nothing of its mesh. Change them, or"
+                " turn Apply Modifiers off.",
+                path.name,
+                ob.name,
+            )
         try:
-            if suffix in GLTF:
-                bpy.ops.export_scene.gltf(
-                    filepath=str(path),
-                    export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
-                    use_selection=True,
-                    export_apply=modifiers,
-                )
-            else:
-                given = {"ascii_format": text} if suffix in WITH_TEXT else {}
-                getattr(bpy.ops.wm, f"{suffix[1:]}_export")(
-                    filepath=str(path),
-                    export_selected_objects=True,
-                    apply_modifiers=modifiers,
-                    **given,
-                )
+            _call_exporter(path, modifiers, text)
         except RuntimeError as error:  # an operator's error report
             cause = str(error).strip().removeprefix("Error: ")
             raise SculptError(
@@ -194,29 +194,18 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
             ) from error
 
 
-@contextmanager
-def _stand_in(ob: Object, result: Message) -> Iterator[None]:
-    """A copy of the object with another mesh. It alone is selected, for exporters take what is
-    selected."""
-    selected = [*(bpy.context.selected_objects or ())]
-    for other in selected:
-        other.select_set(False)
-    arrays = (result.arrays[name] for name in PROXY)
-    geometry = proxy_mesh.geometry(*arrays, smooth=field_of(ob).smooth)
-    mesh = bpy.data.meshes.new(ob.name)
-    proxy_mesh.fill(mesh, geometry)
-    assert isinstance(ob.data, Mesh)
-    for material in ob.data.materials:
-        mesh.materials.append(material)
-    copy = ob.copy()
-    copy.data = mesh
-    copy.hide_viewport = copy.hide_select = False
-    bpy.context.scene.collection.objects.link(copy)
-    copy.select_set(True)
-    try:
-        yield
-    finally:
-        bpy.data.objects.remove(copy)
-        bpy.data.meshes.remove(mesh)
-        for other in selected:
-            other.select_set(True)
+def _call_exporter(path: Path, modifiers: bool, text: bool) -> None:
+    """Let Blender write what is selected. RuntimeError when it cannot."""
+    suffix = path.suffix.lower()
+    if suffix in GLTF:
+        bpy.ops.export_scene.gltf(
+            filepath=str(path),
+            export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
+            use_selection=True,
+            export_apply=modifiers,
+        )
+        return
+    given = {"ascii_format": text} if suffix in WITH_TEXT else {}
+    getattr(bpy.ops.wm, f"{suffix[1:]}_export")(
+        filepath=str(path), export_selected_objects=True, apply_modifiers=modifiers, **given
+    )
