@@ -69,6 +69,16 @@ class Booleans(SculptCase):
         with self.assertRaisesRegex(RuntimeError, "leave the box"):
             bpy.ops.neural_sculpt.boolean(operation="UNION")
 
+    def test_an_object_without_size_or_place_is_refused_at_once(self) -> None:
+        ob, other = add("SPHERE"), add("TORUS")
+        select(other, ob)
+        for each in (ob, other):
+            for scale, location in (((1, 1, 0), 0.0), ((1, 1, 1), np.nan), ((1e20,) * 3, 0.0)):
+                each.scale, each.location.x = scale, location
+                bpy.context.view_layer.update()
+                self.assert_fails(f"{each.name} has no size", bpy.ops.neural_sculpt.boolean)
+            each.scale, each.location = (1, 1, 1), (0, 0, 0)
+
 
 class Waiting(SteeredCase):
     """The other object counts as it lies when the Boolean is asked for, however long that waits."""
@@ -126,3 +136,15 @@ class Waiting(SteeredCase):
         before = self.session.jobs[-1].request().fields["matrix"]
         self.move(other)
         self.assertEqual(self.session.jobs[-1].request().fields["matrix"], before)
+
+    def test_a_field_has_modifiers(self) -> None:
+        """It counts as it is seen, as a mesh does; one that is not seen changes nothing."""
+        add("TORUS")
+        self.finish()
+        other = field("Torus")
+        modifier = other.modifiers.new("Array", "ARRAY")
+        self.ask(other)
+        self.assertEqual(len(self.corners()), 2 * len(other.data.vertices))
+        modifier.show_viewport = False
+        self.ask(other)
+        self.assertIn("matrix", self.session.jobs[-1].request().fields)

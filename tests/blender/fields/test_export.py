@@ -250,6 +250,27 @@ class Export(SculptCase):
         self.assertGreater(values.getValue((32, 32, 32)), 1.5 * voxel)  # in its hole
         self.assertLess(grid.activeVoxelCount(), 0.5 * 65**3)
 
+    def test_an_object_without_size_or_place(self) -> None:
+        """In whose coordinates nothing can be told; the field itself can be written."""
+        for scale, location in (((1, 1, 0), 0.0), ((1, 1, 1), np.nan), ((1e20,) * 3, 0.0)):
+            self.ob.scale, self.ob.location.x = scale, location
+            bpy.context.view_layer.update()
+            path = str(self.folder / "flat.obj")
+            self.assert_fails("no size", bpy.ops.neural_sculpt.export, filepath=path)
+        self.export("flat.safetensors")
+
+    def test_a_level_set_of_a_flat_or_tiny_object(self) -> None:
+        level_set = module("blender.operators.fields.level_set")
+        try:
+            level_set.check()
+        except level_set.SculptError:
+            self.skipTest("there is no OpenVDB")
+        given = {"filepath": str(self.folder / "torus.vdb"), "resolution": RESOLUTION}
+        for scale, sentence in (((1, 1, 0), "no size"), ((1e-5,) * 3, "too small for OpenVDB")):
+            self.ob.scale = scale
+            bpy.context.view_layer.update()
+            self.assert_fails(sentence, bpy.ops.neural_sculpt.export, **given)
+
     def test_refused(self) -> None:
         export = bpy.ops.neural_sculpt.export
         self.assert_fails("no folder", export, filepath=str(self.folder / "no" / "x.pth"))

@@ -20,6 +20,7 @@ from ....common.errors import SculptError
 from ....worker.client import JobKind, Message
 from ...locale.translations import OURS
 from ...scene.commit import add_entry, new_revision
+from ...scene.extent import refuse_flat
 from ...scene.mesh import native_edits
 from ...scene.properties import NETWORK, field_of, find, found, is_field, shown_as, world_scale
 from ...scene.stroke_list import Entry
@@ -185,9 +186,15 @@ def _solid(ob: Object, other: Object) -> Callable[[], Request]:
     comes.
 
     It is the state that a field has then, and the matrix from its model space to that of `ob`; or
-    the triangles of a mesh as it is now, in the model space of `ob`.
+    the triangles of a mesh as it is now, in the model space of `ob`. A field that other brushes or
+    modifiers have changed counts as a mesh.
+
+    SculptError when one of both is flat, or the mesh has no faces.
     """
-    if is_field(other) and not native_edits.edited(other):
+    refuse_flat(ob)
+    refuse_flat(other)
+    is_modified = any(modifier.show_viewport for modifier in other.modifiers)
+    if is_field(other) and not is_modified and not native_edits.edited(other):
         to_model = ob.matrix_world.inverted_safe() @ other.matrix_world
         matrix, source = np.array(to_model).ravel().tolist(), other.session_uid
 

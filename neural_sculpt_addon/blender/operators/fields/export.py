@@ -16,6 +16,7 @@ from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ...panels import estimate
 from ...scene import next_proxy
+from ...scene.extent import refuse_flat
 from ...scene.mesh import proxy_mesh
 from ...scene.properties import field_of, find, world_scale
 from ...scene.proxy_properties import most_triangles_property, refine_property, resolution_property
@@ -138,6 +139,8 @@ class NEURAL_SCULPT_OT_export(Operator):
                 " another format."
             )
         ob = active_field(context)
+        if kind is not JobKind.SAVE:
+            refuse_flat(ob)
         live.refuse_edits(ob)  # the file would lack what is seen
         live.let_come(ob)
         target = ob.session_uid
@@ -157,6 +160,7 @@ class NEURAL_SCULPT_OT_export(Operator):
             if kind is JobKind.SAVE:  # the worker has done it
                 return
             ob = exported()
+            refuse_flat(ob)  # it may have been scaled meanwhile
             if kind is JobKind.SAMPLE:
                 level_set.write(path, result.arrays["band"], ob.matrix_world, world_scale(ob))
             else:

@@ -50,7 +50,14 @@ def write(path: Path, band: NDArray[np.float32], matrix: Matrix, scale: float) -
     grid.name = GRID_NAME
     corner = Matrix.Translation((-1.0, -1.0, -1.0)) @ Matrix.Scale(voxel, 4)
     to_scene = (matrix @ corner).transposed()  # OpenVDB multiplies from the left
-    grid.transform = openvdb.createLinearTransform(np.array(to_scene).tolist())
+    try:
+        grid.transform = openvdb.createLinearTransform(np.array(to_scene).tolist())
+    except ArithmeticError as error:  # the volume of a voxel counts as 0
+        raise SculptError(
+            "{} was not written: its voxels are too small for OpenVDB. Scale the object up, or"
+            " lower the resolution.",
+            path.name,
+        ) from error
     try:
         openvdb.write(str(path), grids=[grid])
     except (RuntimeError, OSError) as error:
