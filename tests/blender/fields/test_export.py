@@ -179,6 +179,28 @@ class Export(SculptCase):
         self.assertEqual(len(bpy.data.objects), objects)
         self.export("all.obj", resolution=RESOLUTION, modifiers=False)
 
+    def test_modifiers_that_put_instances_in_place_of_the_mesh(self) -> None:
+        nodes = bpy.data.node_groups.new("Instance", "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            nodes.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        given, instance, made = (
+            nodes.nodes.new(kind)
+            for kind in ("NodeGroupInput", "GeometryNodeGeometryToInstance", "NodeGroupOutput")
+        )
+        nodes.links.new(given.outputs[0], instance.inputs[0])
+        nodes.links.new(instance.outputs[0], made.inputs[0])
+        self.ob.modifiers.new("Nodes", "NODES").node_group = nodes
+        for suffix in ("obj", "ply", "stl", "glb"):
+            path = self.export(f"instance.{suffix}", resolution=RESOLUTION)
+            self.assertGreater(Path(path).stat().st_size, 10_000, suffix)
+
+    def test_a_script_in_edit_mode(self) -> None:
+        """In which Blender tells a script nothing of what hangs on the mesh."""
+        bpy.ops.object.mode_set(mode="EDIT")
+        given = {"filepath": str(self.folder / "torus.obj"), "resolution": RESOLUTION}
+        self.assert_fails("Leave Edit Mode", bpy.ops.neural_sculpt.export, **given)
+        self.assertEqual(bpy.context.mode, "EDIT_MESH")
+
     def test_the_artist_stays_in_sculpt_mode(self) -> None:
         """Of another object, or of the field."""
         bpy.ops.mesh.primitive_cube_add()

@@ -207,6 +207,7 @@ def _call_exporter(path: Path, modifiers: bool, text: bool) -> None:
             export_format="GLB" if suffix == ".glb" else "GLTF_SEPARATE",
             use_selection=True,
             export_apply=modifiers,
+            export_gn_mesh=modifiers,  # what geometry nodes have put in place of the mesh
         )
         return
     given = {"ascii_format": text} if suffix in WITH_TEXT else {}
