@@ -20,7 +20,7 @@ from neural_sculpt_addon.stroke.mask import Mask
 from neural_sculpt_addon.stroke.stroke import Kind, Stroke
 
 MEASURES = {
-    *("stroke", "solver", "seconds", "levels", "limited", "widths", "height", "gain"),
+    *("stroke", "solver", "seconds", "levels", "limited", "widths", "height", "gain", "outside"),
     *(
         f"{word}_{measure}"
         for word in ("tube", "cap", "reverse")
