@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from .curve import Array, arc_length
 
 POINTS_AT_ONCE = 1024  # points whose distances from all vertices are looked at together
+ALONG = 0.01  # of a unit normal: an axis that is no nearer to it is along the surface
 DEGENERATE = 1e-3  # sine of the angle between u and n below which v is carried on
 
 
@@ -185,15 +186,17 @@ def _foot(path: Path, x: Array, vertex: NDArray[np.intp]) -> tuple[NDArray[np.in
 def _laterals(tangents: Array, normals: Array, image: Array) -> Array:
     """v = n x u, unit; carried on from the nearest sound neighbour where that is degenerate.
 
-    The u of a dab is the coordinate axis farthest from n, on the side of n: mirrored with it. That
-    of an image is the image of the u that the dab itself has.
+    The u of a dab is the coordinate axis farthest from n, on the side of n: mirrored with it. On
+    flat faces along the axes rounding must not choose, so of axes that are as far the first counts,
+    and its positive side. The u of an image is the image of the u that the dab itself has.
     """
     v = np.cross(normals, tangents)
     sound = np.flatnonzero(np.linalg.norm(v, axis=1) > DEGENERATE)
     if not len(sound):
         upright = normals[0] @ image  # as of the stroke that was drawn: an image's inverse is .T
-        k = np.argmin(np.abs(upright))
-        axis = image[:, k] * np.copysign(1, upright[k])
+        away = np.abs(upright)
+        k = int(np.argmax(away <= away.min() + ALONG))
+        axis = image[:, k] * (-1 if upright[k] < -ALONG else 1)
         v, sound = np.tile(np.cross(normals[0], axis), (len(v), 1)), np.arange(1)
     carried = v
     if len(sound) < len(v):

@@ -61,7 +61,7 @@ WHY = {
     },
     "how results are measured and reported": {
         "edit.absorb": ("PIECE_CELLS",),
-        "edit.gone": ("CELLS", "FINE_CELLS"),
+        "edit.gone": ("CELLS", "FINE_CELLS", "NEAR"),
         "edit.lost": ("LOST", "UNTOLD"),
         "fit.consolidate": ("COMPARED_CELLS", "MEASURE_SAMPLES"),
         "fit.fit_report": (

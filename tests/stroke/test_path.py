@@ -238,3 +238,23 @@ def test_many_points_are_located_like_few():
     whole, part = locate(path, x), locate(path, x[8190:8195])
     np.testing.assert_allclose(whole.u[8190:8195], part.u)
     np.testing.assert_allclose(whole.distance[8190:8195], part.distance)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("mirrored", range(3))
+def test_rounding_does_not_turn_a_dab_on_a_flat_face(axis, side, mirrored):
+    """Normals as projection onto a fitted box leaves them; also those of mirror images."""
+    upright = side * np.eye(3)[axis]
+    image = np.eye(3)
+    image[mirrored, mirrored] = -1
+    exact, reflected = (
+        make_path(np.zeros((1, 3)), [upright @ turned], image=turned).tangents[0]
+        for turned in (np.eye(3), image)
+    )
+    np.testing.assert_allclose(reflected, exact @ image, atol=1e-9)
+    noise = np.random.default_rng(0).normal(0, 1e-3, (50, 3))
+    for each in upright + noise:
+        normal = [each / np.linalg.norm(each)]
+        found = make_path(np.zeros((1, 3)), normal).tangents[0]
+        assert found @ exact > 0.99

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...common.errors import SculptError
-from ...common.progress import Progress, silent, sub_progress
+from ...common.progress import Progress, rising, silent, sub_progress
 from ..evaluate import values
 from ..field import Field
 from ..fit.fit_report import deviation
@@ -31,7 +31,7 @@ from ..mesh.pieces import components
 from ..mesh.proxy import extract
 from ..projection import find_surface, project
 from .absorption import Absorption
-from .gone import find_gone, take_away
+from .gone import CELLS, find_gone, take_away
 from .lost import lost
 from .patch import Patch, bent, finest_level
 
@@ -47,6 +47,7 @@ class Absorbed(NamedTuple):
 
     error_mean, error_p95, error_max  distance of what was moved to the zero level
     normal_deg                        mean angle between its normals and those of the field, degrees
+                                      (none of these where nothing was moved, and pieces are gone)
     lost_share, worst, notes          what the field lacks of it, see `lost`
     components, seconds
     """
@@ -61,10 +62,12 @@ def absorb(
     vertices: ArrayLike,
     triangles: ArrayLike,
     *,
+    cells: int = CELLS,
     seed: int = 0,
     progress: Progress = silent,
 ) -> Absorbed:
-    """The `field` after its proxy became `vertices` (V, 3) and `triangles` (F, 3).
+    """The `field` after its proxy, of so many `cells` per axis, became `vertices` (V, 3) and
+    `triangles` (F, 3).
 
     SculptError when the proxy has left the box, has no inside, or is all where it was.
     """
@@ -75,7 +78,7 @@ def absorb(
     moved = find_moved(field, mesh.vertices, mesh.triangles)
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = bent(mesh.vertices, mesh.triangles.astype(np.int32), moved)
-    gone = find_gone(field, patch, sub_progress(progress, 0.3, 0.35))
+    gone = find_gone(field, patch, cells, sub_progress(progress, 0.3, 0.35))
     if not moved.any() and not gone:
         raise SculptError(
             "Nothing of the proxy was moved, so there is nothing to absorb. Deleted faces come back"
@@ -100,9 +103,9 @@ def finished(
     progress: Progress,
 ) -> Absorbed:
     """What a solution makes of the `field`; it has taken since `start`."""
-    notes = take_away(field, solution, patch, gone, progress)
+    notes = take_away(field, solution, patch, gone, rising(sub_progress(progress, 0.0, 0.5)))
     done = field.plus(solution.layer)
-    report = measure(done, patch, progress)
+    report = measure(done, patch, sub_progress(progress, 0.5, 1.0))
     if notes:
         report["notes"] = [*report.get("notes", ()), *notes]
     return Absorbed(done, solution.layer, report | {"seconds": time.monotonic() - start})
@@ -134,11 +137,15 @@ def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[n
 
 def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
     """How close the zero level came to what was moved, see `Absorbed`."""
-    some = patch.where(patch.moved) if patch.moved.any() else patch  # where only pieces are gone
-    points = some.points
-    found = project(field, points)
+    moved = patch.where(patch.moved)
+    error = np.empty(0)
+    measures = dict[str, Any]()
+    if len(moved.points):  # else only pieces are gone
+        found = project(field, moved.points)
+        error = np.linalg.norm(found.points - moved.points, axis=1)
+        measures = deviation(found, moved.points, unit(moved.gradients))
     return {
-        **deviation(found, points, unit(some.gradients)),
-        **lost(points, np.linalg.norm(found.points - points, axis=1)),
+        **measures,
+        **lost(moved.points, error),
         "components": components(extract(field, PIECE_CELLS, progress)),
     }

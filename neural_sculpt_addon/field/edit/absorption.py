@@ -24,16 +24,14 @@ from ..fit.fit_detail import (
     DAMPED,
     EMPTY_WEIGHT,
     FIT_COARSEST,
-    HEAVIER_RINGS,
     ITERATIONS,
     MISSED_SHARE,
-    ROW_REACH,
-    SIDE_CLEARANCE,
     SIDE_WEIGHT,
     SLOPE_WEIGHT,
+    weigh_wrong_side,
 )
 from ..geometry import search_tree, unit
-from ..levels import Coefficients, Level, cells_of, dilated, distinct, linear, quantised, spacing
+from ..levels import Coefficients, Level, cells_of, dilated, linear, quantised, spacing
 from ..mesh.pieces import Islands
 from ..projection import project
 from ..solve.spline_system import LEAST_TOUCHED, Rows, solve_level
@@ -49,8 +47,7 @@ inside would stand a few cells from the zeros of the new surface: f would swing 
 leave crumbs."""
 
 CLEARED, CLEAR, HEAVIER = 6, 0.5, 4.0
-"""Level on which islands are taken away, how far in its cells, and the weight of that, and of rows
-that came out on the wrong side."""
+"""Level on which islands are taken away, how far in its cells, and the weight of that."""
 
 STEP_OF_WAY = 0.7  # of h, between places on the way of a vertex
 
@@ -115,7 +112,7 @@ class Absorption:
         for piece in gone:
             between = np.concatenate([between, piece, _changed(field, signed, piece)])
         everywhere = range(coarsest, 1 + (finest if closely is None else FIT_COARSEST))
-        asked = TargetDistance(field, signed, patch)
+        asked = TargetDistance(field, signed, patch, gone)
         self._rows, nodes = first_rows(asked, there, everywhere, spacing(finest), between, rng)
         self._points = patch.points
         for piece in gone:
@@ -127,8 +124,12 @@ class Absorption:
         for level in everywhere:
             damped = LEAST_TOUCHED if coarsest < FIT_COARSEST >= level else DAMPED
             self._add(level, nodes[level], damped)
+            # Larger cells reach farther than those of this level, and pieces that are gone change
+            # sides far from all samples.
             if level == FIT_COARSEST and (gone or coarsest < level):
-                self._add_wrong_side(level)
+                near = weigh_wrong_side(self._rows, level)
+                if len(near):
+                    self._add(level, near)
         for level in range(everywhere.stop, finest + 1):
             assert closely is not None
             missed = _missed(self._rows, level, closely.tolerance)
@@ -204,20 +205,6 @@ class Absorption:
         added = torch.zeros(len(points))
         self._detail.add_value(torch.from_numpy(points), added)
         self._rows.add(points, target, target - value - added.numpy(), weight)
-
-    def _add_wrong_side(self, level: int) -> None:
-        """Rows that came out on the wrong side weigh more, and a level is solved around them: where
-        larger cells reach farther than its own, and in pieces that are gone."""
-        rows, h = self._rows, spacing(level)
-        value = (rows.targets - rows.residuals) * np.sign(rows.targets)
-        wrong = (np.abs(rows.targets) > ROW_REACH * h) & (value < SIDE_CLEARANCE * h)
-        if not wrong.any():
-            return
-        rows.weights[wrong] *= HEAVIER
-        near = distinct(cells_of(rows.points[wrong], level), level)
-        for _ in range(HEAVIER_RINGS):
-            near = dilated(near, level)
-        self._add(level, near)
 
     def _add(self, level: int, nodes: NDArray[np.int32], damped: float = DAMPED) -> None:
         """Solve one level for what is left of the rows, and add it to the layer."""

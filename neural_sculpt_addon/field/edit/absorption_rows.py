@@ -9,7 +9,7 @@ side      f = signed distance          beside some samples of what was moved, an
 Model space.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,14 +45,18 @@ for which of them (N,) it is to be exact: of the others only the sign counts."""
 class TargetDistance:
     """What the field shall be off the surface.
 
-    The signed distance where the moved surface is nearest; where the side has changed else, as in a
-    piece that is gone, no more of it than a usual cell, for around that the field stays small;
-    elsewhere what the field was.
+    The signed distance where the moved surface is nearest. Elsewhere what the field was, but where
+    the side has changed, and within a cell of pieces that are gone, that distance, no more of it
+    than a cell, for around these the field stays small.
     """
 
-    def __init__(self, field: Field, signed: Signed, patch: Patch) -> None:
+    def __init__(
+        self, field: Field, signed: Signed, patch: Patch, gone: Sequence[Array] = ()
+    ) -> None:
+        """gone: points (K, 3) of each of these pieces"""
         self.field, self.patch = field, patch
         self._signed, self._tree = signed, search_tree(patch.points)
+        self._gone = search_tree(np.concatenate(gone)) if gone else None
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """What it shall be at `points` (N, 3), and what it was."""
@@ -60,8 +64,10 @@ class TargetDistance:
         near = self.patch.moved[self._tree.query(points)[1]]
         truth = np.asarray(self._signed(points, value, near))
         h = spacing(FIT_COARSEST)
-        changed = np.where((truth < 0) != (value < 0), truth.clip(-h, h), value)
-        target = np.where(near, truth, changed)
+        changed = (truth < 0) != (value < 0)
+        if self._gone is not None:
+            changed |= np.isfinite(self._gone.query(points, distance_upper_bound=h)[0])
+        target = np.where(near, truth, np.where(changed, truth.clip(-h, h), value))
         return target.astype(np.float32), value
 
 

@@ -36,7 +36,7 @@ from ..mesh.proxy import Proxy, extract
 from ..projection import project
 from .absorb import Absorbed, find_moved, finished
 from .absorption import Absorption
-from .gone import find_gone
+from .gone import CELLS, find_gone
 from .patch import Patch
 
 BLEND_CELLS, BLEND_FINEST = 256, 7
@@ -148,11 +148,11 @@ def combine(
         preview(_extract(both, preview_cells, sub_progress(progress, 0.0, 0.1)))
     mesh = _extract(both, BLEND_CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
-    gone = find_gone(field, patch, sub_progress(progress, 0.4, 0.45))
+    gone = find_gone(field, patch, CELLS, sub_progress(progress, 0.4, 0.45))
     if not patch.moved.any() and not gone:
         raise SculptError(
             "This Boolean changes nothing: the other object adds nothing to the field, and takes"
-            " nothing away. Move it, or choose another operation."
+            " nothing away, or is too small. Move it, scale it up, or choose another operation."
         )
 
     def signed(points: NDArray[np.float32], *_: NDArray[Any]) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ what folds over or is as rough as its triangles 0.07 and more."""
 def lost(points: NDArray, error: NDArray) -> dict[str, Any]:
     """Of a report, ready for JSON: the share of `points` (N, 3) whose `error` (N,) is seen and,
     where that is more than UNTOLD, the `worst` places and a sentence."""
-    share = float((error > LOST).mean())
+    share = float((error > LOST).mean()) if len(error) else 0.0
     found: dict[str, Any] = {"lost_share": share}
     if share > UNTOLD:
         found["worst"] = worst(points, error, LOST)

@@ -159,20 +159,27 @@ def _solved(level: int, nodes: Cells, rows: Rows, check: Check) -> Level:
     """The coefficients of a level; rows that came out on the wrong side weigh more, and the nodes
     around them are solved once more."""
     found = solve_level(level, nodes, rows, check, ITERATIONS, DAMPED, LEFT_OUT)
-    value = (rows.targets - rows.residuals) * np.sign(rows.targets)
-    wrong = (np.abs(rows.targets) > ROW_REACH * spacing(level)) & (
-        value < SIDE_CLEARANCE * spacing(level)
-    )
-    if not wrong.any():
+    near = weigh_wrong_side(rows, level)
+    if not len(near):
         return found
-    rows.weights[wrong] *= HEAVIER
-    near = distinct(cells_of(rows.points[wrong], level), level)
-    for _ in range(HEAVIER_RINGS):
-        near = dilated(near, level)
     reached = dilated(near, level)
     some = rows.where(among(linear(cells_of(rows.points, level), level), reached))
     again = solve_level(level, near[among(near, nodes)], some, check, ITERATIONS, DAMPED, LEFT_OUT)
     return Level.sum([found, again])
+
+
+def weigh_wrong_side(rows: Rows, level: int) -> Cells:
+    """Let rows that came out on the wrong side, or hardly on theirs, weigh more; the nodes (K,) of
+    a level around them."""
+    value = (rows.targets - rows.residuals) * np.sign(rows.targets)
+    wrong = (np.abs(rows.targets) > ROW_REACH * spacing(level)) & (
+        value < SIDE_CLEARANCE * spacing(level)
+    )
+    rows.weights[wrong] *= HEAVIER
+    near = distinct(cells_of(rows.points[wrong], level), level)
+    for _ in range(HEAVIER_RINGS if len(near) else 0):
+        near = dilated(near, level)
+    return near
 
 
 def _sample(

@@ -176,6 +176,7 @@ class Jobs:
             before.preparation.field,
             read_array(job, "vertices"),
             read_array(job, "triangles"),
+            cells=read(job, "resolution", int),
             progress=sub_progress(progress, 0.1, 0.8),
         )
         return self._one_more(before, result, job, progress)

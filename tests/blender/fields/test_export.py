@@ -174,7 +174,7 @@ class Export(SculptCase):
         self.ob.modifiers.new("Mask", "MASK").vertex_group = "Empty"
         path, objects = self.folder / "none.obj", len(bpy.data.objects)
         given = {"filepath": str(path), "resolution": RESOLUTION}
-        self.assert_fails("leave nothing", bpy.ops.neural_sculpt.export, **given)
+        self.assert_fails("leave no face", bpy.ops.neural_sculpt.export, **given)
         self.assertFalse(path.exists())
         self.assertEqual(len(bpy.data.objects), objects)
         self.export("all.obj", resolution=RESOLUTION, modifiers=False)

@@ -132,6 +132,16 @@ def test_a_piece_that_was_deleted_is_gone_and_the_rest_stays(operation, center, 
     assert inside == (operation == "difference")
 
 
+def test_a_piece_that_the_proxy_did_not_show_stays():
+    """An island between the points of a coarse lattice: nobody has deleted it."""
+    field = with_ball("union", (0.62, 0.3, 0), 0.012)
+    proxy = extract(field, 64)
+    assert (proxy.components.total, extract(field, 128).components.total) == (1, 2)
+    vertices = dented(proxy.vertices, proxy.normals, 0.05)
+    done = absorb(field, vertices, proxy.triangles, cells=64)
+    assert extract(done.field, 128).components.total == 2
+
+
 def test_a_piece_is_deleted_and_another_one_is_sculpted():
     field = with_ball("union", (0.62, 0.62, 0), 0.15)
     proxy = extract(field, 128)

@@ -25,7 +25,7 @@ from ...session.absorption import live
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 from . import level_set
-from .stand_in import has_vertices, stand_in
+from .stand_in import has_faces, stand_in
 
 FORMATS = (
     ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),
@@ -167,7 +167,10 @@ class NEURAL_SCULPT_OT_export(Operator):
                 _write_mesh(path, ob, result, modifiers, text)
 
         def foresee(result: Message) -> bool:
-            return (ob := find(target)) is not None and next_proxy.carries(ob, result)
+            ob = find(target)
+            if ob is None or proxy_mesh.mesh_of(ob).is_editmode:  # which shows no attributes
+                return False
+            return next_proxy.carries(ob, result)
 
         job = Job(kind, Text("Export {}", path.name), request, write, reads=target)
         if kind is JobKind.MESH:
@@ -182,9 +185,9 @@ def _write_mesh(path: Path, ob: Object, result: Message, modifiers: bool, text: 
         raise SculptError("{} was not written. Leave Edit Mode first.", path.name)
     geometry = next_proxy.next_geometry(ob, result, field_of(ob).smooth)
     with stand_in(ob, geometry) as copy:
-        if modifiers and not has_vertices(copy):
+        if modifiers and not has_faces(copy):
             raise SculptError(
-                "{} was not written: the modifiers of {} leave nothing of its mesh. Change them, or"
+                "{} was not written: the modifiers of {} leave no face of its mesh. Change them, or"
                 " turn Apply Modifiers off.",
                 path.name,
                 ob.name,

@@ -33,14 +33,18 @@ def stand_in(ob: Object, geometry: Geometry) -> Iterator[Object]:
             bpy.data.meshes.remove(mesh)
 
 
-def has_vertices(ob: Object) -> bool:
-    """Whether modifiers leave any vertex of an object, or put instances in its place."""
+def has_faces(ob: Object) -> bool:
+    """Whether modifiers leave any face of an object, or put instances with some in its place."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    evaluated = ob.evaluated_get(depsgraph).data
-    if isinstance(evaluated, Mesh) and evaluated.vertices:
+    if _has_faces(ob.evaluated_get(depsgraph)):
         return True
-    instances = (each for each in depsgraph.object_instances if each.parent is not None)
-    return any(each.parent.original == ob for each in instances)
+    instances = (each for each in depsgraph.object_instances if each.is_instance)
+    return any(each.parent.original == ob and _has_faces(each.object) for each in instances)
+
+
+def _has_faces(evaluated: Object | None) -> bool:
+    mesh = None if evaluated is None else evaluated.data
+    return isinstance(mesh, Mesh) and bool(mesh.polygons)
 
 
 def _mesh(ob: Object, geometry: Geometry) -> Mesh:
