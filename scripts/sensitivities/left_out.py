@@ -60,7 +60,6 @@ WHY = {
         "problem.tube": ("TORN", "INNER_RIM"),
     },
     "how results are measured and reported": {
-        "edit.absorb": ("PIECE_CELLS",),
         "edit.gone": ("CELLS", "FINE_CELLS", "NEAR"),
         "edit.lost": ("LOST", "UNTOLD"),
         "fit.consolidate": ("COMPARED_CELLS", "MEASURE_SAMPLES"),

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Extent of an object in the scene: along every axis it must have one, for else nothing can be
-brought from the scene into its coordinates."""
+"""Extent of an object in the scene. An object without any along an axis is refused, because nothing
+can be brought from the scene into its coordinates."""
 
 import numpy as np
 from bpy.types import Object

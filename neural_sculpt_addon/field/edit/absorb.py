@@ -27,11 +27,9 @@ from ..fit.mesh_cleanup import CleanMesh, clean
 from ..fit.mesh_distance import MeshDistance
 from ..geometry import unit
 from ..levels import Coefficients
-from ..mesh.pieces import components
-from ..mesh.proxy import extract
 from ..projection import find_surface, project
 from .absorption import Absorption
-from .gone import CELLS, find_gone, take_away
+from .gone import CELLS, Gone, find_gone, take_away
 from .lost import lost
 from .patch import Patch, bent, finest_level
 
@@ -39,7 +37,6 @@ Array = NDArray[np.float32]
 
 MOVED = 3e-4  # from the zero level, model units; vertices of a proxy are within 1.5e-4
 FLATTEST = 0.3  # |grad f| from which on a small f is believed to be near the zero level
-PIECE_CELLS = 64  # of the lattice that finds pieces
 
 
 class Absorbed(NamedTuple):
@@ -79,7 +76,7 @@ def absorb(
     distance = MeshDistance(mesh, rng, sub_progress(progress, 0.1, 0.3))
     patch = bent(mesh.vertices, mesh.triangles.astype(np.int32), moved)
     gone = find_gone(field, patch, cells, sub_progress(progress, 0.3, 0.35))
-    if not moved.any() and not gone:
+    if not moved.any() and not gone.pieces:
         raise SculptError(
             "Nothing of the proxy was moved, so there is nothing to absorb. Deleted faces come back"
             " with Remesh Proxy."
@@ -90,22 +87,20 @@ def absorb(
 
     finest = finest_level(mesh.corners[moved[mesh.triangles].all(axis=1)])
     share = sub_progress(progress, 0.35, 0.8)
-    solution = Absorption(field, patch, signed, finest, rng, share, gone=gone)
+    solution = Absorption(field, patch, signed, finest, rng, share, gone=gone.pieces)
     return finished(field, solution, patch, gone, start, sub_progress(progress, 0.8, 1.0))
 
 
 def finished(
-    field: Field,
-    solution: Absorption,
-    patch: Patch,
-    gone: list[Array],
-    start: float,
-    progress: Progress,
+    field: Field, solution: Absorption, patch: Patch, gone: Gone, start: float, progress: Progress
 ) -> Absorbed:
-    """What a solution makes of the `field`; it has taken since `start`."""
-    notes = take_away(field, solution, patch, gone, rising(sub_progress(progress, 0.0, 0.5)))
+    """The `field` with a solution's layer, without what nobody asked for, and the report.
+
+    start: of the absorption, as of `time.monotonic`
+    """
+    count, notes = take_away(field, solution, patch, gone, rising(progress))
     done = field.plus(solution.layer)
-    report = measure(done, patch, sub_progress(progress, 0.5, 1.0))
+    report = _measure(done, patch) | {"components": count}
     if notes:
         report["notes"] = [*report.get("notes", ()), *notes]
     return Absorbed(done, solution.layer, report | {"seconds": time.monotonic() - start})
@@ -135,7 +130,7 @@ def find_moved(field: Field, vertices: NDArray, triangles: NDArray) -> NDArray[n
     return moved
 
 
-def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
+def _measure(field: Field, patch: Patch) -> dict[str, Any]:
     """How close the zero level came to what was moved, see `Absorbed`."""
     moved = patch.where(patch.moved)
     error = np.empty(0)
@@ -144,8 +139,4 @@ def measure(field: Field, patch: Patch, progress: Progress) -> dict[str, Any]:
         found = project(field, moved.points)
         error = np.linalg.norm(found.points - moved.points, axis=1)
         measures = deviation(found, moved.points, unit(moved.gradients))
-    return {
-        **measures,
-        **lost(moved.points, error),
-        "components": components(extract(field, PIECE_CELLS, progress)),
-    }
+    return {**measures, **lost(moved.points, error)}

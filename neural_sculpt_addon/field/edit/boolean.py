@@ -149,7 +149,7 @@ def combine(
     mesh = _extract(both, BLEND_CELLS, sub_progress(progress, 0.1, 0.4))
     patch = _patch(field, both, mesh)
     gone = find_gone(field, patch, CELLS, sub_progress(progress, 0.4, 0.45))
-    if not patch.moved.any() and not gone:
+    if not patch.moved.any() and not gone.pieces:
         raise SculptError(
             "This Boolean changes nothing: the other object adds nothing to the field, and takes"
             " nothing away, or is too small. Move it, scale it up, or choose another operation."
@@ -160,7 +160,7 @@ def combine(
 
     rng = np.random.default_rng(0)
     share = sub_progress(progress, 0.45, 0.8)
-    solution = Absorption(field, patch, signed, BLEND_FINEST, rng, share, gone=gone)
+    solution = Absorption(field, patch, signed, BLEND_FINEST, rng, share, gone=gone.pieces)
     return finished(field, solution, patch, gone, start, sub_progress(progress, 0.8, 1.0))
 
 

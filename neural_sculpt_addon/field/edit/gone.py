@@ -5,6 +5,8 @@ An island that was deleted, or that a Boolean takes away, leaves no vertex that 
 there must be asked of the old surface. Model space. See docs/method.md, section 6.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,7 @@ from ..field import Field
 from ..geometry import search_tree
 from ..mesh.components import signed_volumes
 from ..mesh.pieces import LEAST, Islands
-from ..mesh.proxy import sketch
+from ..mesh.proxy import Proxy, sketch
 from ..projection import project
 from .absorption import Absorption
 from .patch import Patch
@@ -31,61 +33,81 @@ LEFT_OVER = Text(
 )
 
 
-def find_gone(field: Field, patch: Patch, cells: int, progress: Progress) -> list[Array]:
-    """Points (K, 3) of each piece of the field's surface that has no part of a new one: the `patch`
-    has no sample that has stayed there, or that was moved from there.
+class Gone(NamedTuple):
+    """The pieces that are gone, and the cells per axis of the lattice that showed the surface."""
+
+    pieces: list[Array]  # points (K, 3) of the surface of each
+    cells: int
+
+
+def find_gone(field: Field, patch: Patch, cells: int, progress: Progress) -> Gone:
+    """The pieces of the field's surface that have no part of a new one: the `patch` has no sample
+    that has stayed there, or that was moved from there.
 
     cells: of the lattice that showed the surface: pieces between its points were never seen, so
            nobody has taken them away
     """
-    return [
-        project(field, piece).points
-        for piece in _without_part(field, patch, min(cells, FINE_CELLS), progress)
-    ]
+    cells = min(cells, FINE_CELLS)
+    pieces = _without_part(field, patch, cells, progress)
+    return Gone([project(field, piece).points for piece in pieces], cells)
 
 
 def take_away(
-    field: Field, solution: Absorption, patch: Patch, gone: list[Array], progress: Progress
-) -> list[Text]:
+    field: Field, solution: Absorption, patch: Patch, gone: Gone, progress: Progress
+) -> tuple[int, list[Text]]:
     """Solve away pieces of surface that nobody asked for: neither a sample of the patch nor another
-    piece that was there, unseen, is nearest to them. What is to be said if some of it stays.
+    piece that was there, unseen, is nearest to them. How many pieces the field has then, and what
+    is to be said if one of these stays.
 
     Among them is what is left of `gone` pieces, which is thin.
     """
-    cells = FINE_CELLS if gone else CELLS
-    unseen = [
-        piece
-        for piece in _without_part(field, patch, cells, progress)
-        if not any(_touch(piece, other, NEAR * 2 / cells) for other in gone)
-    ]
-    asked = np.concatenate([patch.points, *unseen])
-    for repairs in range(REPAIRS + 1):
+    cells = FINE_CELLS if gone.pieces else CELLS
+    asked = np.concatenate([patch.points, *_unseen(field, patch, gone, cells, progress)])
+    repairs = 0
+    while True:
         proxy = sketch(field.plus(solution.layer), cells, progress)
         count, labels = proxy.components
-        is_asked = np.zeros(count, bool)
-        is_asked[labels[search_tree(proxy.vertices).query(asked)[1]]] = True
+        is_asked = _nearest_pieces(proxy, asked)
         if is_asked.all():
-            return []
-        if repairs < REPAIRS:
-            volumes = signed_volumes(proxy.vertices, proxy.triangles, labels, count)
-            chosen = ~is_asked[labels]
-            side = np.where(volumes > 0, LEAST, -LEAST)[labels[chosen]]
-            solution.forbid(Islands(proxy.vertices[chosen], side))
-    return [LEFT_OVER]
+            return count, []
+        if repairs == REPAIRS:
+            return count, [LEFT_OVER]
+        volumes = signed_volumes(proxy.vertices, proxy.triangles, labels, count)
+        chosen = ~is_asked[labels]
+        side = np.where(volumes > 0, LEAST, -LEAST)[labels[chosen]]
+        solution.forbid(Islands(proxy.vertices[chosen], side))
+        repairs += 1
+
+
+def _unseen(field: Field, patch: Patch, gone: Gone, cells: int, progress: Progress) -> list[Array]:
+    """The vertices (K, 3) of each piece that a lattice of so many cells shows and the one that
+    showed the surface did not."""
+    if cells <= gone.cells and not gone.pieces:
+        return []
+    reach = NEAR * 2 / cells
+    return [
+        piece
+        for piece in _without_part(field, patch, cells, progress)
+        if not any(_touch(piece, other, reach) for other in gone.pieces)
+    ]
 
 
 def _without_part(field: Field, patch: Patch, cells: int, progress: Progress) -> list[Array]:
     """The vertices (K, 3) of each piece of a lattice's mesh of the field that has no part of the
     patch."""
     old = sketch(field, cells, progress)
-    count, labels = old.components
-    tree = search_tree(old.vertices)
-    is_left = np.zeros(count, bool)
-    is_left[labels[tree.query(patch.points[~patch.moved])[1]]] = True
+    is_left = _nearest_pieces(old, patch.points[~patch.moved])
     if not is_left.all():
-        origins = project(field, patch.points[patch.moved]).points
-        is_left[labels[tree.query(origins)[1]]] = True
-    return [old.vertices[labels == piece] for piece in np.flatnonzero(~is_left)]
+        is_left |= _nearest_pieces(old, project(field, patch.points[patch.moved]).points)
+    return [old.vertices[old.components.labels == piece] for piece in np.flatnonzero(~is_left)]
+
+
+def _nearest_pieces(proxy: Proxy, points: Array) -> NDArray[np.bool_]:
+    """Which pieces (P,) of a mesh have the vertex that is nearest to some of `points` (N, 3)."""
+    count, labels = proxy.components
+    found = np.zeros(count, bool)
+    found[labels[search_tree(proxy.vertices).query(points)[1]]] = True
+    return found
 
 
 def _touch(one: Array, other: Array, reach: float) -> bool:

@@ -57,8 +57,8 @@ def reverse_distance(
 def _between(
     problem: Problem, tubes: list[Tube], edited: Field, proxy: Proxy
 ) -> NDArray[np.float32]:
-    """Points (N, 3) of the edited surface near a stroke that is so thin that few vertices of the
-    proxy are, or none: those of a finer mesh."""
+    """Vertices (N, 3) of a finer mesh of the edited surface, around a stroke so thin that the proxy
+    has few there, or none."""
     cell, radius = problem.preparation.spacing, problem.stroke.largest_radius
     times = next(
         (times for times in TIMES_AS_FINE if cell / times < ACROSS * radius), max(TIMES_AS_FINE)
@@ -78,8 +78,8 @@ def _between(
 
 
 def _from_tubes(problem: Problem, tubes: list[Tube], points: NDArray[np.float32]) -> Array:
-    """Distance of those of the edited surface's `points` (P, 3) that are near the stroke from the
-    displaced surface.
+    """Distance (N,) of the edited surface from the displaced one, at its `points` (P, 3) near the
+    stroke.
 
     A vertex belongs to the tube that has the nearest sample of the whole target surface, if one
     has, unless the triangle nearest to it lies at the tube's border, beyond which there is none. In
