@@ -31,7 +31,7 @@ from typing import Any
 from reliability import attacks, document
 from workshop import ROOT, environment
 
-from neural_sculpt_addon.worker.child import exit_in_words
+from neural_sculpt_addon.common.child import exit_in_words
 from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE
 
 ATTACKS = tuple(module.name for module in pkgutil.iter_modules(attacks.__path__))

@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..common.child import exit_in_words, start_logged
 from ..common.errors import SculptError
-from .child import exit_in_words, start_logged
 from .leftovers import make_folder, sweep
 from .mailbox import Inbox, Outbox
 from .protocol import Message, ProtocolError

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A fork server: workers come from a process that has loaded everything, each in milliseconds.
 
-`ForkServer.start` takes the place of `worker.child.start_logged`. What it starts is the
+`ForkServer.start` takes the place of `common.child.start_logged`. What it starts is the
 worker's own `server.main`, as the process that subprocess would have started: with its number, its
 pipe, its log, and an exit code of its own. One lives at a time. A worker that finds a file DIE
 beside its folders kills itself in the midst of its next result with arrays: the file says after

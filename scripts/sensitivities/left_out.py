@@ -26,6 +26,7 @@ WHY = {
     },
     "how work is divided: what comes does not depend on it, or only in its last bits": {
         "fit.fit_detail": ("BATCH", "AT_ONCE"),
+        "fit.mesh_cut": ("FEW", "TICK"),
         "fit.mesh_distance": ("BATCH",),
         "fit.mesh_union": ("BATCH",),
         "mesh.extraction.cells": ("BATCH",),

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from neural_sculpt_addon.worker.child import exit_in_words
+from neural_sculpt_addon.common.child import exit_in_words
 from neural_sculpt_addon.worker.install.environment import ENVIRONMENT_VARIABLE
 
 from . import ROOT, blenders, commands, failures, screen

@@ -141,6 +141,7 @@ def report(
         "mesh_components": int(pieces.counted.sum()),
         "mesh_cavities": int(pieces.cavity.sum()),
         "lost": len(lost),
+        "uncut": distance.uncut,
         "allowed": allowed,
         "beyond": float((samples.error > allowed).mean()),
         "thin": float(thin.mean()),
@@ -295,6 +296,14 @@ def _notes(
     if inner != mesh_inner and known.cavities:
         notes.append(
             Text("The mesh has {} cavities, the field {}. {}", mesh_inner, inner, _advice(would()))
+        )
+    if measures["uncut"]:
+        notes.append(
+            Text(
+                "Faces cross in too many places to cut them all ({} are left), so the field may"
+                " have walls inside. Unite the parts of the mesh first, with Boolean or Remesh.",
+                measures["uncut"],
+            )
         )
     if measures["tiny"]:
         notes.append(

@@ -63,6 +63,7 @@ class MeshDistance:
     vertices, faces: of what bounds the inside, (V, 3) and (F, 3): of the mesh, then of its films
     of_mesh:         how many of the faces are the mesh's
     crossing:        pairs of faces of the mesh that cross (N, 2)
+    uncut:           how many of these were too many to cut, so that inner walls may be left
     """
 
     def __init__(
@@ -76,11 +77,12 @@ class MeshDistance:
         sides = self._sides(probes, progress)
         _refuse_sheets(sides, mesh.pieces[probes.faces])
         self.crossing = pairs = crossings(self.vertices, self.faces)
+        self.uncut = 0
         if len(pairs) or (np.abs(sides).min(axis=0) > HIDDEN).mean() > WALLS:
             parts = cut(self.vertices, self.faces, pairs, self._winding, progress)
             self._winding = Winding(*_soup(parts.solid))
             self.vertices, self.faces = _soup(parts.surface)
-            self.of_mesh = len(self.faces)
+            self.of_mesh, self.uncut = len(self.faces), parts.uncut
             sides = self._sides(self.surface(PROBES, rng), progress)
         # Half of what it is just inside: 0.5 for a closed mesh, less for one with holes.
         self._threshold = float(np.clip(np.median(np.abs(sides).max(axis=0)) / 2, 0.25, 0.5))

@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from igl.copyleft import cgal
 from numpy.typing import NDArray
 
 from ...common.progress import Progress
 from ..geometry import unit
+from . import cgal_process
 from .mesh_cleanup import areas, normals
+from .mesh_cut import cut_along
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,9 @@ WHOLE = 0.2  # distance from a whole number, beyond which a winding number is th
 UNCUT_EDGE = 0.025  # longest edge of faces that need no cut
 PARALLEL = 1e-3  # sine of the angle between faces, below which they touch rather than cross
 NEAR_CORNER = 1 / 16  # size of the triangles in a face's corners that are looked at by themselves
-MOST_PAIRS = 6000  # pairs of faces that are cut, the largest ones, for each takes some milliseconds
+MOST_PAIRS = (
+    20_000  # of faces that are cut, the largest ones: each takes milliseconds, at times tens
+)
 
 
 class Parts(NamedTuple):
@@ -38,12 +41,13 @@ class Parts(NamedTuple):
 
     surface: Array  # (S, 3, 3), what bounds the union
     solid: Array  # (F, 3, 3), what tells the inside by its winding number: open walls are left out
+    uncut: int  # how many crossings were too many to cut; inner walls may be left there
 
 
 def crossings(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Pairs of faces that cross (N, 2), one of them large; the largest ones when there are many."""
+    """Pairs of faces that cross (N, 2), one of them large."""
     corners = vertices[faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)  # (F,)
+    longest = _longest(corners)
     large = longest > UNCUT_EDGE
     if not large.any():
         return np.empty((0, 2), np.int64)
@@ -53,10 +57,8 @@ def crossings(vertices: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
     square = tree.squared_distance(vertices, faces[large], corners[small].mean(axis=1))[0]
     near = small[np.asarray(square) < longest[small] ** 2]
     some = np.concatenate([np.flatnonzero(large), near])
-    pairs = some[np.asarray(_cut(corners[some], detect_only=True)[2], np.int64).reshape(-1, 2)]
-    size = longest[pairs].max(axis=1)
-    order = np.argsort(-size, kind="stable")[:MOST_PAIRS]
-    return pairs[order[size[order] > UNCUT_EDGE]]
+    pairs = some[cgal_process.crossings(corners[some])]
+    return pairs[large[pairs].any(axis=1)]
 
 
 def cut(
@@ -68,36 +70,45 @@ def cut(
 ) -> Parts:
     """What the faces (F, 3) are made of, those of `pairs` (N, 2) cut along each other.
 
+    Where more cross than are cut, and where they touch, they are divided until they are small.
+
     winding: the winding number of the faces
     """
     corners, crossing = vertices[faces], np.zeros(len(faces), bool)
-    crossing[pairs] = True
+    largest = _largest(corners, pairs)  # (N,)
+    crossing[pairs[largest]] = True
     apart, parts = corners[~crossing], np.empty((0, 3, 3))
     if len(pairs):
-        points, pieces, _, owners, _ = _cut(corners[crossing], stitch_all=True)
-        parts = np.asarray(points)[np.asarray(pieces)]
-        touching = _touching(corners, pairs)[crossing][np.asarray(owners).ravel()]
-        apart = np.concatenate([apart, _in_order(parts[touching])])
-        parts = _in_order(parts[~touching])
+        parts, owners = cut_along(corners[crossing], int(largest.sum()), progress)
+        uncut = np.zeros(len(faces), bool)
+        uncut[pairs[~largest | _touching(corners, pairs)]] = True
+        uncut = uncut[crossing][owners]
+        apart = np.concatenate([apart, _in_order(parts[uncut])])
+        parts = _in_order(parts[~uncut])
     corners = np.concatenate([_divided(apart, winding, progress), parts])
     corners = corners[areas(corners) > 0]
-    sides = np.empty((2, len(corners)))
-    for start in range(0, len(corners), BATCH):
-        progress(start / len(corners), "Looking for inner walls")
-        part = slice(start, start + BATCH)
-        sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
+    sides = _sides(corners, winding, progress)
     inner = _hidden(sides)  # (F,)
     open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
-    return Parts(corners[~inner], corners[~open_wall])
+    return Parts(corners[~inner], corners[~open_wall], int(np.sum(~largest)))
+
+
+def _largest(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which pairs (N, 2) are those of the largest faces (F, 3, 3), so many of these that no more
+    than `MOST_PAIRS` cross."""
+    if len(pairs) <= MOST_PAIRS:
+        return np.ones(len(pairs), bool)
+    rank = np.empty(len(corners), np.int64)
+    rank[np.argsort(-_longest(corners), kind="stable")] = np.arange(len(corners))
+    last = rank[pairs].max(axis=1)  # a pair comes in with the smaller of its two
+    return last < np.partition(last, MOST_PAIRS)[MOST_PAIRS]
 
 
 def _touching(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which faces (F, 3, 3) cross a parallel one, by the `pairs` (N, 2) that cross: rounding makes
-    parts that touch in a face do so, and then only here and there."""
+    """Which pairs (N, 2) of faces (F, 3, 3) are parallel: rounding makes parts that touch in a face
+    cross, and then only here and there."""
     one, other = np.moveaxis(unit(normals(corners))[pairs], 1, 0)
-    touching = np.zeros(len(corners), bool)
-    touching[pairs[np.linalg.norm(np.cross(one, other), axis=1) < PARALLEL]] = True
-    return touching
+    return np.linalg.norm(np.cross(one, other), axis=1) < PARALLEL
 
 
 def _hidden(sides: Array) -> NDArray[np.bool_]:
@@ -110,9 +121,7 @@ def _divided(corners: Array, winding: Callable[[Array], Array], progress: Progre
     touch in a face, but for rounding, do not cross it."""
     done = []
     while len(corners):
-        progress(0.0, "Looking for inner walls")
-        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-        large = longest > UNCUT_EDGE
+        large = _longest(corners) > UNCUT_EDGE
         done.append(corners[~large])
         corners = corners[large]
         middles = (corners + np.roll(corners, -1, axis=1)) / 2  # (L, 3, 3)
@@ -120,8 +129,7 @@ def _divided(corners: Array, winding: Callable[[Array], Array], progress: Progre
         quarters = np.concatenate([outer, middles[:, None]], axis=1)  # (L, 4, 3, 3)
         tips = corners[:, :, None] + NEAR_CORNER * (corners[:, None] - corners[:, :, None])
         asked = np.concatenate([quarters, tips], axis=1)  # (L, 7, 3, 3)
-        sides = winding(_beside(asked.reshape(-1, 3, 3))).reshape(2, -1)
-        hidden = _hidden(sides).reshape(-1, 7)
+        hidden = _hidden(_sides(asked.reshape(-1, 3, 3), winding, progress)).reshape(-1, 7)
         mixed = hidden.any(axis=1) & ~hidden.all(axis=1)
         done.append(corners[~mixed])
         corners = quarters[mixed].reshape(-1, 3, 3)
@@ -139,6 +147,16 @@ def _in_order(corners: Array) -> Array:
     return corners[np.lexsort(names.T[::-1])]
 
 
+def _sides(corners: Array, winding: Callable[[Array], Array], progress: Progress) -> Array:
+    """Winding numbers behind and before the middles of faces (F, 3, 3) -> (2, F)."""
+    sides = np.empty((2, len(corners)))
+    for start in range(0, len(corners), BATCH):
+        progress(start / len(corners), "Looking for inner walls")
+        part = slice(start, start + BATCH)
+        sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
+    return sides
+
+
 def _beside(corners: Array) -> Array:
     """Points behind and before the middles of faces (F, 3, 3) -> (2F, 3)."""
     around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)  # (F,)
@@ -148,6 +166,6 @@ def _beside(corners: Array) -> Array:
     return np.concatenate([middle - step, middle + step])
 
 
-def _cut(corners: Array, **options: bool) -> tuple:
-    points, names = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return cgal.remesh_self_intersections(points, names.reshape(-1, 3).astype(np.int64), **options)
+def _longest(corners: Array) -> Array:
+    """The longest edges (F,) of the triangles (F, 3, 3)."""
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)

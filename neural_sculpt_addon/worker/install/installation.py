@@ -15,9 +15,9 @@ import sys
 import threading
 from pathlib import Path
 
+from ...common.child import no_window
 from ...common.errors import SculptError
 from ...common.text import to_json
-from ..child import no_window
 from . import environment
 
 

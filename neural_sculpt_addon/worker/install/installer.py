@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ...common.child import exit_in_words, start_logged
 from ...common.text import Text, from_json
-from ..child import exit_in_words, start_logged
 from . import environment, interpreter
 
 logger = logging.getLogger(__name__)

@@ -14,9 +14,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...common.child import clean_environ, no_window
 from ...common.errors import SculptError
 from ...common.text import Text
-from ..child import clean_environ, no_window
 
 OLDEST = (3, 11)
 NEWEST = (3, 14)

@@ -11,8 +11,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ...common.child import clean_environ, no_window
 from ...common.errors import SculptError
-from ..child import clean_environ, no_window
 
 _KEPT = 400  # lines of output that are looked at when a command fails
 
