@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangle meshes as files, read and written by trimesh.
+"""Triangle meshes as files, read and written by trimesh; OFF files are read by `off_file`.
 
-Files come from outside: when trimesh fails on a damaged one, a SculptError says so in a sentence.
+Files come from outside: when reading fails on a damaged one, a SculptError says so in a sentence.
 """
 
 import io
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
+from . import off_file
 from .ply_faces import HEADER, triangulated
 from .proxy import Proxy
 from .refinement.refine import Refined
@@ -27,7 +28,7 @@ LARGEST_FILE = 2 << 30  # bytes
 SINGLE = (b"float", b"float32")  # names that PLY has for it
 RELATIVE = re.compile(rb"^[ \t]*f[ \t].*-", re.MULTILINE)  # a face of an OBJ file that counts back
 
-# What trimesh raises on damaged files.
+# What trimesh and the modules here raise on damaged files.
 DAMAGE = (
     *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
     *(NameError, RuntimeError, SyntaxError, TypeError, ValueError, struct.error),
@@ -85,6 +86,8 @@ def _load(path: Path) -> trimesh.Trimesh:
     if path.suffix.lower() == ".obj" and RELATIVE.search(data := path.read_bytes()):
         text = io.BytesIO(_from_start(data))
         return trimesh.load_mesh(text, "obj", process=False, skip_materials=True)
+    if path.suffix.lower() == ".off":
+        return trimesh.Trimesh(*off_file.read(path), process=False)
     if path.suffix.lower() == ".ply" and (data := triangulated(path)) is not None:
         return trimesh.load_mesh(io.BytesIO(data), "ply", process=False)
     return trimesh.load_mesh(path, process=False, skip_materials=True)

@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .polygons import fans
+
 HEADER = 1 << 16  # bytes in which a header ends
 ORDERS = {b"binary_little_endian": "<", b"binary_big_endian": ">"}
 TYPES = {
@@ -56,9 +58,9 @@ class _Element:
 
 
 def triangulated(path: Path) -> bytes | None:
-    """The same file with triangles alone, a fan of them for each face, which covers more than a
-    concave one; None where all faces are alike, and for what this cannot tell: text, other elements
-    with lists before the faces. ValueError or LookupError when the file is damaged."""
+    """The same file with triangles alone, a fan of them for each face; None where all faces are
+    alike, and for what this cannot tell: text, other elements with lists before the faces.
+    ValueError or LookupError when the file is damaged."""
     with path.open("rb") as file:
         header, ends, _ = file.read(HEADER).partition(b"end_header")
         kind, elements = _read(header.splitlines())
@@ -74,7 +76,7 @@ def triangulated(path: Path) -> bytes | None:
     if _are_alike(data, place, faces):
         return None
     starts, counts, item = _corners(data, place, faces)
-    triangles = _fans(data, starts, counts, item)
+    triangles = _triangles(data, starts, counts, item)
     rows = np.empty(len(triangles), [("count", "u1"), ("corners", ORDERS[kind] + "i4", 3)])
     rows["count"], rows["corners"] = 3, triangles
     lines = [b"ply", b"format " + kind + b" 1.0", *(x for each in before for x in each.lines)]
@@ -153,15 +155,11 @@ def _corners(
     return np.array(starts, np.int64), np.array(counts, np.int64), kind
 
 
-def _fans(
+def _triangles(
     data: mmap, starts: NDArray[np.int64], counts: NDArray[np.int64], item: np.dtype
 ) -> NDArray[np.int64]:
     """The triangles (T, 3) of faces whose corners begin at `starts` (F,) of the file, `counts` (F,)
-    of them. Faces with fewer than three have none."""
-    each = np.maximum(counts - 2, 0)
-    face = np.repeat(np.arange(len(counts)), each)
-    turn = np.arange(len(face)) - np.repeat(np.cumsum(each) - each, each)
-    corners = np.stack([np.zeros_like(turn), turn + 1, turn + 2], axis=1)  # (T, 3)
-    first, every = starts[face, None] + item.itemsize * corners, np.frombuffer(data, np.uint8)
+    of them."""
+    first, every = fans(starts, counts, item.itemsize), np.frombuffer(data, np.uint8)
     taken = np.stack([every[first + byte] for byte in range(item.itemsize)], axis=-1)
     return taken.view(item)[..., 0].astype(np.int64)
