@@ -8,6 +8,7 @@ import io
 import json
 import re
 import struct
+from codecs import BOM_UTF8
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -26,7 +27,8 @@ SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
 LARGEST_FILE = 2 << 30  # bytes
 
 SINGLE = (b"float", b"float32")  # names that PLY has for it
-RELATIVE = re.compile(rb"^[ \t]*f[ \t].*-", re.MULTILINE)  # a face of an OBJ file that counts back
+NOISE = re.compile(rb"^ +|#.*", re.MULTILINE)  # what is no part of a line of an OBJ file
+RELATIVE = re.compile(rb"^f .*-", re.MULTILINE)  # a face of an OBJ file that counts back
 
 # What trimesh and the modules here raise on damaged files.
 DAMAGE = (
@@ -81,10 +83,12 @@ def _compression(path: Path) -> str:
 
 
 def _load(path: Path) -> trimesh.Trimesh:
-    """What trimesh makes of a file. Of an OBJ file it knows numbers from the start alone, of a
-    binary PLY file faces that are alike."""
-    if path.suffix.lower() == ".obj" and RELATIVE.search(data := path.read_bytes()):
-        text = io.BytesIO(_from_start(data))
+    """What trimesh makes of a file. Of an OBJ file it knows numbers from the start alone and lines
+    that begin with their word and a space, of a binary PLY file faces that are alike."""
+    if path.suffix.lower() == ".obj":
+        data = path.read_bytes().removeprefix(BOM_UTF8).replace(b"\t", b" ")
+        data = NOISE.sub(b"", data)
+        text = io.BytesIO(_from_start(data) if RELATIVE.search(data) else data)
         return trimesh.load_mesh(text, "obj", process=False, skip_materials=True)
     if path.suffix.lower() == ".off":
         return trimesh.Trimesh(*off_file.read(path), process=False)
@@ -99,7 +103,7 @@ def _from_start(data: bytes) -> bytes:
     counts = {b"v": 0, b"vt": 0, b"vn": 0}
     lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
     for number, line in enumerate(lines):
-        word, *corners = line.partition(b"#")[0].split() or [b""]
+        word, *corners = line.split() or [b""]
         if word in counts:
             counts[word] += 1
         elif word == b"f":

@@ -80,6 +80,29 @@ def test_polygons_that_count_back_over_two_lines(tmp_path):
     np.testing.assert_array_equal(vertices[triangles][..., :2], expected)
 
 
+@pytest.mark.parametrize(
+    ("vertex", "face"),
+    [
+        ("v {} {} {}\n", "f {} {} {}  # a face\n"),
+        ("v {} {} {} # C:\\\n", "f {} {} {}\n"),
+        ("v\t{}\t{} {}\n", "f\t{}\t{} {}\n"),
+        (" \tv {} {} {}\n", "  f {} {} {}\n"),
+        ("\ufeffv {} {} {}\n", "f {} {} {}\n"),
+        ("v {} {} {} 1 0.5 0\r\n", "f {}/ {}// {}\r\n"),
+    ],
+)
+def test_lines_of_obj_files_as_other_programs_write_them(tmp_path, vertex, face):
+    """A tetrahedron, with lines and points beside its faces."""
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    faces = np.array([(1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4)])
+    text = "".join(vertex.format(*corner) for corner in corners).replace("\ufeff", "")
+    text += "l 1 2 3\np 4\n" + "".join(face.format(*each) for each in faces)
+    text = "\ufeff" * vertex.startswith("\ufeff") + text
+    (tmp_path / "tetrahedron.obj").write_bytes(text.encode())
+    vertices, triangles = mesh_file.read(tmp_path / "tetrahedron.obj")
+    np.testing.assert_array_equal(vertices[triangles], corners[faces - 1])
+
+
 @pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.7, 0.99])
 def test_truncated_files_are_a_smaller_mesh_or_a_sentence(tmp_path, proxy, suffix, share):
