@@ -11,6 +11,7 @@ import struct
 from codecs import BOM_UTF8
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -45,14 +46,18 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     if path.suffix.lower() not in SUFFIXES:
         raise SculptError("{}: meshes are read from {} files.", path.name, ", ".join(SUFFIXES))
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
             raise SculptError("{} is larger than 2 GiB; decimate the mesh first.", path.name)
-        if compression := _compression(path):
+        header = _header(path)
+        if compression := _compression(header):
             raise SculptError(
                 "{} is compressed ({}), which cannot be read. Export it without compression.",
                 path.name,
                 f"{compression:.60}",
             )
+        if any(accessor["count"] > size for accessor in header.get("accessors", [])):
+            raise ValueError("it has fewer numbers than it says")
         mesh = _load(path)
         vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
         vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
@@ -69,17 +74,21 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     return vertices, triangles
 
 
-def _compression(path: Path) -> str:
+def _header(path: Path) -> dict[str, Any]:
+    """What a .glb file tells of its data; nothing for other files."""
+    if path.suffix.lower() != ".glb":
+        return {}
+    with path.open("rb") as file:
+        (size,) = struct.unpack("<12xI4x", file.read(20))  # of the first chunk, which is JSON
+        return json.loads(file.read(size))
+
+
+def _compression(header: dict[str, Any]) -> str:
     """The extension by which the meshes of a .glb file are compressed; empty where they are not.
 
     trimesh makes them zeros.
     """
-    if path.suffix.lower() != ".glb":
-        return ""
-    with path.open("rb") as file:
-        (size,) = struct.unpack("<12xI4x", file.read(20))  # of the first chunk, which is JSON
-        required = json.loads(file.read(size)).get("extensionsRequired", [])
-    return ", ".join(name for name in required if "compression" in name)
+    return ", ".join(name for name in header.get("extensionsRequired", []) if "compression" in name)
 
 
 def _load(path: Path) -> trimesh.Trimesh:

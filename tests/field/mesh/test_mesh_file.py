@@ -3,6 +3,11 @@
 
 import json
 import struct
+import tracemalloc
+from collections.abc import Iterable
+from itertools import combinations
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -149,19 +154,93 @@ def test_a_file_of_double_precision_may_be_far_away(tmp_path):
 @pytest.mark.parametrize("kind", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
 def test_compressed_files_are_refused_by_name(tmp_path, proxy, kind):
     """As exporters write them: the accessors of a compressed mesh have no bytes of their own."""
-    mesh_file.write(tmp_path / "ball.glb", proxy)
-    data = (tmp_path / "ball.glb").read_bytes()
-    (size,) = struct.unpack_from("<I", data, 12)
-    header, rest = json.loads(data[20 : 20 + size]), data[20 + size :]
+    path = tmp_path / "small.glb"
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
     header |= {"extensionsUsed": [kind], "extensionsRequired": [kind]}
     for accessor in header["accessors"]:
         del accessor["bufferView"]
+    write_glb(path, header, rest)
+    with pytest.raises(SculptError, match=rf"small\.glb is compressed \({kind}\)"):
+        mesh_file.read(path)
+
+
+def test_numbers_that_are_not_in_the_file_take_no_memory(tmp_path, proxy):
+    """A glTF accessor without bytes of its own is as many zeros as it says: here 0.8 GB of them.
+    What has as many as the mesh stays, as exporters write for shape keys that move nothing."""
+    path = tmp_path / "zeros.glb"
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
+    zeros = {"componentType": 5126, "type": "VEC3", "count": len(proxy.vertices)}
+    header["accessors"].append(zeros)
+    write_glb(path, header, rest)
+    assert len(mesh_file.read(path)[1]) == len(proxy.triangles)
+    zeros["count"] = 1 << 26
+    write_glb(path, header, rest)
+    tracemalloc.start()
+    with pytest.raises(SculptError, match="fewer numbers than it says"):
+        mesh_file.read(path)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1 << 20
+
+
+def test_nodes_of_a_scene_lie_where_it_puts_them(tmp_path):
+    """A tetrahedron as a strip of triangles, put into a scene by three nodes: moved and enlarged
+    with its parent, turned by 90 degrees about Z, and mirrored."""
+    points = np.vstack([np.zeros(3), np.eye(3)]).astype("<f4")
+    strip = np.array([0, 1, 2, 3, 0, 1], "<u2")
+    header = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [
+            {"children": [1, 2, 3], "scale": [2, 2, 2]},
+            {"mesh": 0, "translation": [1, 0, 0]},
+            {"mesh": 0, "rotation": [0, 0, 0.5**0.5, 0.5**0.5], "translation": [5, 0, 0]},
+            {"mesh": 0, "scale": [1, 1, -1], "translation": [9, 0, 0]},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "mode": 5}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 48},
+            {"buffer": 0, "byteOffset": 48, "byteLength": 12},
+        ],
+        "buffers": [{"byteLength": 60}],
+    }
+    body = points.tobytes() + strip.tobytes()
+    write_glb(tmp_path / "strips.glb", header, struct.pack("<I4s", 60, b"BIN\0") + body)
+    vertices, triangles = mesh_file.read(tmp_path / "strips.glb")
+    corners = vertices[triangles]  # (12, 3, 3)
+    turned = points[:, [1, 0, 2]] * [-1, 1, 1]
+    placed = 2 * np.stack([points, turned, points * [1, 1, -1]])
+    placed[..., 0] += np.array([[2], [10], [18]])
+    expected = [each[[*face]] for each in placed for face in combinations(range(4), 3)]
+    assert as_sets(corners) == as_sets(expected)
+    volume = np.einsum("ij,ij->", np.cross(corners[:, 0], corners[:, 1]), corners[:, 2]) / 6
+    assert volume == pytest.approx(-3 * 8 / 6)  # the strip begins with the floor, seen from above
+
+
+def as_sets(faces: Iterable[np.ndarray]) -> set[frozenset[tuple[float, ...]]]:
+    """Faces by their corners, in whatever order."""
+    return {frozenset(tuple(corner) for corner in face.round(4).tolist()) for face in faces}
+
+
+def glb_chunks(path: Path) -> tuple[dict[str, Any], bytes]:
+    """What a .glb file tells of its data, and all that follows."""
+    data = path.read_bytes()
+    (size,) = struct.unpack_from("<I", data, 12)
+    return json.loads(data[20 : 20 + size]), data[20 + size :]
+
+
+def write_glb(path: Path, header: dict[str, Any], rest: bytes) -> None:
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 4)
     first = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
-    (tmp_path / "small.glb").write_bytes(first + text + rest)
-    with pytest.raises(SculptError, match=rf"small\.glb is compressed \({kind}\)"):
-        mesh_file.read(tmp_path / "small.glb")
+    path.write_bytes(first + text + rest)
 
 
 BAD = {
