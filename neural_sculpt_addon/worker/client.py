@@ -135,7 +135,8 @@ class Client:
             self.process.send(Message(ControlKind.CANCEL, job))
 
     def settle(self, job: int) -> None:
-        """Ask a running job for the result that it has by now; jobs that have none go on."""
+        """Ask a job for the result that it has by now, or its first one where it waits; jobs that
+        have none before their end go on."""
         if job in self._open and self.process is not None:
             self.process.send(Message(ControlKind.ENOUGH, job))
 

@@ -159,6 +159,25 @@ def test_cancel_takes_a_waiting_job_out_while_another_runs(client):
     assert finish(client, after).kind is MessageKind.RESULT
 
 
+def test_what_is_good_enough_ends_with_a_result_though_it_waits_and_no_other_does(client):
+    running, waiting, last = (client.submit(JobKind.EDIT, SLOW) for _ in range(3))
+    begun(client, running)
+    client.settle(waiting)
+    client.settle(running)
+    client.settle(12345)
+    assert finish(client, running).fields == {"slept": False}
+    assert finish(client, waiting).fields == {"slept": False}
+    begun(client, last)
+    client.settle(last)
+    assert finish(client, last).fields == {"slept": False}
+
+
+def test_good_enough_before_the_worker_is_up_counts(client):
+    job = client.submit(JobKind.EDIT, SLOW)
+    client.settle(job)
+    assert finish(client, job).fields == {"slept": False}
+
+
 def test_cancel_before_the_worker_is_up_counts(client):
     job = client.submit(JobKind.EDIT, SLOW)
     client.cancel(job)

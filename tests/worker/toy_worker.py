@@ -32,11 +32,14 @@ def echo(job, progress):
 
 
 def slow(job, progress):
-    """Report every 10 ms, for `seconds`; all arrays come back as a preview at once."""
+    """Report every 10 ms, for `seconds`, or less where that will do; all arrays come back as a
+    preview at once."""
     steps = int(job.fields["seconds"] * 100)
     if job.arrays:
         job.preview(Payload({"shown": True}, job.arrays))
     for step in range(steps):
+        if job.enough():
+            return Payload({"slept": False})
         progress(step / steps, Text("step {}", f"{step:06}"))
         time.sleep(0.01)
     return Payload({"slept": True})

@@ -110,7 +110,7 @@ class Server:
         self._waiting: deque[Message] = deque()
         self._running: int | None = None
         self._cancelled = False
-        self._enough = False
+        self._enough = set[int]()  # jobs whose results as they are will do
         self._reported = 0.0  # when the running job came to its last report
         threading.Thread(target=self._beat, name="pulse", daemon=True).start()
         threading.Thread(target=self._listen, name="listener", daemon=True).start()
@@ -122,7 +122,7 @@ class Server:
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting)
                 job = self._waiting.popleft()
-                self._running, self._cancelled, self._enough = job.job, False, False
+                self._running, self._cancelled = job.job, False
                 self._reported = time.monotonic()
             self._finish(self._run(job, handlers))
 
@@ -135,7 +135,7 @@ class Server:
                 job.fields,
                 job.arrays,
                 preview=partial(self._send_preview, job.job),
-                enough=lambda: self._enough,
+                enough=lambda: job.job in self._enough,
             )
             with interruptible(self._look):
                 result = handler(task, self._progress(job.job))
@@ -196,6 +196,7 @@ class Server:
         """End the running job: from here on a cancel comes too late."""
         with self._changed:
             self._running = None
+            self._enough.discard(answer.job)
         try:
             self._send(answer)
         except ProtocolError as error:  # a result that cannot be sent: NaN in a report, too large
@@ -253,15 +254,20 @@ class Server:
             return
         if message.kind is ControlKind.ENOUGH:
             with self._changed:
-                self._enough = self._enough or message.job == self._running
+                if self._is_open(message.job):
+                    self._enough.add(message.job)
             return
         if not isinstance(message.kind, JobKind):
             raise ProtocolError(f"The worker was sent a {message.kind}.")
         with self._changed:
-            if message.job == self._running or any(job.job == message.job for job in self._waiting):
+            if self._is_open(message.job):
                 raise ProtocolError(f"There is already a job {message.job}.")
             self._waiting.append(message)
             self._changed.notify()
+
+    def _is_open(self, number: int) -> bool:
+        """Whether a job runs or waits."""
+        return number == self._running or any(job.job == number for job in self._waiting)
 
     def _cancel(self, number: int) -> None:
         with self._changed:
@@ -271,6 +277,7 @@ class Server:
             if waiting is None:
                 return  # running, or it has ended already
             self._waiting.remove(waiting)
+            self._enough.discard(number)
         self._send(Message(MessageKind.CANCELLED, number))
 
 
