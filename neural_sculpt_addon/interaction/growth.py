@@ -15,7 +15,7 @@ from collections.abc import Generator, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stroke.curve import Array, arc_length, fit_curve
+from ..stroke.curve import Array, Curve, arc_length, fit_curve
 from ..stroke.displacement import displace_at
 from ..stroke.modulation import Modulation
 from ..stroke.path import Path, Place, locate, make_path
@@ -89,7 +89,8 @@ class Growth:
     def _lay(self, stroke: Stroke) -> Generator[int, None, Mask]:
         """Lay the path. Yields as `follow` does, and returns which vertices (V,) are near to the
         part of it that is new."""
-        drawn = _spline(stroke)
+        curve = fit_curve(stroke.points, stroke.closed)
+        drawn = _drawn(curve, stroke.brush.radius)
         surface, near = self._surface, np.zeros(len(self._along), bool)
         if self._path is None:
             runs = np.array_split(stroke.points, -(-len(stroke.points) // RUN))
@@ -116,7 +117,7 @@ class Growth:
             near[around] = True
             points, normals = np.vstack([points, laid]), np.vstack([normals, upright])
             yield len(around) // 8 + AT_LEAST
-        self._path = make_path(points, normals, stroke.closed and len(points) > 1, stroke.image)
+        self._path = make_path(points, normals, curve.closed, stroke.image)
         return near
 
     def _locate(self, path: Path, vertices: Indices) -> None:
@@ -152,12 +153,11 @@ class Growth:
         self.fresh[vertices] = True
 
 
-def _spline(stroke: Stroke) -> Array:
-    """Points (N, 3) along the spline."""
-    curve = fit_curve(stroke.points, stroke.closed)
+def _drawn(curve: Curve, radius: float) -> Array:
+    """Points (N, 3) along the spline of a stroke, close together for its radius."""
     if len(curve.points) == 1:
         return curve.points
-    step, length = stroke.brush.radius / STEPS_PER_RADIUS, arc_length(curve.points)[-1]
+    step, length = radius / STEPS_PER_RADIUS, arc_length(curve.points)[-1]
     return curve.every(step * 2 ** max(np.ceil(np.log2(length / step / MOST_STEPS)), 0))
 
 

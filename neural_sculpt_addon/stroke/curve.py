@@ -84,11 +84,8 @@ def fit_curve(points: ArrayLike, closed: bool = False) -> Curve:
     A closed curve needs three distinct points; with fewer it is open.
     """
     points = np.asarray(points, float).reshape(-1, 3)
-    moves = np.linalg.norm(np.diff(points, axis=0), axis=1) > REPEATED  # (K - 1,)
-    p = points[np.append(True, moves)]
-    if closed and len(p) > 1 and np.linalg.norm(p[-1] - p[0]) <= REPEATED:
-        p = p[:-1]
-    closed = closed and len(p) >= 3
+    counted, closed = through(points, closed)
+    p = points[counted]
     if closed:
         p = np.vstack([p, p[0]])
     knots = arc_length(p)
@@ -101,6 +98,18 @@ def fit_curve(points: ArrayLike, closed: bool = False) -> Curve:
     else:
         slopes = _not_a_knot_slopes(knots, p)
     return Curve(knots, p, slopes, closed)
+
+
+def through(points: Array, closed: bool) -> tuple[NDArray[np.intp], bool]:
+    """Which of the control points (K, 3) count in the spline through them, and whether it is
+    closed."""
+    moves = np.linalg.norm(np.diff(points, axis=0), axis=1) > REPEATED  # (K - 1,)
+    counted = np.flatnonzero(np.append(True, moves))
+    if closed and len(counted) > 1:
+        first, last = points[counted[[0, -1]]]
+        if np.linalg.norm(last - first) <= REPEATED:
+            counted = counted[:-1]
+    return counted, closed and len(counted) >= 3
 
 
 def arc_length(points: Array) -> Array:

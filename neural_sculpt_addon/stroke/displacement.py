@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .alpha import Alpha
-from .curve import Array, arc_length
+from .curve import Array, arc_length, through
 from .path import POINTS_AT_ONCE, Path, Place, locate, place_at, square_distances
 from .stroke import Direction, Ends, Stroke
 
@@ -184,7 +184,9 @@ def _factors(stroke: Stroke, factors: Array | None, u: Array) -> Array:
     if factors is None:
         return np.ones_like(u)
     points = stroke.points
-    if stroke.closed and len(points) > 2:
-        points, factors = np.vstack([points, points[0]]), np.append(factors, factors[0])
+    if stroke.closed:
+        counted, closed = through(points, closed=True)
+        order = np.append(np.arange(len(points)), 0) if closed else counted
+        points, factors = points[order], factors[order]
     along = arc_length(points)
     return np.interp(u * along[-1], along, factors)

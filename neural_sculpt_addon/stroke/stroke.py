@@ -18,6 +18,7 @@ from ..common import reading
 from ..common.errors import SculptError
 from .alpha import Alpha
 from .brush import Brush
+from .curve import through
 from .mask import Mask
 from .modulation import Modulation
 from .profile import Profile
@@ -300,10 +301,10 @@ def _coincide(one: Stroke, other: Stroke) -> bool:
     if np.ptp(one.points, axis=0).max() <= SAME:  # a dab is turned about itself
         return mine == mine.mirrored()
     modulation = one.brush.modulation(np.linspace(0, 1, 257))
-    starts = [0]
-    if one.closed and np.ptp(modulation) == 0:
+    starts, (_, closed) = [0], through(one.points, one.closed)
+    if closed and np.ptp(modulation) == 0:
         starts = np.flatnonzero(np.abs(other.points - one.points[0]).max(axis=1) <= SAME).tolist()
-    order, last = np.arange(len(one.points)), 0 if one.closed else -1
+    order, last = np.arange(len(one.points)), 0 if closed else -1
     orders = [(start + order, theirs) for start in starts]
     if np.allclose(modulation, modulation[::-1]):
         orders += [(start + last - order, theirs.mirrored()) for start in starts]

@@ -109,6 +109,16 @@ class Growing(unittest.TestCase):
         way = walk(np.random.default_rng(4), 25)
         self.grow(Stroke(way, Brush(0.1, 0.05), closed=True))
 
+    def test_two_points_are_no_ring(self) -> None:
+        """A stroke with flat ends, marked closed: it ends in a plane at either of its points."""
+        points, triangles = square()
+        line = np.array([[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]])
+        shape = Displaced(points, triangles)
+        shape.add(Stroke(line, Brush(0.2, 0.1), ends=Ends.FLAT, closed=True))
+        moved = points[shape.vertices][shape.positions[:, 2] > 1e-6]
+        self.assertGreater(np.abs(moved[:, 1]).max(), 0.15)
+        self.assertLessEqual(np.abs(moved[:, 0]).max(), 0.3 + 1e-6)
+
     def test_upon_another_stroke(self) -> None:
         generator = np.random.default_rng(5)
         below = Stroke(walk(generator, 20), Brush(0.2, 0.06))

@@ -209,6 +209,16 @@ def test_factors_of_uneven_points_and_of_a_closed_stroke():
     np.testing.assert_allclose(local_radius(ring, u), [1, 0.5, 0, 0, 0.5, 1], atol=1e-12)
 
 
+@pytest.mark.parametrize("places", [[0, 1], [0, 1, 0], [0, 0, 1], [0, 0, 1, 1, 0]])
+def test_factors_of_two_places_though_they_are_marked_closed(places):
+    """The curve is open, from the first place to the second."""
+    points = np.array([[0, 0, 0], [0.4, 0, 0]])[places]
+    factors = np.array([1.0, 0.5])[places]
+    stroke = Stroke(points, Brush(1.0, 0.1), closed=True, radius_factors=factors)
+    u = np.array([0, 0.25, 0.5, 1])
+    np.testing.assert_allclose(local_radius(stroke, u), [1, 0.875, 0.75, 0.5], atol=1e-12)
+
+
 def test_a_radius_of_zero_displaces_nothing_but_divides_by_nothing():
     stroke, path = straight(radius_factors=np.array([0.0, 0.0]))
     found = on_plane(stroke, path, 0, [0.001, 0.1])

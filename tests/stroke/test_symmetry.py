@@ -162,6 +162,16 @@ def test_a_stroke_across_a_mirror_plane_is_one_where_it_is_symmetric():
     assert len(replace(through, brush=Brush(0.1, 0.1)).copies()) == 1
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_two_points_are_a_line_with_two_sides_though_it_is_marked_closed(closed):
+    """In the plane of the mirror, and turned by 180 degrees about its middle: the other side of a
+    one-sided profile is displaced."""
+    line = stroke([[-0.2, 0, 0.4], [0.2, 0, 0.4]], closed=closed)
+    for words in ({"mirror": frozenset("Y")}, {"radial": (1, 1, 2)}):
+        assert len(replace(line, **words).copies()) == 2
+        assert len(replace(line, brush=Brush(0.1, 0.1), **words).copies()) == 1
+
+
 @pytest.mark.parametrize("radial", [(0, 1, 1), (1, 65, 1), (1, 1, -3), (1, 1)])
 def test_counts_out_of_bounds_are_refused(radial):
     with pytest.raises(SculptError, match="1 to 64"):
