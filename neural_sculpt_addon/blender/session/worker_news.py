@@ -159,12 +159,14 @@ class WorkerNews(JobQueue):
         job.apply(message)
 
     def _try_behind(self, job: Job, step: Callable[[], None]) -> None:
-        """Take a step of the job behind the others; when that cannot be, forget it."""
+        """Take a step of the job behind the others; when that cannot be, tell why and forget it."""
         try:
             step()
         except SculptError as error:
             log.warning("%s: %s", job.label, error)
             self.behind = None
+            if job.told_why is not None:
+                job.told_why(error.text)
 
     def _lose(self, job: Job, why: str) -> None:
         """The worker died with the job: let a new one try, once."""

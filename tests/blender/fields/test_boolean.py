@@ -4,7 +4,9 @@
 import bpy
 import numpy as np
 from bpy.types import Object
-from harness import SculptCase, SteeredCase, add, field, long, stroke, undo, vertices
+from harness import SculptCase, SteeredCase, add, field, long, module, stroke, undo, vertices
+
+PREVIEW = ("operators.fields.boolean_preview", "panels.status_bar")
 
 
 def select(*objects: Object) -> None:
@@ -78,6 +80,22 @@ class Booleans(SculptCase):
                 bpy.context.view_layer.update()
                 self.assert_fails(f"{each.name} has no size", bpy.ops.neural_sculpt.boolean)
             each.scale, each.location = (1, 1, 1), (0, 0, 0)
+
+
+class Preview(SteeredCase):
+    """Of the dialog: where nothing can be shown, the status bar says why."""
+
+    def test_an_object_without_size_has_the_sentence_of_the_operator(self) -> None:
+        self.ob.scale.z = 0.0
+        bpy.context.view_layer.update()
+        preview, hint = (module(f"blender.{name}") for name in PREVIEW)
+        refuse_flat = module("blender.scene.extent").refuse_flat
+        self.addCleanup(preview.end)
+        preview.show(self.ob, ("flat",), lambda: refuse_flat(self.ob))
+        self.pump(lambda: self.session.behind is None)
+        self.assertIn(f"{self.ob.name} has no size along an axis", hint.shown_hint())
+        preview.end()
+        self.assertIsNone(hint.shown_hint())
 
 
 class Waiting(SteeredCase):
