@@ -83,6 +83,11 @@ class Grid:
         bricks.reshape(-1)[flat[home] * _HALO**3 + spot] += values
         return Grid(self.level, torch.from_numpy(table), torch.from_numpy(bricks))
 
+    @property
+    def is_zero(self) -> bool:
+        """Whether all nodes are zero: a look at the first brick, but where much was taken away."""
+        return not any(brick.any() for brick in self.bricks.numpy())
+
     def has_brick(self, points: NDArray[np.floating]) -> NDArray[np.bool_]:
         """Whether there is a brick at each of `points` (N, 3): where there is none, no node reaches
         them."""
@@ -248,6 +253,8 @@ class Detail:
             if len(part.index):
                 grid = grids.get(level) or Grid.empty(level)
                 grids[level] = grid.plus(part.index, sign * part.values)
+                if grids[level].is_zero:
+                    del grids[level]
         return Detail(grids[level] for level in sorted(grids))
 
     @cached_property

@@ -274,6 +274,19 @@ def test_a_strength_scales_all_coefficients(terms, strength):
     assert not Detail.of(scaled(terms, 0.0)).coefficients
 
 
+def test_what_is_taken_away_leaves_no_level():
+    """Two of three nodes of level 6, in bricks of their own, and all of level 8."""
+    corners = np.array([[20, 20, 20], [40, 40, 40], [60, 60, 60]], np.int32)
+    ones = np.ones(3, np.float32)
+    terms = {level: Level(linear(corners, level), ones) for level in (6, 8)}
+    both = Detail.of(terms)
+    some = {6: Level(terms[6].index[:2], ones[:2]), 8: terms[8]}
+    assert both.plus(some, -1).levels == (6,)
+    assert both.plus(some, -1).coefficients[6].index.tolist() == terms[6].index[2:].tolist()
+    assert both.plus(terms, -1).levels == ()
+    assert both.levels == both.plus(some, -1).plus(some).levels == (6, 8)
+
+
 def test_the_finest_level_at_a_point_is_that_of_a_node_in_whose_cell_it_lies():
     """Nodes of three levels about one place, of which one is zero; beyond its cell none counts."""
     place = np.float32([[0.3, -0.2, 0.1]])
