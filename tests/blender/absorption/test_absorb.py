@@ -10,6 +10,7 @@ from harness import (
     arc,
     collection,
     field,
+    in_world,
     long,
     module,
     push_undo,
@@ -115,6 +116,34 @@ class Absorb(SculptCase):
         ops.remesh(resolution=ob.neural_sculpt.resolution)
         self.assertFalse(module("blender.scene.mesh.native_edits").edited(ob))
         np.testing.assert_allclose(vertices(ob), proxy, atol=1e-5)
+
+    def test_an_applied_scale_and_a_moved_origin_are_to_be_undone(self) -> None:
+        """A new proxy has neither: the sphere has half of its size again, or lies elsewhere."""
+        ops = bpy.ops.object
+        for how in (
+            lambda: ops.transform_apply(location=False, rotation=False, scale=True),
+            lambda: ops.origin_set(type="ORIGIN_CURSOR"),
+        ):
+            ob = add("SPHERE")
+            ob.location, ob.scale = (0, 0, 3), (2, 2, 2)
+            bpy.context.view_layer.update()
+            push_undo("Moved and scaled")
+            seen = in_world(ob)
+            how()
+            push_undo("As it was asked for")
+            bpy.context.view_layer.update()
+            np.testing.assert_allclose(in_world(ob), seen, atol=1e-5)
+            line = collection(arc(ob))
+            self.assert_fails(
+                "Apply or Set Origin, undo that", bpy.ops.neural_sculpt.stroke, points=line
+            )
+            undo()
+            ob = bpy.context.active_object
+            self.assertFalse(module("blender.scene.mesh.native_edits").edited(ob))
+            np.testing.assert_array_equal(in_world(ob), seen)
+            how()
+            bpy.ops.neural_sculpt.remesh(resolution=ob.neural_sculpt.resolution)
+            self.assertGreater(np.abs(in_world(ob) - seen).max(), 0.5)
 
     @long
     def test_other_topology_in_sculpt_mode(self) -> None:

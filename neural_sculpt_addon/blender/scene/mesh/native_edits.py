@@ -42,5 +42,6 @@ def refuse(ob: Object) -> None:
     if edited(ob):
         raise SculptError(
             "The proxy is not as the field made it: other brushes or tools changed it."
-            " Absorb takes that into the field, Remesh Proxy drops it."
+            " Absorb takes that into the field, Remesh Proxy drops it. If it was Apply or Set"
+            " Origin, undo that instead: Remesh Proxy would give the shape another size or place."
         )
