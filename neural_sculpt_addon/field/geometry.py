@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Geometry of many points and vectors: the nearest points, lengths, angles."""
+"""Geometry of many points, vectors and triangles: the nearest points, lengths, angles, areas."""
 
 from functools import reduce
 
@@ -23,6 +23,17 @@ def lengths(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
 def unit(vectors: NDArray) -> NDArray:
     """The vectors (N, 3) of length 1; those of length 0 stay."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30)
+
+
+def face_normals(corners: NDArray) -> NDArray:
+    """Normals (..., 3) of triangles with `corners` (..., 3, 3), as long as twice the area."""
+    a, b, c = np.moveaxis(corners, -2, 0)
+    return np.cross(b - a, c - a)
+
+
+def areas(corners: NDArray) -> NDArray:
+    """Areas (...) of triangles with `corners` (..., 3, 3)."""
+    return 0.5 * np.linalg.norm(face_normals(corners), axis=-1)
 
 
 def all_true(flags: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -173,6 +173,37 @@ def damaged(damage: Callable[..., Mesh]) -> Mesh:
     return damage(*ball(1), np.random.default_rng(0))
 
 
+def blocks() -> Mesh:
+    """Cubes that touch, each fifth inside out, with their sides divided this way or that."""
+    rng = np.random.default_rng(0)
+    cubes = []
+    for number, place in enumerate(np.ndindex(3, 3, 3)):
+        turn = trimesh.transformations.rotation_matrix(np.pi / 2, np.eye(3)[rng.integers(3)])
+        cube = trimesh.creation.box((1, 1, 1)).apply_transform(turn)
+        way = -1 if number % 5 == 4 else 1
+        cubes.append((cube.vertices + place, cube.faces[:, ::way]))
+    return joined(*cubes)
+
+
+def unsewn() -> Mesh:
+    """A box whose top is divided more finely than its sides, with triangles that have no area in
+    the seams."""
+    fine, box = trimesh.creation.box((1, 1, 1)).subdivide(), trimesh.creation.box((1, 1, 1))
+    top = fine.faces[fine.triangles_center[:, 2] > 0.49]
+    rest = box.faces[box.triangles_center[:, 2] < 0.49]
+    whole = joined((fine.vertices, top), (box.vertices, rest))
+    rim = [[x, y, 0.5] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+    middles = (np.array(rim) + np.roll(rim, -1, axis=0)) / 2
+    corners = np.stack([rim, np.roll(rim, -1, axis=0), middles], axis=1).reshape(-1, 3)
+    return joined(whole, (corners, np.arange(12).reshape(-1, 3)))
+
+
+def bars() -> Mesh:
+    """A slab with 210 bars through it: thousands of faces cross."""
+    places = [(x, y, 0) for x in np.linspace(-0.9, 0.9, 15) for y in np.linspace(-0.9, 0.9, 14)]
+    return joined(box((2, 2, 0.1)), *(box((0.06, 0.06, 0.4), place) for place in places))
+
+
 THICK = {"open_parts": "thickness"}
 FILM = "Openings closed by a film"
 
@@ -193,6 +224,18 @@ AWKWARD: dict[str, Awkward] = {
     "stacked boxes": Awkward(
         "one piece", lambda: joined(box((1, 1, 0.5)), box((1, 1, 0.5), (0, 0, 0.5)))
     ),
+    "copy inside out": Awkward(
+        "one of them", lambda: joined(box((1, 1, 1)), (-box((1, 1, 1))[0], box((1, 1, 1))[1]))
+    ),
+    "touching blocks": Awkward("one piece", blocks),
+    "closet": Awkward(
+        "the cavity stays, though it touches the wall",
+        lambda: joined(
+            box((1, 1, 1)), (box((0.5, 0.5, 0.5), (0, 0, 0.25))[0], box((1, 1, 1))[1][:, ::-1])
+        ),
+    ),
+    "seams": Awkward("sewn", unsewn, options=THICK),
+    "slab with bars": Awkward("their union", bars),
     "half sphere": Awkward("filled, with a word", lambda: part_of_ball(0), says=(FILM,)),
     "half sphere, shell": Awkward("a shell", lambda: part_of_ball(0), options=THICK, says=("got",)),
     "cup": Awkward("filled, with a word", lambda: cylinder(1), says=(FILM,)),

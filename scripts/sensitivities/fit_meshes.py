@@ -8,10 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from neural_sculpt_addon.field.fit.mesh_cleanup import CleanMesh, areas, clean
+from neural_sculpt_addon.field.fit.mesh_cleanup import CleanMesh, clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.fit.mesh_open import Open, prepare
 from neural_sculpt_addon.field.fit.mesh_pieces import find_pieces
+from neural_sculpt_addon.field.geometry import areas
 
 from .solids import SOLIDS, Solid
 from .subject import Case, Made, Subject, array_bits
@@ -51,7 +52,8 @@ SUBJECT = Subject(
     cases=cases,
     count=len(SOLIDS),
     constants={
-        "fit.mesh_cleanup": ("WELD_CELLS", "LEAST_PLACES", "CLOSED", "BULKY"),
+        "fit.mesh_cleanup": ("WELD_CELLS", "LEAST_PLACES"),
+        "fit.mesh_orient": ("CLOSED", "BULKY"),
         "fit.mesh_winding": ("FAST", "CLOSE", "PROBES_OF_PIECE", "DISSENT"),
         "fit.mesh_open": ("ALIKE", "SHEET", "FEW_SHEETS", "PROPOSED", "WORTH", "SHEET_PROBES"),
         "fit.mesh_thicken": ("SMOOTHED_SHARE", "LONGEST_OFFSET"),

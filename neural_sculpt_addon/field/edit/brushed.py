@@ -25,7 +25,7 @@ from ...common.errors import SculptError
 from ...common.progress import Progress, silent, sub_progress
 from ..fit.fit_detail import FIT_COARSEST
 from ..fit.fit_report import deviation
-from ..fit.mesh_cleanup import areas, normals
+from ..geometry import areas, face_normals
 from ..levels import Coefficients, spacing, support
 from ..mesh.pieces import Asked, find_islands
 from ..mesh.proxy import Proxy, update
@@ -235,7 +235,7 @@ def _is_bent(snapped: Snapped, brushed: Brushed) -> bool:
     corners = snapped.vertices[triangles].astype(float)  # (T, 3, 3)
     edges, was = (_edges(each) for each in (corners, before[triangles]))  # (T, 3)
     usual = np.linalg.norm(np.diff(before[triangles[:, :2]], axis=1), axis=2).mean()
-    facing = np.einsum("ti,tci->tc", normals(corners), snapped.normals[triangles])
+    facing = np.einsum("ti,tci->tc", face_normals(corners), snapped.normals[triangles])
     folded = areas(corners[(facing <= 0).any(axis=1)]).sum()  # slivers may look anywhere
     return bool((edges > STRETCHED_EDGE * np.maximum(usual, was)).any() or folded > usual**2)
 

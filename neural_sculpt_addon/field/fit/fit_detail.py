@@ -27,10 +27,10 @@ from ...common.progress import Check, Progress, silent
 from ...common.text import Text
 from ..evaluate import values, values_and_gradients
 from ..field import Field
+from ..geometry import areas
 from ..levels import Level, cells_of, centres, dilated, distinct, linear, places, spacing
 from ..solve.spline_system import Rows, solve_level
 from ..threads import in_pieces, join
-from .mesh_cleanup import areas
 from .mesh_distance import MeshDistance
 
 Array = NDArray[np.float32]

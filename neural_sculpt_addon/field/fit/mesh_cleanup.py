@@ -13,10 +13,13 @@ import igl
 import numpy as np
 import trimesh
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csr_matrix
+from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse.csgraph import connected_components
 
 from ...common.errors import SculptError
-from .mesh_winding import facing
+from ..geometry import areas
+from .mesh_orient import orient
+from .mesh_sew import sew
 
 LONGEST_SIDE = 1.7  # of the shape in model space: a margin of 0.15 to each face of the box
 SMALLER = 1.25  # at most, so that the origin stays where it is: cells are larger by as much
@@ -26,8 +29,6 @@ CLUSTERS = 1000  # cells along the longest side where there are more; fewer unti
 COARSER = 0.8  # by this ratio
 SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
 LEAST_PLACES = 2000  # coordinates must tell apart this many places along the longest side
-CLOSED = 0.35  # |sum of area vectors| / area, below which a piece encloses a volume
-BULKY = 0.02  # volume / area^1.5, above which an open piece has an outer side; a sphere has 0.09
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) 
     count = len(faces)
     points, faces = _decimate(points, faces)
     decimated = count - len(faces)
-    points, faces, welded = _weld(points, faces, WELD_CELLS)
+    points, faces, welded = _weld_parts(points, faces)
     count = len(faces)
     faces = _drop_collapsed(points, faces)
     collapsed, count = count - len(faces), len(faces)
@@ -72,9 +73,12 @@ def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) 
         raise SculptError("All faces of the mesh have zero area. Choose a mesh with a surface.")
     faces = _drop_doubled(faces)
     doubled = count - len(faces)
-    faces, pieces, flipped = _orient(points, faces)
+    points, faces, sewn = sew(points, faces)
+    faces, pieces, flipped, copies = orient(points, faces)
     repairs = {"decimated": decimated} if decimated else {}
-    repairs |= {"welded": welded, "collapsed": collapsed, "doubled": doubled, "flipped": flipped}
+    repairs |= {"sewn": sewn} if sewn else {}
+    repairs |= {"welded": welded, "collapsed": collapsed}
+    repairs |= {"doubled": doubled + copies, "flipped": flipped}
     return CleanMesh(points, faces, pieces, scale, center, repairs, keep_origin)
 
 
@@ -93,16 +97,6 @@ def placed(
     near = np.abs(middle - origin) + half <= SMALLER * half.max()
     center = np.where(near, origin, middle)
     return float((np.abs(middle - center) + half).max()) * 2 / LONGEST_SIDE, center
-
-
-def areas(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Areas (F,) of the triangles with `corners` (F, 3, 3)."""
-    return 0.5 * np.linalg.norm(normals(corners), axis=1)
-
-
-def normals(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Normals (F, 3) as long as twice the area."""
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def _checked(
@@ -168,17 +162,54 @@ def _decimate(
     return (points, _without_flaps(faces)) if faces is not many else (points, faces)
 
 
-def _weld(
-    points: NDArray[np.float64], faces: NDArray[np.int64], cells: int
+def _weld_parts(
+    points: NDArray[np.float64], faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
-    """One vertex, their mean, for all that share a cell of a grid; how many there are less."""
-    place = np.rint((points / LONGEST_SIDE + 0.5) * cells).astype(np.int64)  # (V, 3)
-    x, y, z = place.T
-    key = (x << 42) | (y << 21) | z  # (V,), 21 bits each
-    _, name, size = np.unique(key, return_inverse=True, return_counts=True)
-    name = name.reshape(-1)
+    """The mesh with one vertex for those in one place, but for those of closed parts: two solids
+    that touch, or a solid and the wall of its cavity, stay two.
+
+    A part is what shares vertices as it is given; how many vertices are gone.
+    """
+    a, b, c = faces.T
+    ends, size = (np.tile(a, 2), np.append(b, c)), (len(points), len(points))
+    links = csr_matrix((np.ones(2 * len(faces), bool), ends), size)
+    part = connected_components(links, directed=False)[1]
+    within, inner, fewer = _weld(points, faces, WELD_CELLS, part)
+    part_of = np.empty(len(within), np.int64)
+    part_of[inner] = part[faces]
+    opened = np.zeros(part.max() + 1, bool)
+    opened[part_of[np.asarray(igl.boundary_facets(inner)[0])]] = True
+    if not opened.any():
+        return within, inner, fewer
+    together, outer, more = _weld(within, inner, WELD_CELLS, np.where(opened[part_of], -1, part_of))
+    return together, outer, fewer + more
+
+
+def in_place(points: NDArray[np.float64], cells: int = WELD_CELLS) -> NDArray[np.int64]:
+    """The number (V,) of the place of each of the points (V, 3): those in one cell of a grid, so
+    many of which the longest side has, are in one."""
+    x, y, z = np.rint((points / LONGEST_SIDE + 0.5) * cells).astype(np.int64).T
+    return (x << 42) | (y << 21) | z  # 21 bits each
+
+
+def _weld(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    cells: int,
+    part: NDArray[np.int64] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
+    """One vertex, their mean, for all in one place and of one `part` (V,); how many are gone."""
+    name = _names(in_place(points, cells))
+    if part is not None:
+        name = _names(name * (int(part.max()) + 2) + part + 1)
+    size = np.bincount(name)
     mean = np.stack([np.bincount(name, axis) / size for axis in points.T], axis=1)
     return mean, name[faces], len(points) - len(mean)
+
+
+def _names(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Equal numbers (V,) from 0 for equal keys (V,), in their order."""
+    return np.unique(keys, return_inverse=True)[1].reshape(-1)
 
 
 def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -196,33 +227,29 @@ def _without_flaps(faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Keep one of the faces that have the same three vertices, whatever their winding."""
-    return faces[np.sort(trimesh.grouping.unique_rows(np.sort(faces, axis=1))[0])]
+    """Keep one of the faces that have the same three vertices, whatever their winding, but both
+    where they are the wall between two solids that touch: one alone would bend winding numbers."""
+    _, group = trimesh.grouping.unique_rows(np.sort(faces, axis=1))
+    first = np.unique(group, return_index=True)[1]
+    kept = np.zeros(len(faces), bool)
+    kept[first] = True
+    pair = np.flatnonzero((np.bincount(group) == 2)[group])
+    if len(pair):
+        kept[pair] |= _are_walls(faces, pair)
+    return faces[kept]
 
 
-def _orient(
-    points: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
-    """Each piece wound consistently, closed ones as `facing` says; the pieces; faces turned.
-
-    The area vectors of a closed piece cancel, and the sign of its volume about its own centroid
-    tells the outer side; half a sphere has 0.5, a sheet 1. An open piece that is bulky faces
-    outward, too; one that encloses nothing keeps the side that most of its area had.
-    """
-    wound, piece = (np.asarray(array) for array in igl.bfs_orient(faces))
-    of_piece = csr_matrix((np.ones(len(faces)), (piece, np.arange(len(faces)))))  # (P, F)
-    same = (wound == faces).all(axis=1)  # (F,)
-    corners = points[wound]  # (F, 3, 3)
-    vector = 0.5 * normals(corners)  # (F, 3)
-    area = np.linalg.norm(vector, axis=1)  # (F,)
-    whole = of_piece @ area  # (P,)
-    center = (of_piece @ (area[:, None] * corners.mean(axis=1))) / whole[:, None]  # (P, 3)
-    volume = of_piece @ np.sum((corners[:, 0] - center[piece]) * vector, axis=1) / 3  # (P,)
-    given = np.where(of_piece @ np.where(same, area, -area) < 0, -1, 1)  # (P,), by most of its area
-    closed = np.linalg.norm(of_piece @ vector, axis=1) < CLOSED * whole  # (P,)
-    wanted = np.sign(volume) * facing(points, wound, piece, np.where(closed, given * volume, 0))
-    bulky = np.abs(volume) > BULKY * whole**1.5
-    wanted = np.where(closed, wanted, np.where(bulky, np.sign(volume), given))
-    turn = (wanted < 0)[piece]  # (F,)
-    wound = np.where(turn[:, None], wound[:, ::-1], wound)
-    return np.ascontiguousarray(wound), piece, int(np.sum(turn == same))
+def _are_walls(faces: NDArray[np.int64], pair: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which of the faces that are a `pair` (N,) with another are such walls (N,): as far as these
+    hang together, as many others that meet them at each edge as two solids have there."""
+    ends = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)  # (3F, 2)
+    edge = _names(ends @ [int(faces.max()) + 1, 1]).reshape(-1, 3)  # (F, 3)
+    own = edge[pair]  # (N, 3)
+    others = np.bincount(edge.ravel()) - np.bincount(own.ravel(), minlength=edge.max() + 1)  # (E,)
+    _, at = np.unique(own, return_inverse=True)
+    links = coo_matrix((np.ones(at.size), (np.repeat(np.arange(len(pair)), 3), at.ravel())))
+    wall = connected_components(links.tocsr() @ links.T, directed=False)[1]  # (N,)
+    free = (others == 0) & (np.bincount(own.ravel(), minlength=edge.max() + 1) == 2)
+    odd = ((others % 2 == 1) | free)[own].any(axis=1)
+    bounded = (others > 0)[own].any(axis=1)
+    return (np.bincount(wall, odd) == 0)[wall] & (np.bincount(wall, bounded) > 0)[wall]

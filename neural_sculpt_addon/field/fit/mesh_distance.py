@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.progress import Progress, silent
-from ..geometry import unit
+from ..geometry import areas, face_normals, unit
 from ..mesh.surface import spatial_order
-from .mesh_cleanup import CleanMesh, areas, normals
+from .mesh_cleanup import CleanMesh
 from .mesh_film import find_film, wide_borders
 from .mesh_open import SHEET, borders, doubtful
 from .mesh_union import BESIDE_FACE, HIDDEN, crossings, cut
@@ -129,18 +129,22 @@ class MeshDistance:
         corners = corners[faces]  # (N, 3, 3)
         u, v = np.sqrt(rng.random(count)), rng.random(count)
         weights = np.stack([1 - u, u * (1 - v), u * v], axis=1)  # (N, 3)
-        return MeshSamples(np.einsum("nk,nkd->nd", weights, corners), unit(normals(corners)), faces)
+        return MeshSamples(
+            np.einsum("nk,nkd->nd", weights, corners), unit(face_normals(corners)), faces
+        )
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """Which of the points (N, 3) are inside."""
         return self._depth(points) > 1
 
-    def facing(self, points: NDArray, normals: NDArray) -> NDArray[np.int8]:
+    def facing(
+        self, points: NDArray, normals: NDArray, beside: float | NDArray = BESIDE_FACE
+    ) -> NDArray[np.int8]:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
-        both of their sides are inside, or both outside.
+        both of their sides, so far `beside` them (N,), are inside, or both outside.
         """
-        step = BESIDE_FACE * normals.astype(float)
-        sides = np.concatenate([points - step, points + step])
+        step = np.asarray(beside, float).reshape(-1, 1) * normals.astype(float)
+        sides: Array = np.concatenate([points - step, points + step])
         inside = self._depth(sides).reshape(2, -1) > 1
         return inside[0].astype(np.int8) - inside[1]
 
@@ -154,7 +158,7 @@ class MeshDistance:
         sign: Array = np.clip(beyond / PASSAGE, -1, 1) if self._torn else side
         away: Array = points - closest  # (N, 3)
         gradient = unit(side[:, None] * away)
-        gradient[touching] = unit(normals(self.vertices[self.faces[face[touching]]]))
+        gradient[touching] = unit(face_normals(self.vertices[self.faces[face[touching]]]))
         return Distance(sign * distance, gradient)
 
     def _build_tree(self) -> None:

@@ -17,8 +17,8 @@ from scipy.sparse.csgraph import connected_components
 
 from ...common.errors import SculptError
 from ...common.text import Text
-from ..geometry import unit
-from .mesh_cleanup import LONGEST_SIDE, CleanMesh, areas, normals
+from ..geometry import areas, face_normals, unit
+from .mesh_cleanup import LONGEST_SIDE, CleanMesh
 from .mesh_thicken import open_faces, thicken
 from .mesh_union import BESIDE_FACE
 from .mesh_winding import Winding
@@ -151,7 +151,7 @@ def _sheets(mesh: CleanMesh, opened: NDArray[np.bool_]) -> NDArray[np.bool_]:
     chosen = np.flatnonzero(opened)
     chosen = chosen[np.linspace(0, len(chosen) - 1, min(len(chosen), SHEET_PROBES)).astype(int)]
     corners = mesh.corners[chosen]
-    middle, step = corners.mean(axis=1), BESIDE_FACE * unit(normals(corners))
+    middle, step = corners.mean(axis=1), BESIDE_FACE * unit(face_normals(corners))
     number = Winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
     pieces, area = mesh.pieces[chosen], areas(corners)

@@ -14,8 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ...common.progress import look
-from ..geometry import unit
-from .mesh_cleanup import BULKY, CleanMesh, areas, normals
+from ..geometry import areas, face_normals, unit
+from .mesh_cleanup import CleanMesh, in_place
+from .mesh_orient import BULKY
 from .mesh_union import BESIDE_FACE, BOTH_INSIDE, HIDDEN
 from .mesh_winding import Winding
 
@@ -64,7 +65,7 @@ def _volumes(mesh: CleanMesh, of_parts: Indices, count: int) -> tuple[Array, NDA
     weighted = area[:, None] * corners.mean(axis=1)
     sums = [np.bincount(of_parts, axis, count) for axis in weighted.T]
     middle = np.stack(sums, axis=1) / whole[:, None]  # (P, 3)
-    tetrahedra = np.einsum("fi,fi->f", corners[:, 0] - middle[of_parts], normals(corners)) / 6
+    tetrahedra = np.einsum("fi,fi->f", corners[:, 0] - middle[of_parts], face_normals(corners)) / 6
     volume: Array = np.bincount(of_parts, tetrahedra, count).astype(float)
     opened = np.zeros(count, bool)
     opened[of_parts[np.asarray(igl.boundary_facets(mesh.triangles)[1], np.intp)]] = True
@@ -72,10 +73,11 @@ def _volumes(mesh: CleanMesh, of_parts: Indices, count: int) -> tuple[Array, NDA
 
 
 def _sharing(mesh: CleanMesh, of_parts: Indices) -> Indices:
-    """Pairs of parts (N, 2) that share a vertex."""
+    """Pairs of parts (N, 2) that have vertices in the same place."""
     count = int(of_parts.max()) + 1
-    vertex, part = np.divmod(np.unique(mesh.triangles.ravel() * count + of_parts.repeat(3)), count)
-    same = vertex[1:] == vertex[:-1]
+    place = np.unique(in_place(mesh.vertices), return_inverse=True)[1].reshape(-1)[mesh.triangles]
+    place, part = np.divmod(np.unique(place.ravel() * count + of_parts.repeat(3)), count)
+    same = place[1:] == place[:-1]
     return np.stack([part[:-1][same], part[1:][same]], axis=1)
 
 
@@ -101,7 +103,7 @@ def _buried(mesh: CleanMesh, of_parts: Indices, volume: Array) -> Indices:
     low, high = boxes(corners, of_parts, len(volume))
     chosen = np.linspace(0, len(corners) - 1, min(len(corners), BURIED_PROBES)).astype(int)
     middle = corners[chosen].mean(axis=1)
-    step = BESIDE_FACE * unit(normals(corners[chosen]))
+    step = BESIDE_FACE * unit(face_normals(corners[chosen]))
     number = Winding(mesh.vertices, mesh.triangles)
     sides = number(np.concatenate([middle - step, middle + step])).reshape(2, -1)
     inner = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from .mesh_cleanup import CleanMesh, normals, placed
+from ..geometry import face_normals
+from .mesh_cleanup import CleanMesh, placed
 
 SMOOTHED_SHARE = 0.01  # of the trace: with less, vertices slide along nearly flat faces
 LONGEST_OFFSET = 2.0  # of an offset, where faces meet at a sharp edge
@@ -59,7 +60,7 @@ def thicken(mesh: CleanMesh, thickness: float, faces: NDArray[np.bool_] | None =
 
 def _offsets(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
     """Where each vertex goes (V, 3) so that the planes of its faces move by 1, by least squares."""
-    vector = normals(points[faces])  # (F, 3), as long as twice the area
+    vector = face_normals(points[faces])  # (F, 3), as long as twice the area
     size = np.linalg.norm(vector, axis=1)
     outer = vector[:, :, None] * vector[:, None] / size[:, None, None]  # (F, 3, 3)
     at = csr_matrix((np.ones(faces.size), (faces.ravel(), np.repeat(np.arange(len(faces)), 3))))

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import Progress
-from ..geometry import unit
+from ..geometry import areas, face_normals, unit
 from . import cgal_process
-from .mesh_cleanup import areas, normals
 from .mesh_cut import cut_along
 
 Array = NDArray[np.float64]
@@ -27,13 +26,13 @@ BESIDE_THIN = 0.25  # at most this share of the radius of its inscribed circle,
 CLOSEST = 1e-5  # but not closer
 BOTH_INSIDE = 0.8  # |mean winding number| of a face's sides, from which on both may be inside
 HIDDEN = 0.3  # |winding number| of either, from which on they are
+ALIKE = 0.5  # difference of winding numbers, below which both sides are inside, or neither is
 WHOLE = 0.2  # distance from a whole number, beyond which a winding number is that of an open wall
 UNCUT_EDGE = 0.025  # longest edge of faces that need no cut
 PARALLEL = 1e-3  # sine of the angle between faces, below which they touch rather than cross
 NEAR_CORNER = 1 / 16  # size of the triangles in a face's corners that are looked at by themselves
-MOST_PAIRS = (
-    20_000  # of faces that are cut, the largest ones: each takes milliseconds, at times tens
-)
+MOST_PAIRS = 20_000  # of faces that are cut, the largest: each takes milliseconds, at times tens
+NONE = np.empty((0, 3, 3))  # no faces
 
 
 class Parts(NamedTuple):
@@ -71,26 +70,34 @@ def cut(
     """What the faces (F, 3) are made of, those of `pairs` (N, 2) cut along each other.
 
     Where more cross than are cut, and where they touch, they are divided until they are small.
+    Touching faces bound nothing where both of their sides are outside, either: where a cavity
+    touches the wall around it.
 
     winding: the winding number of the faces
     """
     corners, crossing = vertices[faces], np.zeros(len(faces), bool)
     largest = _largest(corners, pairs)  # (N,)
     crossing[pairs[largest]] = True
-    apart, parts = corners[~crossing], np.empty((0, 3, 3))
+    apart, parts, upon = corners[~crossing], NONE, NONE
     if len(pairs):
         parts, owners = cut_along(corners[crossing], int(largest.sum()), progress)
-        uncut = np.zeros(len(faces), bool)
-        uncut[pairs[~largest | _touching(corners, pairs)]] = True
-        uncut = uncut[crossing][owners]
-        apart = np.concatenate([apart, _in_order(parts[uncut])])
-        parts = _in_order(parts[~uncut])
-    corners = np.concatenate([_divided(apart, winding, progress), parts])
-    corners = corners[areas(corners) > 0]
-    sides = _sides(corners, winding, progress)
-    inner = _hidden(sides)  # (F,)
-    open_wall = inner & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
-    return Parts(corners[~inner], corners[~open_wall], int(np.sum(~largest)))
+        uncut, touching = np.zeros((2, len(faces)), bool)
+        uncut[pairs[~largest]] = True
+        touching[pairs[_touching(corners, pairs)]] = True
+        uncut, touching = uncut[crossing][owners], touching[crossing][owners]
+        upon = _in_order(parts[touching])
+        apart = np.concatenate([apart, _in_order(parts[uncut & ~touching])])
+        parts = _in_order(parts[~uncut & ~touching])
+    surface, solid = [], []
+    for whole, divisible, touch in ((parts, apart, False), (NONE, upon, True)):
+        some = np.concatenate([_divided(divisible, touch, winding, progress), whole])
+        some = some[areas(some) > 0]
+        sides = _sides(some, touch, winding, progress)
+        dropped = _dropped(sides, touch)
+        open_wall = dropped & (np.abs(sides - np.rint(sides)) > WHOLE).any(axis=0)
+        surface.append(some[~dropped])
+        solid.append(some[~open_wall])
+    return Parts(np.concatenate(surface), np.concatenate(solid), int(np.sum(~largest)))
 
 
 def _largest(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -107,19 +114,24 @@ def _largest(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
 def _touching(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which pairs (N, 2) of faces (F, 3, 3) are parallel: rounding makes parts that touch in a face
     cross, and then only here and there."""
-    one, other = np.moveaxis(unit(normals(corners))[pairs], 1, 0)
+    one, other = np.moveaxis(unit(face_normals(corners))[pairs], 1, 0)
     return np.linalg.norm(np.cross(one, other), axis=1) < PARALLEL
 
 
-def _hidden(sides: Array) -> NDArray[np.bool_]:
-    """Which faces (F,) have the inside on both `sides` (2, F), by their winding numbers there."""
+def _dropped(sides: Array, touch: bool) -> NDArray[np.bool_]:
+    """Which faces (F,) bound nothing, by the winding numbers on their `sides` (2, F): they have the
+    inside on both, or, where they touch others, on neither."""
+    if touch:
+        return np.abs(sides[0] - sides[1]) < ALIKE
     return (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
 
 
-def _divided(corners: Array, winding: Callable[[Array], Array], progress: Progress) -> Array:
-    """Faces (F, 3, 3), those that are partly hidden in quarters until these are small: parts that
+def _divided(
+    corners: Array, touch: bool, winding: Callable[[Array], Array], progress: Progress
+) -> Array:
+    """Faces (F, 3, 3), those that are dropped in part in quarters until these are small: parts that
     touch in a face, but for rounding, do not cross it."""
-    done = []
+    done = [NONE]
     while len(corners):
         large = _longest(corners) > UNCUT_EDGE
         done.append(corners[~large])
@@ -129,8 +141,9 @@ def _divided(corners: Array, winding: Callable[[Array], Array], progress: Progre
         quarters = np.concatenate([outer, middles[:, None]], axis=1)  # (L, 4, 3, 3)
         tips = corners[:, :, None] + NEAR_CORNER * (corners[:, None] - corners[:, :, None])
         asked = np.concatenate([quarters, tips], axis=1)  # (L, 7, 3, 3)
-        hidden = _hidden(_sides(asked.reshape(-1, 3, 3), winding, progress)).reshape(-1, 7)
-        mixed = hidden.any(axis=1) & ~hidden.all(axis=1)
+        sides = _sides(asked.reshape(-1, 3, 3), touch, winding, progress)
+        dropped = _dropped(sides, touch).reshape(-1, 7)
+        mixed = dropped.any(axis=1) & ~dropped.all(axis=1)
         done.append(corners[~mixed])
         corners = quarters[mixed].reshape(-1, 3, 3)
     return np.concatenate(done)
@@ -147,22 +160,25 @@ def _in_order(corners: Array) -> Array:
     return corners[np.lexsort(names.T[::-1])]
 
 
-def _sides(corners: Array, winding: Callable[[Array], Array], progress: Progress) -> Array:
+def _sides(
+    corners: Array, touch: bool, winding: Callable[[Array], Array], progress: Progress
+) -> Array:
     """Winding numbers behind and before the middles of faces (F, 3, 3) -> (2, F)."""
+    farthest = CLOSEST if touch else BESIDE_FACE
     sides = np.empty((2, len(corners)))
     for start in range(0, len(corners), BATCH):
         progress(start / len(corners), "Looking for inner walls")
         part = slice(start, start + BATCH)
-        sides[:, part] = winding(_beside(corners[part])).reshape(2, -1)
+        sides[:, part] = winding(_beside(corners[part], farthest)).reshape(2, -1)
     return sides
 
 
-def _beside(corners: Array) -> Array:
+def _beside(corners: Array, farthest: float) -> Array:
     """Points behind and before the middles of faces (F, 3, 3) -> (2F, 3)."""
     around = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)  # (F,)
     radius = 2 * areas(corners) / np.maximum(around, 1e-30)
-    step = np.clip(BESIDE_THIN * radius, CLOSEST, BESIDE_FACE)[:, None] * unit(normals(corners))
-    middle = corners.mean(axis=1)
+    away = np.clip(BESIDE_THIN * radius, CLOSEST, farthest)
+    middle, step = corners.mean(axis=1), away[:, None] * unit(face_normals(corners))
     return np.concatenate([middle - step, middle + step])
 
 

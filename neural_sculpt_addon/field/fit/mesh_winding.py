@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...common.progress import look
+from ..geometry import face_normals, unit
 
 Array = NDArray[np.float64]
 
@@ -19,7 +20,11 @@ FAST, CLOSE = 2.0, 3.0
 """Accuracy: a group of faces counts as one beyond so many of its radii. The number is off by 1e-3
 at most, or by 2e-4 for twice the time, which films need to be smooth."""
 PROBES_OF_PIECE = 16  # faces of a piece at which it is asked what encloses it
-DISSENT = 0.1  # share of the probes that may say otherwise: pieces may touch
+INWARD = 1e-5  # how far in its own inside they lie: pieces may touch, or share faces
+DISSENT = 0.1  # share of the probes that may say otherwise: pieces may cross
+DUPLICATE = np.int8(2)  # in place of the way that a piece faces: it lies upon another
+SAME_PLACE = 1e-5  # distance between surfaces that lie upon each other,
+SAME_VOLUME = 1e-4  # and difference of their volumes, by these
 
 
 class Winding:
@@ -37,7 +42,8 @@ class Winding:
 def facing(
     points: Array, faces: NDArray[np.int64], pieces: NDArray[np.int64], volumes: Array
 ) -> NDArray[np.int8]:
-    """Which way closed pieces should face: 1 outward, -1 inward (P,); 0 for `volumes` of 0.
+    """Which way closed pieces should face: 1 outward, -1 inward (P,); 0 for `volumes` of 0, and
+    DUPLICATE for what lies upon another piece, however it is divided into faces.
 
     pieces:  the piece of each face (F,)
     volumes: of each piece as it is wound (P,): negative when it faces inward, 0 when it is open
@@ -55,13 +61,17 @@ def facing(
     low = np.minimum.reduceat(corners.min(axis=1), starts[:-1])  # (P, 3)
     high = np.maximum.reduceat(corners.max(axis=1), starts[:-1])
     spread = (np.arange(PROBES_OF_PIECE) + 0.5) / PROBES_OF_PIECE
-    probes = corners[starts[:-1, None] + (spread * counts[:, None]).astype(int)].mean(axis=2)
+    probed = corners[starts[:-1, None] + (spread * counts[:, None]).astype(int)]  # (P, 16, 3, 3)
+    inward = -np.sign(volumes)[:, None, None] * unit(face_normals(probed))
+    probes = probed.mean(axis=2) + INWARD * inward
 
     lows, highs = (np.ascontiguousarray(side[order].T) for side in (low, high))  # (3, P)
     result = np.zeros(len(volumes), np.int8)
     number = np.zeros((len(volumes), PROBES_OF_PIECE), np.int64)  # of what is larger, at the probes
     mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
     for place, piece in enumerate(order):
+        if result[piece] == DUPLICATE:
+            continue
         look()
         around = np.quantile(number[piece], DISSENT, method="lower")
         if not mirrored[piece]:
@@ -75,9 +85,25 @@ def facing(
         if not len(near):
             continue
         own = sorted_faces[starts[piece] : starts[piece + 1]]
+        alike = np.abs(low[near] - low[piece]).max(axis=1) < SAME_PLACE
+        alike &= np.abs(high[near] - high[piece]).max(axis=1) < SAME_PLACE
+        alike &= np.abs(volumes[near]) > (1 - SAME_VOLUME) * abs(volumes[piece])
+        for other in near[alike]:
+            its = np.unique(sorted_faces[starts[other] : starts[other + 1]])
+            if _are_upon(points[its], points, own):
+                result[other] = DUPLICATE
+        near = near[result[near] != DUPLICATE]
         inside = np.abs(Winding(points, own)(probes[near].reshape(-1, 3))) > 0.5
         inside = inside.reshape(-1, PROBES_OF_PIECE)
         number[near] += result[piece] * inside
         within = near[(inside.mean(axis=1) > 1 - DISSENT) & (mirrored[near] == 0)]
         mirrored[within] = mirrored[piece]
     return result
+
+
+def _are_upon(places: Array, points: Array, faces: NDArray[np.int64]) -> bool:
+    """Whether places (N, 3) lie on a mesh."""
+    tree = igl.AABB()
+    tree.init(points, faces)
+    square = np.asarray(tree.squared_distance(points, faces, places)[0])
+    return bool(square.max() < SAME_PLACE**2)

@@ -21,6 +21,7 @@ from ..mesh.proxy import Proxy
 from .fit_detail import among
 from .mesh_distance import MeshDistance
 
+SHORT_OF_MESH = 0.9  # of the way to the mesh, within which the inside ends in openings alone
 NEAR_MESH = 1.0  # cells of the proxy from the mesh, beyond which it has no vertex there
 NO_PIECE = 0.25
 """Cells that the vertices of a piece are off on average when the mesh has none there."""
@@ -70,9 +71,19 @@ def find_strays(proxy: Proxy, distance: MeshDistance, reached: Cells | None = No
     away = distance.away(points.astype(float))
     cell = proxy.active.spacing
     mean = np.bincount(piece, away, count) / np.maximum(np.bincount(piece, minlength=count), 1)
-    far = (away > NEAR_MESH * cell) | (mean > NO_PIECE * cell)[piece]
+    far = away > NEAR_MESH * cell
+    far[far] = ~_bounds(points[far], proxy.normals[asked[far]], away[far], distance)
+    far |= (mean > NO_PIECE * cell)[piece]
     far |= _facing_elsewhere(proxy, asked, piece, distance)
     return Strays(points[far], away[far])
+
+
+def _bounds(
+    points: Points, normals: NDArray, away: NDArray[np.float64], distance: MeshDistance
+) -> NDArray[np.bool_]:
+    """Whether the inside ends at points (N, 3) of surface with these normals, though they are
+    `away` (N,) from the mesh: they are in one of its openings."""
+    return distance.facing(points, normals, SHORT_OF_MESH * away) == 1
 
 
 def _facing_elsewhere(
@@ -113,6 +124,8 @@ def find_hidden(
     true = distance(points.astype(float)).value
     doubted = (value * np.sign(true) < ON_ITS_SIDE * np.abs(true)) & (np.abs(true) > h / 2)
     points, true = points[doubted], true[doubted]
+    opened = _bounds(points, normals(field, points), np.abs(true), distance)
+    points, true = points[~opened], true[~opened]
     wrong = _worst_around(field, points, true, rng) < WRONG_SHARE * np.abs(true)
     return Strays(points[wrong], np.abs(true[wrong]))
 

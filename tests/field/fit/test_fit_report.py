@@ -14,7 +14,7 @@ from neural_sculpt_addon.field.fit.fit_repair import Repaired, repaired
 from neural_sculpt_addon.field.fit.fit_report import Presets, report
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
-from neural_sculpt_addon.field.fit.strays import find_strays, find_tiny
+from neural_sculpt_addon.field.fit.strays import find_hidden, find_strays, find_tiny
 from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
@@ -217,6 +217,24 @@ def test_a_tiny_hollow_beside_a_thin_gap_of_the_mesh_is_a_stray(three):
     assert len(found.points)
     assert np.linalg.norm(found.points - center, axis=1).max() < 2 / 256
     assert found.away == pytest.approx(0.4 * 2 / CELLS, abs=2 / 512)
+
+
+def test_surface_in_openings_without_a_film_is_no_stray(three):
+    """Holes in the ball so small that they get none, and so large that their middle is more than a
+    cell of the proxy from the mesh. A void in the ball is one there, too."""
+    middles = trimesh.sample.sample_surface_even(BALL, 40, seed=0)[0]
+    away = np.linalg.norm(BALL.triangles_center[:, None] - middles, axis=2).min(axis=1)
+    holed = trimesh.Trimesh(BALL.vertices, BALL.faces[away > 0.021], process=False)
+    distance = MeshDistance(clean(*merged(holed, *PILLS)), np.random.default_rng(0))
+    proxy = extract(three.field, CELLS)
+    assert distance.away(proxy.vertices.astype(float)).max() > 1.1 * proxy.active.spacing
+    assert not len(find_strays(proxy, distance).points)
+    rng = np.random.default_rng(0)
+    assert not len(find_hidden(three.field, proxy, distance, rng, None).points)
+    node = distinct(cells_of(np.zeros((1, 3)), 3), 3)
+    spoiled = three.field.plus({3: Level(node, quantised(np.array([2.0])))})
+    strays = find_strays(extract(spoiled, CELLS), distance).points
+    assert len(strays) and np.linalg.norm(strays, axis=1).max() < 0.25
 
 
 def test_without_detail_strays_are_only_counted(three):

@@ -8,10 +8,10 @@ import trimesh
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.common.progress import silent
 from neural_sculpt_addon.field.fit import mesh_union
-from neural_sculpt_addon.field.fit.mesh_cleanup import areas
 from neural_sculpt_addon.field.fit.mesh_cut import FEW, cut_along
 from neural_sculpt_addon.field.fit.mesh_union import crossings, cut
 from neural_sculpt_addon.field.fit.mesh_winding import Winding
+from neural_sculpt_addon.field.geometry import areas
 
 
 def plates(count):

@@ -8,11 +8,11 @@ import trimesh
 
 from neural_sculpt_addon.common.progress import go_on
 from neural_sculpt_addon.field.fit.fit import fit_mesh
-from neural_sculpt_addon.field.fit.mesh_cleanup import areas, clean, normals
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.fit.mesh_film import FILM_CELLS, find_film
 from neural_sculpt_addon.field.fit.mesh_winding import CLOSE, Winding
-from neural_sculpt_addon.field.geometry import angles
+from neural_sculpt_addon.field.geometry import angles, areas, face_normals
 from neural_sculpt_addon.field.projection import project
 
 H = 2 / FILM_CELLS
@@ -56,13 +56,13 @@ def test_the_film_of_a_cup_is_a_disk():
     assert np.abs(film[..., 2] - LEVEL).max() < H
     inner = film[np.linalg.norm(film.mean(axis=1)[:, :2], axis=1) < RADIUS - 2 * H]
     assert inner[..., 2] == pytest.approx(LEVEL, abs=1e-4)
-    assert normals(inner)[:, 2].min() > 0  # outward
+    assert face_normals(inner)[:, 2].min() > 0  # outward
     assert areas(film).sum() == pytest.approx(CYLINDER.facets_area.max(), rel=2 * H / RADIUS)
 
 
 def test_a_tube_has_two_films_that_bulge_alike():
     film = film_of(BARREL)
-    top, bottom = film[normals(film)[:, 2] > 0], film[normals(film)[:, 2] < 0]
+    top, bottom = film[face_normals(film)[:, 2] > 0], film[face_normals(film)[:, 2] < 0]
     assert areas(top).sum() == pytest.approx(areas(bottom).sum(), rel=0.01)
     sag = LEVEL - top[..., 2].min(), bottom[..., 2].max() - (LEVEL - 1)  # the tube is hollow
     assert sag[0] == pytest.approx(sag[1], abs=1e-3)
@@ -120,7 +120,7 @@ def test_a_fit_is_as_smooth_on_a_film_as_on_the_mesh():
     fit = fit_mesh(open_ball.vertices, open_ball.faces)
     distance = MeshDistance(clean(open_ball.vertices, open_ball.faces), np.random.default_rng(0))
     corners = distance.vertices[distance.faces[distance.of_mesh :]]
-    middles, looking = corners.mean(axis=1), normals(corners)
+    middles, looking = corners.mean(axis=1), face_normals(corners)
     inner = np.linalg.norm(middles[:, :2], axis=1) < 0.5  # the rim is a crease
     found = project(fit.field, middles[inner].astype(np.float32))
     off = np.linalg.norm(found.points - middles[inner], axis=1)

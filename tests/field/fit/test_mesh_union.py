@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from neural_sculpt_addon.field.fit.fit import fit_mesh
-from neural_sculpt_addon.field.fit.mesh_cleanup import areas, clean
+from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
+from neural_sculpt_addon.field.geometry import areas
 
 
 def box(size, center=(0, 0, 0)):
