@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .polygons import fans
+from .polygons import triangulated
 
 KIND = re.compile(rb"\A\s*((ST)?C?N?OFF|off)")  # texture coordinates, colors, normals of vertices
 
 
 def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices (V, 3) and triangles (T, 3), a fan of them for each face. ValueError or
-    ArithmeticError when the file is damaged."""
+    """Vertices (V, 3) and triangles (T, 3), which each face becomes. ValueError or ArithmeticError
+    when the file is damaged."""
     text = re.sub(rb"#.*", b"", path.read_bytes().removeprefix(BOM_UTF8))
     lines = [line for line in KIND.sub(b"", text).splitlines() if line.strip()]
     words = lines.pop(0).split() if lines else []
@@ -30,7 +30,8 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     if vertex_count + face_count > len(lines):
         raise ValueError("it has fewer vertices and faces than it says")
     faces = lines[vertex_count : vertex_count + face_count]
-    return _vertices(lines[:vertex_count]), _triangles(faces)
+    vertices = _vertices(lines[:vertex_count])
+    return vertices, triangulated(vertices, *_faces(faces))
 
 
 def _vertices(lines: list[bytes]) -> NDArray[np.float64]:
@@ -41,8 +42,8 @@ def _vertices(lines: list[bytes]) -> NDArray[np.float64]:
     return np.array(numbers).reshape(-1, 3)
 
 
-def _triangles(lines: list[bytes]) -> NDArray[np.int64]:
-    """The triangles (T, 3) of faces, one a line."""
+def _faces(lines: list[bytes]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The corners (C,) of faces, one a line, and how many each has (F,)."""
     corners, counts = list[int](), list[int]()
     for line in lines:
         words = line.split()
@@ -51,5 +52,4 @@ def _triangles(lines: list[bytes]) -> NDArray[np.int64]:
             raise ValueError("a face has fewer corners than it says")
         corners += map(int, words[1 : 1 + count])
         counts.append(count)
-    ends = np.cumsum(counts, dtype=np.int64)
-    return np.array(corners, np.int64)[fans(ends - counts, np.array(counts, np.int64))]
+    return np.array(corners, np.int64), np.array(counts, np.int64)

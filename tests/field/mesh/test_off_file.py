@@ -62,6 +62,22 @@ def test_faces_of_two_corners_are_no_surface(tmp_path):
         mesh_file.read(tmp_path / "lines.off")
 
 
+@pytest.mark.parametrize("first", range(6))
+def test_a_prism_over_an_l(tmp_path, first):
+    """Two faces of six corners, one of them a notch: an area of 3 each, and walls of 8."""
+    base = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    corners = "".join(f"{x} {y} {z}\n" for z in (0, 1) for x, y in base)
+    ring = [(first + i) % 6 for i in range(6)]
+    walls = "".join(f"4 {i} {(i + 1) % 6} {(i + 1) % 6 + 6} {i + 6}\n" for i in range(6))
+    floor, roof = " ".join(map(str, ring[::-1])), " ".join(str(i + 6) for i in ring)
+    text = f"OFF\n12 8 0\n{corners}6 {floor}\n6 {roof}\n{walls}"
+    (tmp_path / "prism.off").write_text(text)
+    vertices, triangles = mesh_file.read(tmp_path / "prism.off")
+    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
+    assert np.einsum("ij,ij->", np.cross(a, b), c) / 6 == pytest.approx(3)
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(14)
+
+
 CORNER = "0 0 0\n1 0 0\n0 1 0\n"
 
 
