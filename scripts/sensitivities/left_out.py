@@ -14,7 +14,7 @@ WHY = {
         "fit.fit_report": ("MOST_PIECES",),
         "mesh.extraction.cells": ("WIDEST_LEVEL",),
         "mesh.mesh_file": ("LARGEST_FILE",),
-        "mesh.ply_faces": ("HEADER",),
+        "mesh.ply_file": ("HEADER",),
         "mesh.polygons": ("MOST_CORNERS",),
         "mesh.proxy": ("FEWEST_CELLS", "MOST_CELLS"),
         "mesh.refinement.subdivide": ("DIVISIONS",),

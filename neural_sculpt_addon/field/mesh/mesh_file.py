@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangle meshes as files, read and written by trimesh; OFF files are read by `off_file`.
+"""Triangle meshes as files, read and written by trimesh; OBJ, OFF and PLY files have readers here.
 
 Files come from outside: when reading fails on a damaged one, a SculptError says so in a sentence.
 """
 
 import io
 import json
-import re
 import struct
-from codecs import BOM_UTF8
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +16,14 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
-from . import off_file
-from .ply_faces import HEADER, triangulated
+from . import obj_file, off_file, ply_file
 from .proxy import Proxy
 from .refinement.refine import Refined
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
+READERS = {".obj": obj_file.read, ".off": off_file.read, ".ply": ply_file.read}
 LARGEST_FILE = 2 << 30  # bytes
 
-SINGLE = (b"float", b"float32")  # names that PLY has for it
-NOISE = re.compile(rb"^ +|#.*", re.MULTILINE)  # what is no part of a line of an OBJ file
-RELATIVE = re.compile(rb"^f .*-", re.MULTILINE)  # a face of an OBJ file that counts back
 
 # What trimesh and the modules here raise on damaged files.
 DAMAGE = (
@@ -58,10 +52,7 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
             )
         if any(accessor["count"] > size for accessor in header.get("accessors", [])):
             raise ValueError("it has fewer numbers than it says")
-        mesh = _load(path)
-        vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
-        vertices = vertices.astype(np.float32 if _is_single(path) else np.float64)
-        triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
+        vertices, triangles = _load(path)
     except OSError as error:
         raise SculptError("{} cannot be read: {}.", path, error.strerror or error) from error
     except DAMAGE as error:
@@ -91,59 +82,15 @@ def _compression(header: dict[str, Any]) -> str:
     return ", ".join(name for name in header.get("extensionsRequired", []) if "compression" in name)
 
 
-def _load(path: Path) -> trimesh.Trimesh:
-    """What trimesh makes of a file. Of an OBJ file it knows numbers from the start alone and lines
-    that begin with their word and a space, of a binary PLY file faces that are alike."""
-    if path.suffix.lower() == ".obj":
-        data = path.read_bytes().removeprefix(BOM_UTF8).replace(b"\t", b" ")
-        data = NOISE.sub(b"", data)
-        text = io.BytesIO(_from_start(data) if RELATIVE.search(data) else data)
-        return trimesh.load_mesh(text, "obj", process=False, skip_materials=True)
-    if path.suffix.lower() == ".off":
-        return trimesh.Trimesh(*off_file.read(path), process=False)
-    if path.suffix.lower() == ".ply" and (data := triangulated(path)) is not None:
-        return trimesh.load_mesh(io.BytesIO(data), "ply", process=False)
-    return trimesh.load_mesh(path, process=False, skip_materials=True)
-
-
-def _from_start(data: bytes) -> bytes:
-    """The text of an OBJ file whose faces count from its start: negative numbers count back from
-    the last vertex, texture coordinate or normal before the face."""
-    counts = {b"v": 0, b"vt": 0, b"vn": 0}
-    lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
-    for number, line in enumerate(lines):
-        word, *corners = line.split() or [b""]
-        if word in counts:
-            counts[word] += 1
-        elif word == b"f":
-            corners = [_corner_from_start(corner, counts.values()) for corner in corners]
-            lines[number] = b" ".join([word, *corners])
-    return b"\n".join(lines)
-
-
-def _corner_from_start(corner: bytes, counts: Iterable[int]) -> bytes:
-    """A corner of a face, as `3/-1/-2`, after so many vertices, texture coordinates and normals.
-    ValueError when it counts back beyond the first."""
-    numbers = corner.split(b"/")
-    for place, (number, count) in enumerate(zip(numbers, counts, strict=False)):
-        if number.startswith(b"-"):
-            if int(number) + count < 0:
-                raise ValueError("a face counts back beyond the first vertex")
-            numbers[place] = b"%d" % (int(number) + count + 1)
-    return b"/".join(numbers)
-
-
-def _is_single(path: Path) -> bool:
-    """Whether the file's coordinates have single precision; those of text count as double."""
-    if path.suffix.lower() == ".stl":
-        return True
-    if path.suffix.lower() != ".ply":
-        return False
-    with path.open("rb") as file:
-        header = file.read(HEADER).partition(b"end_header")[0]
-    words = (line.split() for line in header.splitlines())
-    kinds = [line[1] for line in words if line[:1] == [b"property"] and line[2:] == [b"x"]]
-    return bool(kinds) and kinds[0] in SINGLE
+def _load(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
+    """Vertices (V, 3) and triangles (F, 3); none where trimesh finds something else."""
+    suffix = path.suffix.lower()
+    if suffix in READERS:
+        return READERS[suffix](path)
+    mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+    vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
+    triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
+    return vertices.astype(np.float32) if suffix == ".stl" else vertices, triangles
 
 
 def write(path: Path, proxy: Proxy | Refined) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .ear_clipping import clipped
 
-BLOCK = 1 << 14  # polygons that are looked at together, so that their corners fit the cache
+BLOCK = 1 << 16  # polygons that are looked at together, so that their corners fit the cache
 FACES_AWAY = 1e-6  # of the polygon's area: a triangle of less is the rounding of a straight corner
 MOST_CORNERS = 30_000  # of a concave polygon: ten seconds
 
@@ -29,9 +29,9 @@ def triangulated(
         return triangles
     many = np.flatnonzero(counts > 3)
     for block in np.array_split(many, range(BLOCK, len(many), BLOCK)):
-        places = _ranges(rows[block], parts[block])
+        places = ranges(rows[block], parts[block])
         bad = block[~_are_covered(vertices, triangles[places], parts[block])]
-        places = _ranges(rows[bad], parts[bad])
+        places = ranges(rows[bad], parts[bad])
         triangles[places] = corners[_fans(starts[bad], counts[bad], 1)]  # right for quads
         bad = bad[~_are_covered(vertices, triangles[places], parts[bad])]
         for face in bad:
@@ -40,7 +40,7 @@ def triangulated(
     return triangles
 
 
-def _ranges(firsts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
+def ranges(firsts: NDArray[np.int64], lengths: NDArray[np.int64]) -> NDArray[np.int64]:
     """The numbers from each of `firsts` (N,) on, as many as its length, in one row."""
     ends = np.cumsum(lengths)
     return np.arange(lengths.sum()) + np.repeat(firsts - ends + lengths, lengths)
@@ -52,7 +52,7 @@ def _fans(
     """Where in an array the corners (T, 3) of the triangles lie of polygons whose own begin at
     `starts` (F,), `counts` (F,) of them. All triangles of one share its corner `first`, 0 or 1."""
     parts = np.maximum(counts - 2, 0)
-    second = _ranges(starts + first + 1, parts)
+    second = ranges(starts + first + 1, parts)
     third = second + 1
     if first:
         third[np.cumsum(parts)[parts > 0] - 1] = starts[parts > 0]
@@ -79,9 +79,3 @@ def _ears(vertices: NDArray[np.floating], polygon: NDArray[np.int64]) -> NDArray
     if len(polygon) > MOST_CORNERS:
         raise ValueError(f"a concave face has {len(polygon)} corners")
     return polygon[clipped(vertices[polygon].astype(np.float64))]
-
-
-def fans(starts: NDArray[np.int64], counts: NDArray[np.int64], size: int = 1) -> NDArray[np.int64]:
-    """Where in a file the corners (T, 3) of the triangles lie of polygons whose own begin at
-    `starts` (F,), `counts` (F,) of them, each of which takes `size`."""
-    return np.repeat(starts, np.maximum(counts - 2, 0))[:, None] + size * _fans(0 * starts, counts)

@@ -81,7 +81,7 @@ def test_polygons_that_count_back_over_two_lines(tmp_path):
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4 -3 \\\n-2 -1  # four\nv 2 0 0\nf 2 -1 3\n"
     )
     vertices, triangles = mesh_file.read(path)
-    expected = [[[0, 0], [1, 0], [1, 1]], [[1, 1], [0, 1], [0, 0]], [[1, 0], [2, 0], [1, 1]]]
+    expected = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]], [[1, 0], [2, 0], [1, 1]]]
     np.testing.assert_array_equal(vertices[triangles][..., :2], expected)
 
 

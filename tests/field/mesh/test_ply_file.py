@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binary PLY files whose faces have unequal numbers of corners, written here byte by byte."""
+"""PLY files, binary ones written here byte by byte: faces of any number of corners."""
 
 import struct
 from pathlib import Path
@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from neural_sculpt_addon.common.errors import SculptError
 from neural_sculpt_addon.field.mesh import mesh_file
-from neural_sculpt_addon.field.mesh.ply_faces import triangulated
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float32)
 FACES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7), (1, 7, 3)]
@@ -68,7 +67,7 @@ def test_other_properties_of_faces_are_passed_over(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["int64", "uint64"])
-def test_what_trimesh_reads_is_left_to_it(tmp_path, kind):
+def test_numbers_of_eight_bytes_and_lists_before_the_faces(tmp_path, kind):
     """Triangles alone, with a number of eight bytes for each vertex; the same as text; and lists of
     another element before the faces."""
     binary = ply([]).partition(b"end_header\n")[0].replace(b"uchar red", kind.encode() + b" id")
@@ -89,18 +88,63 @@ def test_what_trimesh_reads_is_left_to_it(tmp_path, kind):
     np.testing.assert_array_equal(read(tmp_path / "cube.ply", strips)[1], FACES[5:])
 
 
+# A prism over an L: floor and roof of area 3 with a notch, walls of 8 around.
+BASE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+PRISM = [(x, y, z) for z in (0, 1) for x, y in BASE]
+WALLS = [(i, (i + 1) % 6, (i + 1) % 6 + 6, i + 6) for i in range(6)]
+
+
+@pytest.mark.parametrize("first", range(6))
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("alike", [True, False])
+def test_a_prism_over_an_l(tmp_path, first, kind, alike):
+    """With what MeshLab writes beside corners and coordinates; its walls are hexagons with corners
+    in the middle of their edges where all faces are to be alike."""
+    corners, ring = list(PRISM), [(first + i) % 6 for i in range(6)]
+    walls = WALLS
+    if alike:
+        middles = np.array([(np.array(PRISM[w[0]]) + PRISM[w[1]]) / 2 for w in WALLS])
+        corners += [tuple(m) for m in np.vstack([middles, middles + np.array([0, 0, 1])])]
+        walls = [(w[0], 12 + i, *w[1:3], 18 + i, w[3]) for i, w in enumerate(WALLS)]
+    faces = [tuple(ring[::-1]), tuple(i + 6 for i in ring), *walls]
+    header = f"ply\nformat {kind} 1.0\ncomment VCGLIB generated\nelement vertex {len(corners)}\n"
+    header += "".join(f"property float {axis}\n" for axis in ("nx", "x", "y", "z", "quality"))
+    header += f"element face {len(faces)}\nproperty uchar flags\n"
+    header += (
+        "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
+    )
+    text = "".join("0 {} {} {} 0.5\n".format(*corner) for corner in corners)
+    text += "".join(f"7 {len(f)} {' '.join(map(str, f))} 2 0.5 0.25\n" for f in faces)
+    rows = b"".join(struct.pack("<5f", 0, *corner, 0.5) for corner in corners)
+    for f in faces:
+        rows += struct.pack(f"<BB{len(f)}iB2f", 7, len(f), *f, 2, 0.5, 0.25)
+    body = text.encode() if kind == "ascii" else rows
+    vertices, triangles = read(tmp_path / "prism.ply", header.encode() + body)
+    np.testing.assert_array_equal(vertices, np.array(corners, np.float32))
+    a, b, c = np.moveaxis(vertices[triangles].astype(float), 1, 0)
+    assert np.einsum("ij,ij->", np.cross(a, b), c) / 6 == pytest.approx(3)
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(14)
+
+
 @settings(deadline=None)
-@given(faces=st.lists(st.lists(st.integers(0, 7), max_size=6).map(tuple), max_size=12))
-def test_each_face_becomes_a_fan(tmp_path_factory, faces):
+@given(faces=st.lists(st.lists(st.integers(0, 7), max_size=6, unique=True), max_size=12))
+@pytest.mark.parametrize("order", "<>")
+def test_each_convex_face_becomes_a_fan(tmp_path_factory, faces, order):
+    """Some corners of an octagon in its order."""
+    rows = [tuple(sorted(face)) for face in faces]
+    angle = np.pi / 4 * np.arange(8)
+    data = ply(rows, order)
+    place = data.index(b"end_header\n") + 11
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    points = b"".join(struct.pack(f"{order}3fB", *point, 7) for point in ring.tolist())
     path = tmp_path_factory.mktemp("fans") / "faces.ply"
-    path.write_bytes(ply(faces))
-    data = triangulated(path)
-    alike = len({len(face) for face in faces}) < 2
-    assert (data is None) == alike
-    if data is not None:
-        fans = [(f[0], *f[i : i + 2]) for f in faces for i in range(1, len(f) - 1)]
-        rows = data[data.index(b"end_header\n") + 11 + 13 * len(CUBE) :]
-        assert rows == b"".join(struct.pack("<B3i", 3, *fan) for fan in fans)
+    path.write_bytes(data[:place] + points + data[place + len(points) :])
+    fans = [(f[0], *f[i : i + 2]) for f in rows for i in range(1, len(f) - 1)]
+    if fans:
+        assert mesh_file.read(path)[1].tolist() == [[*fan] for fan in fans]
+    else:
+        with pytest.raises(SculptError, match="holds no triangles"):
+            mesh_file.read(path)
 
 
 @pytest.mark.parametrize("share", [0.9, 0.97, 0.999])
