@@ -224,6 +224,42 @@ def test_nodes_of_a_scene_lie_where_it_puts_them(tmp_path):
     assert volume == pytest.approx(-3 * 8 / 6)  # the strip begins with the floor, seen from above
 
 
+@pytest.mark.parametrize("nodes", [True, False])
+def test_files_without_a_scene_are_read_whole(tmp_path, proxy, nodes):
+    path = tmp_path / "ball.glb"
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
+    del header["scenes"]
+    header.pop("scene", None)
+    header["nodes"] = [{"mesh": 0, "translation": [0, 0, 3]}, {"children": [0]}]
+    if not nodes:
+        del header["nodes"]
+    write_glb(path, header, rest)
+    vertices, triangles = mesh_file.read(path)
+    expected = proxy.vertices[proxy.triangles] + [0, 0, 3 * nodes]
+    np.testing.assert_allclose(vertices[triangles], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("part", "accessor", "why"),
+    [
+        ({"mode": 6}, {}, "fans of triangles"),
+        ({}, {"normalized": True}, "quantized coordinates"),
+        ({}, {"sparse": {"count": 1}}, "sparse coordinates"),
+    ],
+)
+def test_what_would_become_another_shape_is_refused(tmp_path, proxy, part, accessor, why):
+    path = tmp_path / "odd.glb"
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
+    primitive = header["meshes"][0]["primitives"][0]
+    primitive |= part
+    header["accessors"][primitive["attributes"]["POSITION"]] |= accessor
+    write_glb(path, header, rest)
+    with pytest.raises(SculptError, match=rf"odd\.glb h(as|olds) {why}.* Export it with"):
+        mesh_file.read(path)
+
+
 def as_sets(faces: Iterable[np.ndarray]) -> set[frozenset[tuple[float, ...]]]:
     """Faces by their corners, in whatever order."""
     return {frozenset(tuple(corner) for corner in face.round(4).tolist()) for face in faces}
