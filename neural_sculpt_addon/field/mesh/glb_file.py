@@ -18,7 +18,7 @@ TRIANGLES = (
     4,
     5,
 )  # modes that trimesh reads, in rows and strips; up to 3 they are points and lines
-FAN = 6
+FANS = (6,)
 
 
 def load(path: Path) -> trimesh.Trimesh:
@@ -64,7 +64,7 @@ def _check(name: str, header: dict[str, Any], size: int) -> None:
         raise ValueError("it has fewer numbers than it says")
     for part in (part for mesh in header.get("meshes", []) for part in mesh["primitives"]):
         mode = part.get("mode", TRIANGLES[0])
-        if mode == FAN:
+        if mode in FANS:
             raise SculptError(
                 "{} holds fans of triangles, which cannot be read. Export it with triangles.", name
             )
