@@ -143,8 +143,9 @@ class MeshDistance:
         """Which way faces with these points and normals (N, 3) look: 1 outward, -1 inward, 0 when
         both of their sides, so far `beside` them (N,), are inside, or both outside.
         """
-        step = np.asarray(beside, float).reshape(-1, 1) * normals.astype(float)
-        sides: Array = np.concatenate([points - step, points + step])
+        step: Array = normals.astype(float)
+        step *= np.reshape(beside, (-1, 1))
+        sides = np.concatenate([points - step, points + step])
         inside = self._depth(sides).reshape(2, -1) > 1
         return inside[0].astype(np.int8) - inside[1]
 

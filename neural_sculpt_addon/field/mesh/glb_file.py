@@ -14,10 +14,7 @@ import trimesh
 
 from ...common.errors import SculptError
 
-TRIANGLES = (
-    4,
-    5,
-)  # modes that trimesh reads, in rows and strips; up to 3 they are points and lines
+TRIANGLES = (4, 5)  # modes, in rows and strips; up to 3 they are points and lines
 FANS = (6,)
 
 

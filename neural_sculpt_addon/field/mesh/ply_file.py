@@ -60,8 +60,8 @@ class _Element:
         if self.has_lists:
             raise ValueError("its vertices have lists")
         places = [names.index(axis) for axis in AXES]
-        single = self.properties[places[0]].item.itemsize <= 4
-        return places, np.float32 if single else np.float64
+        item = self.properties[places[0]].item
+        return places, np.float32 if item.kind == "f" and item.itemsize <= 4 else np.float64
 
 
 def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
@@ -143,14 +143,17 @@ def _of_rows(
 ) -> tuple[NDArray[np.floating], Polygons]:
     """The vertices (V, 3) and faces of a binary file whose rows begin at a place."""
     vertices, none = np.empty((0, 3)), np.empty(0, np.int64)
-    faces = none, none
+    faces, wanted = (none, none), {VERTEX, FACE}
     for element in elements:
+        if not wanted:
+            break
+        wanted.discard(element.name)
         if element.has_lists or element.name == FACE:
             polygons, place = _polygons(data, place, element)
             if element.name == VERTEX:
                 element.axes()
             if element.name == FACE:
-                return vertices, polygons
+                faces = polygons
             continue
         fields = np.dtype([(str(i), each.item) for i, each in enumerate(element.properties)])
         size = element.count * fields.itemsize

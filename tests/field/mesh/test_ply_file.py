@@ -54,6 +54,21 @@ def test_quads_and_triangles_are_one_cube(tmp_path, order, lists, row):
     assert (cube.is_watertight, cube.volume) == (True, pytest.approx(1))
 
 
+@pytest.mark.parametrize("kind", ["float", "int"])
+def test_faces_may_stand_before_the_vertices_and_integers_are_exact(tmp_path, kind):
+    large = 1 << 24 if kind == "int" else 0  # float32 would make one of two odd numbers beyond it
+    header = f"ply\nformat binary_little_endian 1.0\nelement face {len(FACES)}\n{LISTS}"
+    header += f"element vertex {len(CUBE)}\n"
+    header += "".join(f"property {kind} {axis}\n" for axis in "xyz") + "end_header\n"
+    body = b"".join(struct.pack(f"<B{len(face)}I", len(face), *face) for face in FACES)
+    for x, y, z in CUBE.astype(int).tolist():
+        body += struct.pack("<3i" if kind == "int" else "<3f", x + large, y, z)
+    vertices, triangles = read(tmp_path / "cube.ply", header.encode() + body)
+    np.testing.assert_array_equal(vertices - [large, 0, 0], CUBE)
+    assert vertices.dtype == (np.float64 if kind == "int" else np.float32)
+    assert trimesh.Trimesh(CUBE, triangles, process=False).volume == pytest.approx(1)
+
+
 def test_other_properties_of_faces_are_passed_over(tmp_path):
     """A number before the corners, a list and a number after them."""
     header, body = ply([]).split(b"element face 0\n" + LISTS.encode() + b"end_header\n")
