@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 SEAM = 2e-6  # widest seam: rounding of coordinates with six digits, or in float32
+MOST_NEAR = 1 << 24  # such pairs at most: long edges amid many vertices are left as they are
 AT_ONCE = 1 << 20  # pairs of an edge and a vertex near it that are looked at together
 
 
@@ -97,13 +98,16 @@ def _on_edges(points: Array, border: _Border) -> tuple[NDArray[np.int64], NDArra
     start, end = np.moveaxis(points[border.edges], 1, 0)
     middle, way = (start + end) / 2, end - start
     length = np.linalg.norm(way, axis=1)
-    near = np.cumsum(tree.query_ball_point(middle, length / 2, return_length=True))
+    many = tree.query_ball_point(middle, length / 2, return_length=True)  # (E,)
+    order = np.argsort(many, kind="stable")
+    near = np.cumsum(many[order])
+    order = order[near <= MOST_NEAR]
     found = []
-    for low, high in _batches(near):
+    for low, high in _batches(near[: len(order)]):
         look()
-        part = slice(low, high)
+        part = order[low:high]
         lists = tree.query_ball_point(middle[part], length[part] / 2)
-        edge = low + np.repeat(np.arange(len(lists)), [len(one) for one in lists])
+        edge = np.repeat(part, [len(one) for one in lists])
         vertex = rim[np.concatenate([np.asarray(one, np.int64) for one in lists])]
         offset = points[vertex] - start[edge]
         along = np.einsum("nd,nd->n", offset, way[edge]) / length[edge]
