@@ -26,9 +26,9 @@ def orient(points: Array, faces: Faces) -> tuple[Faces, NDArray[np.int64], int, 
     lay upon others.
 
     The area vectors of a closed piece cancel, and the sign of its volume about its own centroid
-    tells the outer side; half a sphere has 0.5, a sheet 1. An open piece that is bulky faces
-    outward, too. One that encloses nothing is turned so that where more than two faces meet, as
-    many go one way as the other; else it keeps the side that most of its area had.
+    tells the outer side; half a sphere has 0.5, a sheet 1. Open pieces are turned so that where
+    more than two faces meet, as many go one way as the other; else those that are bulky face
+    outward, and those that enclose nothing keep the side that most of their area had.
     """
     wound, piece = (np.asarray(array) for array in igl.bfs_orient(faces))
     of_piece = csr_matrix((np.ones(len(faces)), (piece, np.arange(len(faces)))))  # (P, F)
@@ -43,9 +43,12 @@ def orient(points: Array, faces: Faces) -> tuple[Faces, NDArray[np.int64], int, 
     closed = np.linalg.norm(of_piece @ vector, axis=1) < CLOSED * whole  # (P,)
     faced = facing(points, wound, piece, np.where(closed, given * volume, 0))
     bulky = np.abs(volume) > BULKY * whole**1.5
-    turn = np.where(closed, np.sign(volume) * faced, np.where(bulky, np.sign(volume), 0))  # (P,)
+    turn = np.where(closed, np.sign(volume) * faced, 0)  # (P,)
     duplicate = closed & (faced == DUPLICATE)
-    turn = _balanced(points, wound, piece, np.where(duplicate, given, turn), given)
+    turn = np.where(duplicate, given, turn)
+    asks = _asked_of_others(points, wound, piece, len(turn))
+    turn = _balanced(asks, turn, np.where(bulky, np.sign(volume), 0), np.abs(volume))
+    turn = _balanced(asks, turn, given, whole)
     turned = (turn < 0)[piece]  # (F,)
     wound = np.where(turned[:, None], wound[:, ::-1], wound)
     kept = ~duplicate[piece]
@@ -54,31 +57,30 @@ def orient(points: Array, faces: Faces) -> tuple[Faces, NDArray[np.int64], int, 
     return np.ascontiguousarray(wound[kept]), piece, flipped, int(np.sum(~kept))
 
 
-def _balanced(
-    points: Array, faces: Faces, pieces: NDArray[np.int64], turn: Array, given: NDArray[np.int64]
-) -> Array:
-    """`turn` (P,), 1 or -1 where it is known, for all pieces.
+def _balanced(asks: csr_matrix, turn: Array, rather: Array, size: Array) -> Array:
+    """`turn` (P,), 1 or -1 where it is known, for those that would `rather` be 1 or -1, too (P,).
 
     Around an edge of a solid as many faces go one way as the other. Where pieces meet, those that
-    are known ask others for that, the more the longer the edges are. What agrees as it was `given`
-    (P,) comes first, what is to be turned against that last.
+    are known ask others for that (P, P), the more the longer the edges are. What agrees as it would
+    rather be comes first, the largest by `size` (P,) before others; what is to be turned against
+    that comes last.
     """
-    asks = _asked_of_others(points, faces, pieces, len(given))  # (P, P)
     turn = turn.copy()
     votes = asks @ turn  # (P,)
-    waiting = [(-votes[piece] * given[piece], piece) for piece in np.flatnonzero(turn == 0)]
+    free = np.flatnonzero((turn == 0) & (rather != 0))
+    waiting = [(-votes[piece] * rather[piece], -size[piece], piece) for piece in free]
     heapq.heapify(waiting)
     while waiting:
-        agreed, piece = heapq.heappop(waiting)
-        if turn[piece] or -agreed != votes[piece] * given[piece]:
+        agreed, _, piece = heapq.heappop(waiting)
+        if turn[piece] or -agreed != votes[piece] * rather[piece]:
             continue  # it is known, or waits under another number
         clear = abs(votes[piece]) > EVEN
-        turn[piece] = np.sign(votes[piece]) if clear else given[piece]
+        turn[piece] = np.sign(votes[piece]) if clear else rather[piece]
         row = slice(asks.indptr[piece], asks.indptr[piece + 1])
         for other, weight in zip(asks.indices[row], asks.data[row], strict=True):
-            if not turn[other]:
-                votes[other] += weight * turn[piece]
-                heapq.heappush(waiting, (-votes[other] * given[other], other))
+            votes[other] += weight * turn[piece]
+            if not turn[other] and rather[other]:
+                heapq.heappush(waiting, (-votes[other] * rather[other], -size[other], other))
     return turn
 
 

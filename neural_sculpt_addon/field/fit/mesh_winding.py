@@ -49,8 +49,9 @@ def facing(
     volumes: of each piece as it is wound (P,): negative when it faces inward, 0 when it is open
 
     A piece that nothing encloses faces outward. When it did not, what lies in it is taken for
-    inside out as well. Enclosed pieces stay as they are, unless they would take away an inside
-    where there is none.
+    inside out as well. Pieces that others enclose, together or alone, stay as they are, unless they
+    would take away an inside where there is none; they face outward, too, where some of the others
+    were inside out, and some were not.
     """
     order = np.argsort(-np.abs(volumes), kind="stable")[: np.count_nonzero(volumes)]
     wound = np.sign(volumes).astype(np.int8)  # (P,)
@@ -68,15 +69,19 @@ def facing(
     lows, highs = (np.ascontiguousarray(side[order].T) for side in (low, high))  # (3, P)
     result = np.zeros(len(volumes), np.int8)
     number = np.zeros((len(volumes), PROBES_OF_PIECE), np.int64)  # of what is larger, at the probes
-    mirrored = np.zeros(len(volumes), np.int8)  # 1 or -1 as what encloses it, 0 without
+    enclosed = np.zeros(number.shape, bool)  # which of the probes are
+    votes = np.zeros((2, len(volumes)), np.int64)  # probes in what was inside out, and was not
     for place, piece in enumerate(order):
         if result[piece] == DUPLICATE:
             continue
         look()
         around = np.quantile(number[piece], DISSENT, method="lower")
-        if not mirrored[piece]:
-            mirrored[piece] = 1 if around > 0 else wound[piece]
-        kept = wound[piece] * mirrored[piece]
+        agreed = votes[:, piece].min() <= DISSENT * votes[:, piece].sum()
+        if agreed and enclosed[piece].mean() > 1 - DISSENT:
+            right = votes[1, piece] > votes[0, piece]
+        else:
+            right = wound[piece] > 0
+        kept = wound[piece] if right else -wound[piece]
         result[piece] = kept if around + kept >= 0 else 1
         smaller = slice(place + 1, None)
         near = lows[:, smaller] < high[piece, :, None]
@@ -96,8 +101,8 @@ def facing(
         inside = np.abs(Winding(points, own)(probes[near].reshape(-1, 3))) > 0.5
         inside = inside.reshape(-1, PROBES_OF_PIECE)
         number[near] += result[piece] * inside
-        within = near[(inside.mean(axis=1) > 1 - DISSENT) & (mirrored[near] == 0)]
-        mirrored[within] = mirrored[piece]
+        enclosed[near] |= inside
+        votes[int(right), near] += inside.sum(axis=1)
     return result
 
 

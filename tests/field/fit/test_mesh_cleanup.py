@@ -144,6 +144,37 @@ def test_cavities_stay_where_they_touch_the_wall_and_where_their_own_is_doubled(
     assert np.array_equal(inside(joined(AROUND, *rooms), points), solid & ~hollow)
 
 
+def gridded(low, high, facing=1):
+    """A box (in whole units) whose sides are divided into unit squares."""
+    high, cells = np.asarray(high), np.argwhere(np.ones(np.subtract(high, low))) + low
+    sides = []
+    for side, (axis, end) in enumerate([(2, 0), (2, 1), (1, 0), (1, 1), (0, 0), (0, 1)]):
+        for cell in cells[cells[:, axis] == (high[axis] - 1 if end else low[axis])]:
+            vertices, faces = cube(cell, cell + 1, NO, facing)
+            sides.append((vertices, faces[2 * side : 2 * side + 2]))
+    return joined(*sides)
+
+
+@pytest.mark.parametrize("known", [merged, soup])
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        ([0, 0, 0], [2, 2, 2]),  # at a corner: three sides of each lie upon each other
+        ([0, 0, 1], [2, 2, 3]),  # at an edge
+        ([0, 1, 1], [2, 3, 3]),  # at a wall
+        ([2, 1, 1], [4, 3, 3]),
+        ([0, 0, 0], [2, 4, 4]),  # all of one end
+    ],
+)
+def test_a_cavity_at_the_wall_takes_its_place_away_when_they_share_vertices(known, low, high):
+    mesh = known(joined(gridded([0, 0, 0], [8, 4, 4]), gridded(low, high, -1)))
+    points = np.random.default_rng(1).uniform(-0.5, [8.5, 4.5, 4.5], (3000, 3))
+    points = points[(np.abs(points - np.rint(points)) > 0.02).all(axis=1)]
+    solid = ((points > 0) & (points < [8, 4, 4])).all(axis=1)
+    hollow = ((points > low) & (points < high)).all(axis=1)
+    assert np.array_equal(inside(mesh, points), solid & ~hollow)
+
+
 def test_crossing_bars_in_the_same_box_are_no_copies():
     bars = []
     for angle in (np.pi / 4, -np.pi / 4):

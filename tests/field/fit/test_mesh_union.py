@@ -96,6 +96,34 @@ def test_the_union_of_boxes_has_no_walls_inside(parts, turned):
     assert (np.abs(value[:300]) < gap + 0.01).all()
 
 
+def test_a_row_of_parts_side_by_side_has_no_walls_where_it_is_sunk():
+    """Teeth in a gum. Rounding leaves their lower faces apart here, and has them overlap there."""
+    teeth = [
+        trimesh.creation.box(bounds=[[0.1 * i - 0.4, -0.1, -0.2], [0.1 * i - 0.3, 0.1, 0.2]])
+        for i in range(8)
+    ]
+    distance, _ = made_of([box((2, 1, 1), (0, 0, -0.5)), *teeth])
+    x = np.stack([np.linspace(-0.2, 0.2, 50), np.zeros(50), np.full(50, -0.2)], axis=1)
+    assert distance(x) == pytest.approx(-np.hypot(0.1, 0.2), abs=1e-6)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 2**31))
+def test_many_parts_that_are_inside_out_together_are_what_they_are_otherwise(seed):
+    """What several of them enclose together is no cavity of theirs, as in a mirrored object."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-1, 1, (30, 3))
+    high = low + rng.uniform(0.2, 1, (30, 3))
+    parts = [trimesh.creation.box(bounds=bounds) for bounds in zip(low, high, strict=True)]
+    for part in parts:
+        part.invert()
+    distance, _ = made_of(parts)
+    x = around(parts, 3000)
+    from_side = np.minimum(x[:, None] - low, high - x[:, None]).min(axis=2)  # (N, 30)
+    clear = np.abs(from_side).min(axis=1) > 0.01
+    assert np.array_equal(distance(x[clear]) < 0, (from_side.max(axis=1) > 0)[clear])
+
+
 SHAPES = {
     "ball": lambda rng: trimesh.creation.icosphere(int(rng.integers(0, 3)), rng.uniform(0.4, 1)),
     "box": lambda rng: trimesh.creation.box(rng.uniform(0.4, 2, 3)),
