@@ -14,6 +14,7 @@ WHY = {
         "fit.consolidate": ("NARROWEST", "WIDEST"),
         "fit.fit_report": ("MOST_PIECES",),
         "mesh.extraction.cells": ("WIDEST_LEVEL",),
+        "mesh.glb_file": ("MOST_CORNERS", "OVERLAP"),
         "mesh.mesh_file": ("LARGEST_FILE",),
         "mesh.ply_file": ("HEADER",),
         "mesh.polygons": ("MOST_CORNERS",),

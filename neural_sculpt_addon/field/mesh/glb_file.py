@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""GLB files, read by trimesh but for what it makes another shape of: that is refused.
+"""GLB files: trimesh reads their meshes, which are put here where the nodes of their scene are.
+What trimesh makes another shape of is refused.
 
 The format is glTF 2.0: a header of JSON tells what the numbers in the rest of the file are.
 """
@@ -7,57 +8,99 @@ The format is glTF 2.0: a header of JSON tells what the numbers in the rest of t
 import io
 import json
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 
 TRIANGLES = (4, 5)  # modes, in rows and strips; up to 3 they are points and lines
 FANS = (6,)
+LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
+QUANTIZED = "KHR_mesh_quantization"
+NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+OVERLAP = 16  # how often the bytes of a file may be used: meshes may share them
+MOST_CORNERS = 1 << 26  # of triangles, with all copies of meshes
+
+Header = dict[str, Any]
 
 
-def load(path: Path) -> trimesh.Trimesh:
-    """The meshes of a file where its scene puts them. SculptError for what cannot be read."""
-    with path.open("rb") as file:
-        (size,) = struct.unpack("<12xI4x", file.read(20))  # of the first chunk, which is JSON
-        header: dict[str, Any] = json.loads(file.read(size))
-    _check(path.name, header, path.stat().st_size)
-    if "scenes" in header:
-        return trimesh.load_mesh(path, process=False, skip_materials=True)
-    text = json.dumps(header | _scene(header)).encode()
-    text += b" " * (-len(text) % 4)
-    rest = path.read_bytes()[20 + size :]
-    first = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
-    file = io.BytesIO(first + text + rest)
-    return trimesh.load_mesh(file, "glb", process=False, skip_materials=True)
+def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (V, 3) and triangles (T, 3) of a file's scene, or, without one, of all its nodes or
+    meshes. SculptError for what cannot be read; LookupError, TypeError or ValueError when it is
+    damaged."""
+    data = path.read_bytes()
+    (size,) = struct.unpack("<12xI4x", data[:20])  # of the first chunk, which is JSON
+    header: Header = json.loads(data[20 : 20 + size])
+    _check(path.name, header, len(data))
+    nodes = [{"mesh": mesh, "matrix": place.T.ravel().tolist()} for mesh, place in _placed(header)]
+    _check_copies(path.name, header, nodes)
+    header |= {"nodes": nodes, "scenes": [{"nodes": list(range(len(nodes)))}], "scene": 0}
+    text = json.dumps({key: header[key] for key in header if key not in ("skins", "cameras")})
+    chunk = text.encode() + b" " * (-len(text.encode()) % 4)
+    rest = data[20 + size :]
+    first = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(chunk) + len(rest), len(chunk), b"JSON")
+    file = io.BytesIO(first + chunk + rest)
+    mesh = trimesh.load_mesh(file, "glb", process=False, skip_materials=True)
+    vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
+    return vertices, np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
 
 
-def _scene(header: dict[str, Any]) -> dict[str, Any]:
-    """A scene of all nodes that have no parent, or of all meshes where there are no nodes."""
-    nodes: list[dict[str, Any]] = header.get("nodes") or [
+def _placed(header: Header) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """The meshes of the nodes, and the matrices (4, 4) that put them into the scene: where the
+    joints of those with a skin hold them at rest, which is where they are by themselves."""
+    nodes: list[Header] = header.get("nodes") or [
         {"mesh": i} for i in range(len(header.get("meshes", [])))
     ]
     children = {child for node in nodes for child in node.get("children", [])}
     roots = [i for i in range(len(nodes)) if i not in children]
-    return {"nodes": nodes, "scenes": [{"nodes": roots}], "scene": 0}
+    if scenes := header.get("scenes"):
+        roots = scenes[header.get("scene", 0)].get("nodes", [])
+    seen = set[int]()
+    waiting = [(root, np.eye(4)) for root in reversed(roots)]
+    while waiting:
+        number, around = waiting.pop()
+        if number in seen:
+            raise ValueError("a node has two parents")
+        seen.add(number)
+        place = around @ _matrix(nodes[number])
+        if "mesh" in nodes[number]:
+            yield nodes[number]["mesh"], np.eye(4) if "skin" in nodes[number] else place
+        waiting += [(child, place) for child in reversed(nodes[number].get("children", []))]
 
 
-def _check(name: str, header: dict[str, Any], size: int) -> None:
+def _matrix(node: Header) -> NDArray[np.float64]:
+    """The matrix (4, 4) of a node in its parent."""
+    if "matrix" in node:
+        return np.reshape(np.array(node["matrix"], float), (4, 4)).T
+    matrix = np.eye(4)
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    matrix[:3, :3] = trimesh.transformations.quaternion_matrix([w, x, y, z])[:3, :3]
+    matrix[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), float)
+    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return matrix
+
+
+def _check(name: str, header: Header, size: int) -> None:
     """SculptError where trimesh reads numbers of triangles as others: as zeros where they are
-    compressed or sparse, and as they are where they are shares of the largest integer.
+    compressed, sparse or not there, and as they are where they are shares of the largest integer.
 
     ValueError where there are more numbers than bytes."""
     required = header.get("extensionsRequired", [])
-    if compression := ", ".join(each for each in required if "compression" in each):
+    odd = [each for each in required if not each.startswith(LOOKS) and each != QUANTIZED]
+    if odd:
         raise SculptError(
-            "{} is compressed ({}), which cannot be read. Export it without compression.",
+            "{} needs what cannot be read here ({}). Export it without, and without compression.",
             name,
-            f"{compression:.60}",
+            f"{', '.join(odd):.60}",
         )
-    accessors = header.get("accessors", [])
-    if any(accessor["count"] > size for accessor in accessors):
+    accessors: list[Header] = header.get("accessors", [])
+    counts = [accessor["count"] * NUMBERS[accessor["type"]] for accessor in accessors]
+    if min(counts, default=0) < 0 or sum(counts) > OVERLAP * size:
         raise ValueError("it has fewer numbers than it says")
     for part in (part for mesh in header.get("meshes", []) for part in mesh["primitives"]):
         mode = part.get("mode", TRIANGLES[0])
@@ -77,4 +120,25 @@ def _check(name: str, header: dict[str, Any], size: int) -> None:
         if "sparse" in positions or "sparse" in indices:
             raise SculptError(
                 "{} has sparse coordinates, which cannot be read. Export it without them.", name
+            )
+        if "bufferView" not in positions or (indices and "bufferView" not in indices):
+            raise ValueError("the coordinates of a mesh are not there")
+
+
+def _check_copies(name: str, header: Header, nodes: list[Header]) -> None:
+    """SculptError when the meshes of all nodes have too many corners together."""
+    meshes, accessors = header.get("meshes", []), header.get("accessors", [])
+    corners = 0
+    for node in nodes:
+        for part in meshes[node["mesh"]]["primitives"]:
+            given = [
+                part["attributes"]["POSITION"],
+                *([part["indices"]] if "indices" in part else []),
+            ]
+            corners += sum(accessors[each]["count"] for each in given)
+        if corners > MOST_CORNERS:
+            raise SculptError(
+                "{} has copies of meshes with more than {} triangles in all; decimate them first.",
+                name,
+                f"{MOST_CORNERS // 3:,}",
             )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Triangle meshes as files, read and written by trimesh; OBJ, OFF and PLY files have readers here.
+"""Triangle meshes as files, written by trimesh, which reads GLB files; others have readers here.
 
 Files come from outside: when reading fails on a damaged one, a SculptError says so in a sentence.
 """
@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from ...common.errors import SculptError
 from ...common.whole_file import write_whole
-from . import glb_file, obj_file, off_file, ply_file
+from . import glb_file, obj_file, off_file, ply_file, stl_file
 from .proxy import Proxy
 from .refinement.refine import Refined
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".off")
-READERS = {".obj": obj_file.read, ".off": off_file.read, ".ply": ply_file.read}
+READERS = {
+    **{".glb": glb_file.read, ".obj": obj_file.read, ".off": off_file.read},
+    **{".ply": ply_file.read, ".stl": stl_file.read},
+}
 LARGEST_FILE = 2 << 30  # bytes
 
 
@@ -41,7 +44,7 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
         size = path.stat().st_size
         if size > LARGEST_FILE:
             raise SculptError("{} is larger than 2 GiB; decimate the mesh first.", path.name)
-        vertices, triangles = _load(path)
+        vertices, triangles = READERS[path.suffix.lower()](path)
     except OSError as error:
         raise SculptError("{} cannot be read: {}.", path, error.strerror or error) from error
     except DAMAGE as error:
@@ -52,17 +55,6 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise SculptError("{} is damaged: a triangle has a corner that is not there.", path.name)
     return vertices, triangles
-
-
-def _load(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
-    """Vertices (V, 3) and triangles (F, 3); none where trimesh finds something else."""
-    suffix = path.suffix.lower()
-    if suffix in READERS:
-        return READERS[suffix](path)
-    mesh = glb_file.load(path) if suffix == ".glb" else trimesh.load_mesh(path, process=False)
-    vertices = np.asarray(getattr(mesh, "vertices", []), float).reshape(-1, 3)
-    triangles = np.asarray(getattr(mesh, "faces", []), np.int64).reshape(-1, 3)
-    return vertices.astype(np.float32) if suffix == ".stl" else vertices, triangles
 
 
 def write(path: Path, proxy: Proxy | Refined) -> None:

@@ -8,7 +8,7 @@ ZBrush's colors are, and a line that ends in a backslash goes on in the next one
 """
 
 import re
-from codecs import BOM_UTF8
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from .polygons import triangulated
 
-COMMENT = re.compile(rb"#.*")
-GOES_ON = re.compile(rb"\\\r?\n")
+COMMENT = re.compile(rb"(?<!\S)#[^\r\n]*")
+GOES_ON = re.compile(rb"\\[ \t]*(?:\r\n|\r|\n)")
 BESIDE = re.compile(rb"/\S*")  # of a corner: the numbers of its texture coordinate and normal
 
 
@@ -25,6 +25,8 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices (V, 3) and triangles (T, 3), which each face becomes. ValueError or ArithmeticError
     when the file is damaged."""
     data = path.read_bytes().removeprefix(BOM_UTF8)
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        raise ValueError("it is text in UTF-16; save it as UTF-8")
     if b"#" in data:
         data = COMMENT.sub(b"", data)
     if b"\\" in data:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .polygons import triangulated
 
-KIND = re.compile(rb"\A\s*((ST)?C?N?OFF|off)")  # texture coordinates, colors, normals of vertices
+KIND = re.compile(rb"\A\s*((ST|C|N)*OFF|off)")  # texture coordinates, colors, normals of vertices
 
 
 def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

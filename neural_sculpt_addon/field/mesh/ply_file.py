@@ -28,6 +28,7 @@ TYPES = {
 }
 VERTEX, AXES = b"vertex", (b"x", b"y", b"z")
 FACE, CORNERS = b"face", {b"vertex_indices", b"vertex_index"}
+STRIPS = b"tristrips"
 
 Polygons = tuple[NDArray[np.int64], NDArray[np.int64]]  # corners (C,), and how many each has (F,)
 
@@ -68,12 +69,12 @@ def read(path: Path) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
     """Vertices (V, 3), as precise as the file has them, and triangles (T, 3), which each face
     becomes. ValueError or LookupError when the file is damaged."""
     with path.open("rb") as file:
-        header, ends, _ = file.read(HEADER).partition(b"end_header")
+        header, ends, _ = file.read(HEADER).partition(b"\nend_header")
         if not ends or header[:3] != b"ply":
             raise ValueError("it does not begin as a PLY file")
         kind, elements = _read(header.splitlines())
         data = mmap(file.fileno(), 0, access=ACCESS_READ)
-    start = data.find(b"\n", len(header)) + 1
+    start = data.find(b"\n", len(header) + 1) + 1
     parts = (
         _of_text(data[start:], elements) if kind == b"ascii" else _of_rows(data, start, elements)
     )
@@ -92,6 +93,8 @@ def _read(lines: Iterable[bytes]) -> tuple[bytes, list[_Element]]:
                 elements.append(_Element(name, int(count)))
                 if elements[-1].count < 0:
                     raise ValueError("it has fewer rows than none")
+                if name == STRIPS:
+                    raise ValueError("it has strips of triangles; export it with faces")
             case [b"property", b"list", length, item, name]:
                 types = (np.dtype(order + TYPES[each]) for each in (item, length))
                 elements[-1].properties.append(_Property(name, *types))
@@ -209,6 +212,8 @@ def _of_rows_alike(data: mmap, start: int, faces: _Element) -> tuple[Polygons, i
     none = np.empty(0, np.int64)
     if not faces.count:
         return (none, none), start
+    if not faces.has_lists:
+        raise ValueError("its faces have no corners")
     place, lengths, corners, kind = start, list[slice](), slice(0), np.dtype("i4")
     for each in faces.properties:
         if each.length is None:

@@ -12,7 +12,7 @@ from .ear_clipping import clipped
 
 BLOCK = 1 << 16  # polygons that are looked at together, so that their corners fit the cache
 FACES_AWAY = 1e-6  # of the polygon's area: a triangle of less is the rounding of a straight corner
-MOST_CORNERS = 30_000  # of a concave polygon: ten seconds
+MOST_CORNERS = 30_000  # of a concave polygon, or several, in squares: ten seconds
 
 
 def triangulated(
@@ -20,23 +20,27 @@ def triangulated(
 ) -> NDArray[np.int64]:
     """The triangles (T, 3) of polygons of `vertices` (V, 3). Their corners (C,) stand one polygon
     after another, `counts` (F,) of them: fewer than three are no triangle, and corners that are not
-    there stay. ValueError when a concave polygon has too many."""
+    there stay. ValueError when concave polygons have too many."""
     starts = np.cumsum(counts) - counts
     parts = np.maximum(counts - 2, 0)
     rows = np.cumsum(parts) - parts  # where the triangles of each begin
     triangles = corners[_fans(starts, counts)]
     if not triangles.size or triangles.min() < 0 or triangles.max() >= len(vertices):
         return triangles
-    many = np.flatnonzero(counts > 3)
+    many, squares = np.flatnonzero(counts > 3), 0
     for block in np.array_split(many, range(BLOCK, len(many), BLOCK)):
         places = ranges(rows[block], parts[block])
         bad = block[~_are_covered(vertices, triangles[places], parts[block])]
         places = ranges(rows[bad], parts[bad])
         triangles[places] = corners[_fans(starts[bad], counts[bad], 1)]  # right for quads
         bad = bad[~_are_covered(vertices, triangles[places], parts[bad])]
+        squares += int((counts[bad] ** 2).sum())
+        if squares > MOST_CORNERS**2:
+            raise ValueError("its concave faces have too many corners; triangulate it first")
         for face in bad:
             polygon = corners[starts[face] : starts[face] + counts[face]]
-            triangles[rows[face] : rows[face] + parts[face]] = _ears(vertices, polygon)
+            ears = polygon[clipped(vertices[polygon].astype(np.float64))]
+            triangles[rows[face] : rows[face] + parts[face]] = ears
     return triangles
 
 
@@ -72,10 +76,3 @@ def _are_covered(
     along = (areas * np.repeat(normals, parts, axis=1)).sum(axis=0)
     least = np.minimum.reduceat(along, np.cumsum(parts) - parts)
     return ~(least < -FACES_AWAY * (normals * normals).sum(axis=0))
-
-
-def _ears(vertices: NDArray[np.floating], polygon: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The triangles (T, 3) of a concave polygon (N,)."""
-    if len(polygon) > MOST_CORNERS:
-        raise ValueError(f"a concave face has {len(polygon)} corners")
-    return polygon[clipped(vertices[polygon].astype(np.float64))]

@@ -151,8 +151,10 @@ def test_a_file_of_double_precision_may_be_far_away(tmp_path):
         clean(vertices, triangles)
 
 
-@pytest.mark.parametrize("kind", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
-def test_compressed_files_are_refused_by_name(tmp_path, proxy, kind):
+@pytest.mark.parametrize(
+    "kind", ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"]
+)
+def test_files_that_need_more_are_refused_by_name(tmp_path, proxy, kind):
     """As exporters write them: the accessors of a compressed mesh have no bytes of their own."""
     path = tmp_path / "small.glb"
     mesh_file.write(path, proxy)
@@ -161,7 +163,7 @@ def test_compressed_files_are_refused_by_name(tmp_path, proxy, kind):
     for accessor in header["accessors"]:
         del accessor["bufferView"]
     write_glb(path, header, rest)
-    with pytest.raises(SculptError, match=rf"small\.glb is compressed \({kind}\)"):
+    with pytest.raises(SculptError, match=rf"small\.glb needs what cannot be read here \({kind}\)"):
         mesh_file.read(path)
 
 
@@ -222,6 +224,60 @@ def test_nodes_of_a_scene_lie_where_it_puts_them(tmp_path):
     assert as_sets(corners) == as_sets(expected)
     volume = np.einsum("ij,ij->", np.cross(corners[:, 0], corners[:, 1]), corners[:, 2]) / 6
     assert volume == pytest.approx(-3 * 8 / 6)  # the strip begins with the floor, seen from above
+
+
+def nodes_of(path, proxy, nodes):
+    """Where the proxy lies in a file with these nodes: the lowest and highest corner of each of the
+    copies."""
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
+    header |= {"nodes": nodes, "scenes": [{"nodes": [0]}], "scene": 0}
+    header["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+    header["skins"] = [{"joints": [0]}]
+    write_glb(path, header, rest)
+    vertices, triangles = mesh_file.read(path)
+    corners = vertices[triangles].reshape(-1, 3 * len(proxy.triangles), 3)
+    return np.stack([corners.min(axis=1), corners.max(axis=1)])  # (2, N, 3)
+
+
+def test_meshes_at_cameras_and_below_them_are_there(tmp_path, proxy):
+    nodes = [
+        {"camera": 0, "mesh": 0, "children": [1], "translation": [1, 0, 0]},
+        {"mesh": 0, "scale": [2, 1, 1]},
+    ]
+    box = np.stack([proxy.vertices.min(axis=0), proxy.vertices.max(axis=0)])
+    expected = np.stack([box, box * [2, 1, 1]], axis=1)
+    expected[..., 0] += 1
+    found = nodes_of(tmp_path / "a.glb", proxy, nodes)
+    np.testing.assert_allclose(np.sort(found, axis=1), np.sort(expected, axis=1), atol=1e-6)
+
+
+def test_a_mesh_with_a_skin_stays_where_its_joints_hold_it(tmp_path, proxy):
+    nodes = [{"mesh": 0, "skin": 0, "translation": [7, 0, 0], "scale": [9, 9, 9]}]
+    box = np.stack([proxy.vertices.min(axis=0), proxy.vertices.max(axis=0)])
+    found = nodes_of(tmp_path / "a.glb", proxy, nodes)
+    np.testing.assert_allclose(found, box[:, None], atol=1e-6)
+
+
+def test_deep_trees_of_nodes_add_up(tmp_path, proxy):
+    """Of 3,000 nodes each moves what is below it."""
+    nodes = [{"translation": [0, 1, 0], "children": [i + 1]} for i in range(2999)] + [{"mesh": 0}]
+    box = np.stack([proxy.vertices.min(axis=0), proxy.vertices.max(axis=0)])
+    found = nodes_of(tmp_path / "a.glb", proxy, nodes)
+    np.testing.assert_allclose(found, box[:, None] + [0, 2999, 0], atol=1e-3)
+
+
+@pytest.mark.parametrize("children", [[0], [1, 1]])
+def test_nodes_in_a_circle_or_with_two_parents_are_refused(tmp_path, proxy, children):
+    with pytest.raises(SculptError, match="two parents"):
+        nodes_of(tmp_path / "a.glb", proxy, [{"children": children}, {"mesh": 0}])
+
+
+def test_more_copies_than_fit_the_memory_are_refused(tmp_path, proxy):
+    count = (1 << 26) // len(proxy.vertices)
+    nodes = [{"children": list(range(1, count + 1))}, *[{"mesh": 0}] * count]
+    with pytest.raises(SculptError, match="decimate them first"):
+        nodes_of(tmp_path / "a.glb", proxy, nodes)
 
 
 @pytest.mark.parametrize("nodes", [True, False])
@@ -302,6 +358,13 @@ BAD = {
     b"property float y\nproperty float z\nelement face 1\n"
     b"property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\ninf 0 1 2\n",
     "huge.off": b"OFF\n999999999999 1 1\n",
+    "none.ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
+    b"property float y\nproperty float z\nelement face 999999999999\nend_header\n" + bytes(12),
+    "strips.ply": b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+    b"property float y\nproperty float z\nelement tristrips 1\n"
+    b"property list int int vertex_indices\nend_header\n0 0 0\n1 0\n",
+    "wide.obj": "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode("utf-16"),
+    "odd.obj": b"v 0 0 -1.#IND\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
 }
 
 

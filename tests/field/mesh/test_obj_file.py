@@ -43,7 +43,8 @@ def test_a_prism_over_an_l(tmp_path, first, walls):
 
 
 def test_lines_of_old_macs_and_vertices_with_and_without_colors(tmp_path):
-    lines = ["v 0 0 0 1 0 0", "v 1 0 0", "v 0 1 0 1", "v 0 0 1 1 1 1", "f 1 3 2 4"]
+    lines = ["# a", "v 0 0 0 1 0 0", "v 1 0 0", "v 0 1 0 1", "v 0 0 1 1 1 1"]
+    lines += ["f 1 3 \\ ", "2 4"]
     (tmp_path / "mac.obj").write_bytes("\r".join(lines).encode())
     vertices, triangles = mesh_file.read(tmp_path / "mac.obj")
     np.testing.assert_array_equal(vertices, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)])

@@ -36,6 +36,7 @@ FILES = {
     "colors of vertices": text(f"COFF\n{COUNTS}", " 255 0 0 255"),
     "normals": text(f"NOFF\n{COUNTS}", " 0 0 1"),
     "all of them": text(f"STCNOFF\n{COUNTS}", " 0 0 1 0.1 0.2 0.3 1 0.5 0.5"),
+    "all of them, of MeshLab": text(f"NCSTOFF\n{COUNTS}", " 0 0 1 255 0 0 255 0.5 0.5"),
     "colors of faces": text(face=" 0.1 0.2 0.3"),
     "comments": text(f"# OFF of a\n\nOFF # test\n#\n{COUNTS} # counts\n", " # v", " # f\n\n# next"),
     "of Windows": "\ufeff" + text(end="\r\n"),

@@ -162,6 +162,13 @@ def test_each_convex_face_becomes_a_fan(tmp_path_factory, faces, order):
             mesh_file.read(path)
 
 
+def test_a_comment_ends_no_header(tmp_path):
+    data = ply(FACES).replace(b"of a test", b"before end_header and behind it")
+    assert read(tmp_path / "cube.ply", data)[1].tolist() == (
+        read(tmp_path / "same.ply", ply(FACES))[1].tolist()
+    )
+
+
 @pytest.mark.parametrize("share", [0.9, 0.97, 0.999])
 def test_a_file_that_ends_too_early_is_told(tmp_path, share):
     data = ply(FACES)

@@ -152,5 +152,5 @@ def test_more_corners_than_that_are_refused_where_they_are_concave():
     points = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert areas(points, one(points)).sum() == pytest.approx(np.pi)
     points[::2] *= 0.5
-    with pytest.raises(ValueError, match=f"has {count} corners"):
+    with pytest.raises(ValueError, match="concave faces have too many corners"):
         one(points)
