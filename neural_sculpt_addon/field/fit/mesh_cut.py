@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 FEW = 200  # pairs that are cut at once, in less time than a process takes to start
 TICK = 0.05  # seconds between two looks at `progress`
 CUTTING = "Cutting faces that cross"
+FAILED = (
+    "Faces that cross could not be cut along each other ({}). Unite the parts of the mesh first,"
+    " with Boolean or Remesh."
+)
 
 
 def cut_along(corners: Array, pairs: int, progress: Progress) -> tuple[Array, NDArray[np.int64]]:
@@ -31,11 +35,18 @@ def cut_along(corners: Array, pairs: int, progress: Progress) -> tuple[Array, ND
 
     pairs: how many of the faces cross each other, about
 
-    SculptError when CGAL does not come to an end.
+    SculptError when CGAL does not come to an end, or finds no place for its files.
     """
     progress(0.0, CUTTING)
     if pairs <= FEW:
         return cgal_process.cut(corners)
+    try:
+        return _cut_apart(corners, progress)
+    except OSError as error:
+        raise SculptError(FAILED, error.strerror or str(error)) from error
+
+
+def _cut_apart(corners: Array, progress: Progress) -> tuple[Array, NDArray[np.int64]]:
     with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as made:
         np.save(given, corners, allow_pickle=False)
         given.seek(0)
@@ -65,11 +76,7 @@ def _run(given: BinaryIO, made: BinaryIO, progress: Progress) -> None:
         if process.returncode:
             said.seek(0)
             tail = said.read().decode(errors="replace").strip()
-            raise SculptError(
-                "Faces that cross could not be cut along each other ({}). Unite the parts of the"
-                " mesh first, with Boolean or Remesh.",
-                exit_in_words(process.returncode, tail),
-            )
+            raise SculptError(FAILED, exit_in_words(process.returncode, tail))
 
 
 def _ended(process: subprocess.Popen) -> bool:

@@ -98,6 +98,8 @@ def _check(name: str, header: Header, size: int) -> None:
             name,
             f"{', '.join(odd):.60}",
         )
+    if any(not buffer.get("uri", "data:").startswith("data:") for buffer in header["buffers"]):
+        raise ValueError("its numbers are in another file; export it as one")
     accessors: list[Header] = header.get("accessors", [])
     counts = [accessor["count"] * NUMBERS[accessor["type"]] for accessor in accessors]
     if min(counts, default=0) < 0 or sum(counts) > OVERLAP * size:

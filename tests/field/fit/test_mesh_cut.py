@@ -65,6 +65,12 @@ def test_what_cannot_be_cut_is_told():
         cut_along(np.full((2, 3, 3), np.nan), FEW + 1, silent)
 
 
+def test_no_place_for_files_is_told(monkeypatch, tmp_path):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "absent"))
+    with pytest.raises(SculptError, match=r"\(No such file or directory\)"):
+        cut_along(np.zeros((2, 3, 3)), FEW + 1, silent)
+
+
 def test_what_is_too_much_to_cut_is_divided_where_it_is_hidden(monkeypatch):
     """Needles in a slab: cut, none of them is left in it; else it keeps its faces, and how many
     crossings are left is told."""

@@ -280,6 +280,16 @@ def test_more_copies_than_fit_the_memory_are_refused(tmp_path, proxy):
         nodes_of(tmp_path / "a.glb", proxy, nodes)
 
 
+def test_numbers_in_another_file_are_told(tmp_path, proxy):
+    path = tmp_path / "two.glb"
+    mesh_file.write(path, proxy)
+    header, rest = glb_chunks(path)
+    header["buffers"][0]["uri"] = "two.bin"
+    write_glb(path, header, rest)
+    with pytest.raises(SculptError, match="in another file"):
+        mesh_file.read(path)
+
+
 @pytest.mark.parametrize("nodes", [True, False])
 def test_files_without_a_scene_are_read_whole(tmp_path, proxy, nodes):
     path = tmp_path / "ball.glb"
