@@ -75,10 +75,12 @@ def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) 
     doubled = count - len(faces)
     points, faces, sewn = sew(points, faces)
     faces, pieces, flipped, copies = orient(points, faces)
+    walls = _cancel(faces)
+    faces, pieces = faces[~walls], _names(pieces[~walls])
     repairs = {"decimated": decimated} if decimated else {}
     repairs |= {"sewn": sewn} if sewn else {}
     repairs |= {"welded": welded, "collapsed": collapsed}
-    repairs |= {"doubled": doubled + copies, "flipped": flipped}
+    repairs |= {"doubled": doubled + copies + int(walls.sum()), "flipped": flipped}
     return CleanMesh(points, faces, pieces, scale, center, repairs, keep_origin)
 
 
@@ -159,7 +161,7 @@ def _decimate(
         a, b, c = faces.T
         faces = faces[(a != b) & (b != c) & (c != a)]
         cells *= COARSER
-    return (points, _without_flaps(faces)) if faces is not many else (points, faces)
+    return (points, faces[~_cancel(faces)]) if faces is not many else (points, faces)
 
 
 def _weld_parts(
@@ -216,14 +218,15 @@ def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> ND
     return faces[areas(points[faces]) > SMALLEST_AREA]
 
 
-def _without_flaps(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Without faces that have the same three vertices as others of the opposite winding: merging
-    folds them, and where one of two stayed a closed mesh would be open."""
+def _cancel(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which faces (F,) have the same three vertices as others of the opposite winding. They bound
+    nothing: they are walls between two solids, or of a cavity at the wall around it, or merging has
+    folded them. Where one of two stayed a closed mesh would be open."""
     first = faces.argmin(axis=1)[:, None]
     _, second, third = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1).T
     side = np.where(second < third, 1, -1)
     _, group = trimesh.grouping.unique_rows(np.sort(faces, axis=1))
-    return faces[side * np.bincount(group, side)[group] > 0]
+    return side * np.bincount(group, side)[group] <= 0
 
 
 def _drop_doubled(faces: NDArray[np.int64]) -> NDArray[np.int64]:

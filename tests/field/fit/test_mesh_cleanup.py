@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from neural_sculpt_addon.field.fit.mesh_cleanup import clean
 from neural_sculpt_addon.field.fit.mesh_distance import MeshDistance
 from neural_sculpt_addon.field.fit.mesh_open import Open, prepare
+from neural_sculpt_addon.field.geometry import areas
 
 QUADS = np.array(  # of a cube whose corners are numbered x + 2 y + 4 z, seen from outside
     [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
@@ -173,6 +174,14 @@ def test_a_cavity_at_the_wall_takes_its_place_away_when_they_share_vertices(know
     solid = ((points > 0) & (points < [8, 4, 4])).all(axis=1)
     hollow = ((points > low) & (points < high)).all(axis=1)
     assert np.array_equal(inside(mesh, points), solid & ~hollow)
+    cells = np.zeros((10, 6, 6), bool)
+    cells[1:9, 1:5, 1:5] = True
+    cells[tuple(slice(a + 1, b + 1) for a, b in zip(low, high, strict=True))] = False
+    walls = sum(int((np.diff(cells.astype(int), axis=axis) != 0).sum()) for axis in range(3))
+    cleaned = clean(*mesh)
+    surface = MeshDistance(cleaned, np.random.default_rng(0))
+    area = areas(surface.vertices[surface.faces]).sum() * cleaned.scale**2
+    assert area == pytest.approx(walls)
 
 
 def test_crossing_bars_in_the_same_box_are_no_copies():
