@@ -108,6 +108,22 @@ class Strokes(SculptCase):
             self.refused(sentence, stroke_json=json.dumps({"version": 1, "strokes": strokes}))
             self.assertLess(len(self.session.last_error), 300)
 
+    def test_what_sculpt_mode_keeps_is_not_left_out(self) -> None:
+        """Of Multires and Dyntopo the mesh has what was there before, until the mode is left."""
+        for name in ("Multires", "Dyntopo"):
+            bpy.ops.mesh.primitive_cube_add()
+            bpy.ops.object.mode_set(mode="SCULPT")
+            self.assertTrue(bpy.ops.neural_sculpt.from_mesh.poll())
+            if name == "Multires":
+                bpy.ops.object.modifier_add(type="MULTIRES")
+                bpy.ops.object.multires_subdivide(modifier=name)
+            else:
+                bpy.ops.sculpt.dynamic_topology_toggle()
+            with self.assertRaisesRegex(RuntimeError, "Leave Sculpt Mode first"):
+                bpy.ops.neural_sculpt.from_mesh()
+            bpy.ops.object.mode_set(mode="OBJECT")
+            self.assertTrue(bpy.ops.neural_sculpt.from_mesh.poll())
+
     def test_locked_objects(self) -> None:
         points = collection(arc(self.ob))
         bpy.ops.object.mode_set(mode="EDIT")

@@ -85,12 +85,17 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A mesh outside of Edit Mode."""
+        """A mesh outside of Edit Mode, and of Sculpt Mode where that keeps what is sculpted."""
         ob = context.active_object
         if ob is None or ob.type != "MESH":
             return refuse(cls, "Select a mesh object first")
         if ob.mode == "EDIT":
             return refuse(cls, "Leave Edit Mode first")
+        multires = any(modifier.type == "MULTIRES" for modifier in ob.modifiers)
+        if ob.mode == "SCULPT" and (multires or proxy_mesh.in_dyntopo(ob)):
+            return refuse(
+                cls, "Leave Sculpt Mode first: it keeps what Multires or Dyntopo has made"
+            )
         return True
 
     def invoke(self, context: Context, event: Event) -> Outcome:
