@@ -75,7 +75,7 @@ def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) 
     doubled = count - len(faces)
     points, faces, sewn = sew(points, faces)
     faces, pieces, flipped, copies = orient(points, faces)
-    walls = _cancel(faces)
+    walls = _cancelled(faces)
     faces, pieces = faces[~walls], _names(pieces[~walls])
     repairs = {"decimated": decimated} if decimated else {}
     repairs |= {"sewn": sewn} if sewn else {}
@@ -161,7 +161,7 @@ def _decimate(
         a, b, c = faces.T
         faces = faces[(a != b) & (b != c) & (c != a)]
         cells *= COARSER
-    return (points, faces[~_cancel(faces)]) if faces is not many else (points, faces)
+    return (points, faces[~_cancelled(faces)]) if faces is not many else (points, faces)
 
 
 def _weld_parts(
@@ -218,10 +218,12 @@ def _drop_collapsed(points: NDArray[np.float64], faces: NDArray[np.int64]) -> ND
     return faces[areas(points[faces]) > SMALLEST_AREA]
 
 
-def _cancel(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which faces (F,) have the same three vertices as others of the opposite winding. They bound
-    nothing: they are walls between two solids, or of a cavity at the wall around it, or merging has
-    folded them. Where one of two stayed a closed mesh would be open."""
+def _cancelled(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which faces (F,) another face cancels: one with the same vertices and the opposite winding.
+
+    The two bound nothing. They are the wall between two solids, or lie where a cavity touches the
+    outer wall, or merging vertices has folded them. With only one of them a closed mesh is open.
+    """
     first = faces.argmin(axis=1)[:, None]
     _, second, third = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1).T
     side = np.where(second < third, 1, -1)

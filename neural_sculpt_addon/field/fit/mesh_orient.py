@@ -57,30 +57,30 @@ def orient(points: Array, faces: Faces) -> tuple[Faces, NDArray[np.int64], int, 
     return np.ascontiguousarray(wound[kept]), piece, flipped, int(np.sum(~kept))
 
 
-def _balanced(asks: csr_matrix, turn: Array, rather: Array, size: Array) -> Array:
-    """`turn` (P,), 1 or -1 where it is known, for those that would `rather` be 1 or -1, too (P,).
+def _balanced(asks: csr_matrix, turn: Array, preferred: Array, size: Array) -> Array:
+    """`turn` (P,), known where it is 1 or -1, decided for all pieces with a preference (P,).
 
-    Around an edge of a solid as many faces go one way as the other. Where pieces meet, those that
-    are known ask others for that (P, P), the more the longer the edges are. What agrees as it would
-    rather be comes first, the largest by `size` (P,) before others; what is to be turned against
-    that comes last.
+    Around an edge of a solid as many faces go one way as the other. Where pieces meet, known ones
+    ask the others for that (P, P), the more the longer the edges are. Pieces that are asked for
+    what they prefer are decided first, the largest by `size` (P,) before others; pieces that are
+    asked for the opposite are decided last.
     """
     turn = turn.copy()
     votes = asks @ turn  # (P,)
-    free = np.flatnonzero((turn == 0) & (rather != 0))
-    waiting = [(-votes[piece] * rather[piece], -size[piece], piece) for piece in free]
+    free = np.flatnonzero((turn == 0) & (preferred != 0))
+    waiting = [(-votes[piece] * preferred[piece], -size[piece], piece) for piece in free]
     heapq.heapify(waiting)
     while waiting:
         agreed, _, piece = heapq.heappop(waiting)
-        if turn[piece] or -agreed != votes[piece] * rather[piece]:
+        if turn[piece] or -agreed != votes[piece] * preferred[piece]:
             continue  # it is known, or waits under another number
         clear = abs(votes[piece]) > EVEN
-        turn[piece] = np.sign(votes[piece]) if clear else rather[piece]
+        turn[piece] = np.sign(votes[piece]) if clear else preferred[piece]
         row = slice(asks.indptr[piece], asks.indptr[piece + 1])
         for other, weight in zip(asks.indices[row], asks.data[row], strict=True):
             votes[other] += weight * turn[piece]
-            if not turn[other] and rather[other]:
-                heapq.heappush(waiting, (-votes[other] * rather[other], -size[other], other))
+            if not turn[other] and preferred[other]:
+                heapq.heappush(waiting, (-votes[other] * preferred[other], -size[other], other))
     return turn
 
 

@@ -121,10 +121,8 @@ def _touching(corners: Array, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
 def _dropped(sides: Array, touch: bool) -> NDArray[np.bool_]:
     """Which faces (F,) bound nothing, by the winding numbers on their `sides` (2, F): they have the
     inside on both, or, where they touch others, on neither."""
-    alike = touch & (np.abs(sides[0] - sides[1]) < ALIKE)
-    return alike | (
-        (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
-    )
+    inside = (np.abs(sides.mean(axis=0)) > BOTH_INSIDE) & (np.abs(sides).min(axis=0) > HIDDEN)
+    return inside | (touch & (np.abs(sides[0] - sides[1]) < ALIKE))
 
 
 def _divided(

@@ -49,9 +49,9 @@ def facing(
     volumes: of each piece as it is wound (P,): negative when it faces inward, 0 when it is open
 
     A piece that nothing encloses faces outward. When it did not, what lies in it is taken for
-    inside out as well. Pieces that others enclose, together or alone, stay as they are, unless they
-    would take away an inside where there is none; they face outward, too, where some of the others
-    were inside out, and some were not.
+    inside out as well. A piece that others enclose, alone or together, stays as it is, unless it
+    would take away an inside where there is none. Where only some of the others were inside out,
+    its winding counts as it is given.
     """
     order = np.argsort(-np.abs(volumes), kind="stable")[: np.count_nonzero(volumes)]
     wound = np.sign(volumes).astype(np.int8)  # (P,)
@@ -70,7 +70,7 @@ def facing(
     result = np.zeros(len(volumes), np.int8)
     number = np.zeros((len(volumes), PROBES_OF_PIECE), np.int64)  # of what is larger, at the probes
     enclosed = np.zeros(number.shape, bool)  # which of the probes are
-    votes = np.zeros((2, len(volumes)), np.int64)  # probes in what was inside out, and was not
+    votes = np.zeros((2, len(volumes)), np.int64)  # of pieces inside out, and of others
     for place, piece in enumerate(order):
         if result[piece] == DUPLICATE:
             continue

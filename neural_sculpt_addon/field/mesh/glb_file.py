@@ -20,11 +20,11 @@ from ...common.errors import SculptError
 
 TRIANGLES = (4, 5)  # modes, in rows and strips; up to 3 they are points and lines
 FANS = (6,)
-LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
+OF_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp")
 QUANTIZED = "KHR_mesh_quantization"
 NUMBERS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-OVERLAP = 16  # how often the bytes of a file may be used: meshes may share them
-MOST_CORNERS = 1 << 26  # of triangles, with all copies of meshes
+OVERLAP = 16  # numbers for each byte of a file, at most: meshes may share them
+MOST_CORNERS = 1 << 26  # vertices and corners of triangles, with all copies of meshes
 
 Header = dict[str, Any]
 
@@ -40,8 +40,8 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     nodes = [{"mesh": mesh, "matrix": place.T.ravel().tolist()} for mesh, place in _placed(header)]
     _check_copies(path.name, header, nodes)
     header |= {"nodes": nodes, "scenes": [{"nodes": list(range(len(nodes)))}], "scene": 0}
-    text = json.dumps({key: header[key] for key in header if key not in ("skins", "cameras")})
-    chunk = text.encode() + b" " * (-len(text.encode()) % 4)
+    chunk = json.dumps(header).encode()
+    chunk += b" " * (-len(chunk) % 4)
     rest = data[20 + size :]
     first = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(chunk) + len(rest), len(chunk), b"JSON")
     file = io.BytesIO(first + chunk + rest)
@@ -51,8 +51,8 @@ def read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
 
 
 def _placed(header: Header) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    """The meshes of the nodes, and the matrices (4, 4) that put them into the scene: where the
-    joints of those with a skin hold them at rest, which is where they are by themselves."""
+    """Each node's mesh, and the matrix (4, 4) that puts it into the scene. The format has a mesh
+    with a skin follow its joints, not its node: at rest it stays where its own coordinates are."""
     nodes: list[Header] = header.get("nodes") or [
         {"mesh": i} for i in range(len(header.get("meshes", [])))
     ]
@@ -91,14 +91,16 @@ def _check(name: str, header: Header, size: int) -> None:
 
     ValueError where there are more numbers than bytes."""
     required = header.get("extensionsRequired", [])
-    odd = [each for each in required if not each.startswith(LOOKS) and each != QUANTIZED]
+    odd = [each for each in required if not each.startswith(OF_LOOKS) and each != QUANTIZED]
     if odd:
         raise SculptError(
             "{} needs what cannot be read here ({}). Export it without, and without compression.",
             name,
             f"{', '.join(odd):.60}",
         )
-    if any(not buffer.get("uri", "data:").startswith("data:") for buffer in header["buffers"]):
+    if any(
+        not buffer.get("uri", "data:").startswith("data:") for buffer in header.get("buffers", [])
+    ):
         raise ValueError("its numbers are in another file; export it as one")
     accessors: list[Header] = header.get("accessors", [])
     counts = [accessor["count"] * NUMBERS[accessor["type"]] for accessor in accessors]
@@ -128,16 +130,13 @@ def _check(name: str, header: Header, size: int) -> None:
 
 
 def _check_copies(name: str, header: Header, nodes: list[Header]) -> None:
-    """SculptError when the meshes of all nodes have too many corners together."""
+    """SculptError when the meshes of all nodes together are too large."""
     meshes, accessors = header.get("meshes", []), header.get("accessors", [])
     corners = 0
     for node in nodes:
         for part in meshes[node["mesh"]]["primitives"]:
-            given = [
-                part["attributes"]["POSITION"],
-                *([part["indices"]] if "indices" in part else []),
-            ]
-            corners += sum(accessors[each]["count"] for each in given)
+            corners += accessors[part["attributes"]["POSITION"]]["count"]
+            corners += accessors[part["indices"]]["count"] if "indices" in part else 0
         if corners > MOST_CORNERS:
             raise SculptError(
                 "{} has copies of meshes with more than {} triangles in all; decimate them first.",

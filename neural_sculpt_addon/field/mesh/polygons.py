@@ -12,7 +12,7 @@ from .ear_clipping import clipped
 
 BLOCK = 1 << 16  # polygons that are looked at together, so that their corners fit the cache
 FACES_AWAY = 1e-6  # of the polygon's area: a triangle of less is the rounding of a straight corner
-MOST_CORNERS = 30_000  # of a concave polygon, or several, in squares: ten seconds
+MOST_CORNERS = 30_000  # of a concave polygon: ten seconds. Of several the squares add up
 
 
 def triangulated(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""STL files, of bytes and of text, of one solid or several.
+"""STL files, binary and text, of one solid or several.
 
-A file of bytes has 80 of anything, the number of its triangles, and 50 for each of these. One of
-text has words: after `solid` and a name follow `facet normal`, three times `vertex` with its
-coordinates, `endfacet`, and at the end `endsolid`.
+A binary file has a header of 80 bytes, the number of its triangles, and 50 bytes for each of them.
+A text file has for each solid the line `solid` with a name, its facets and the line `endsolid`; a
+facet has the word `facet` with a normal, three times `vertex` with coordinates, and `endfacet`.
 """
 
 import re
@@ -37,7 +37,7 @@ def read(path: Path) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
 
 
 def _of_rows(data: bytes, count: int) -> NDArray[np.float32]:
-    """The corners (V, 3) of so many triangles of a file of bytes."""
+    """The corners (V, 3) of the triangles of a binary file that says it has `count` of them."""
     beyond = len(data) - START.itemsize - count * ROW.itemsize
     if beyond < 0:
         raise ValueError("it has fewer triangles than it says")
@@ -47,7 +47,7 @@ def _of_rows(data: bytes, count: int) -> NDArray[np.float32]:
 
 
 def _of_text(text: bytes) -> NDArray[np.float32]:
-    """The corners (V, 3) of a file of text in small letters, whose lines end in a line feed."""
+    """The corners (V, 3) of a text file in lower case, whose lines end in a line feed."""
     end = text.rfind(b"endsolid")
     if end < text.rfind(b"endfacet") or text[end:].strip(b"\n").count(b"\n"):
         raise ValueError("it ends before its last solid does")

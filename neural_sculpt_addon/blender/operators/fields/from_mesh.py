@@ -85,16 +85,16 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        """A mesh outside of Edit Mode, and of Sculpt Mode where that keeps what is sculpted."""
+        """A mesh outside of Edit Mode. Multires and Dyntopo write it when Sculpt Mode ends."""
         ob = context.active_object
         if ob is None or ob.type != "MESH":
             return refuse(cls, "Select a mesh object first")
         if ob.mode == "EDIT":
             return refuse(cls, "Leave Edit Mode first")
-        multires = any(modifier.type == "MULTIRES" for modifier in ob.modifiers)
-        if ob.mode == "SCULPT" and (multires or proxy_mesh.in_dyntopo(ob)):
+        multires = ob.mode == "SCULPT" and proxy_mesh.has_multires(ob)
+        if multires or proxy_mesh.in_dyntopo(ob):
             return refuse(
-                cls, "Leave Sculpt Mode first: it keeps what Multires or Dyntopo has made"
+                cls, "Leave Sculpt Mode first, for Multires and Dyntopo to end their work"
             )
         return True
 

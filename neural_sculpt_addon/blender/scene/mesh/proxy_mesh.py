@@ -45,7 +45,7 @@ def why_locked(ob: Object) -> str:
         return Text(
             "{} has shape keys, which a new proxy would break. Remove them to sculpt.", ob.name
         )
-    if any(isinstance(each, MultiresModifier) and each.total_levels for each in ob.modifiers):
+    if has_multires(ob):
         return Text(
             "{} has a Multires modifier, whose sculpting a new proxy would lose. Apply or remove it"
             " to sculpt the field.",
@@ -75,6 +75,11 @@ def refuse_locked(ob: Object) -> None:
     """SculptError when the object's mesh cannot be replaced now."""
     if reason := why_locked(ob):
         raise SculptError(reason)
+
+
+def has_multires(ob: Object) -> bool:
+    """Whether a Multires modifier has levels, which Sculpt Mode sculpts in place of the mesh."""
+    return any(isinstance(each, MultiresModifier) and each.total_levels for each in ob.modifiers)
 
 
 def in_dyntopo(ob: Object) -> bool:
