@@ -10,6 +10,7 @@ WHY = {
         "fit.fit": ("LARGEST_LATTICE",),
         "fit.fit_detail": ("MOST_SAMPLES",),
         "fit.mesh_cleanup": ("MOST_FACES", "CLUSTERS", "COARSER"),
+        "fit.mesh_open": ("FLAT",),
         "fit.mesh_sew": ("MOST_NEAR",),
         "fit.consolidate": ("NARROWEST", "WIDEST"),
         "fit.fit_report": ("MOST_PIECES",),

@@ -45,6 +45,7 @@ class NewField:
     scene: session_uid of the scene in which it was asked for
     scale: in the world, what the artist reads as the object's scale; the rest of the matrix's, as
            the model's box asks for, is its delta scale. None where there was no object before it
+    materials: the session_uid of the material in each slot, 0 in an empty one
     """
 
     name: str
@@ -54,6 +55,7 @@ class NewField:
     shown: ShownAs
     solver: str = LOCAL
     scale: float | None = None
+    materials: tuple[int, ...] = ()
 
 
 def create_field(
@@ -66,13 +68,16 @@ def create_field(
     """Add an object for a field that has no strokes yet, and select it in Object Mode.
 
     replaced: the mesh whose place it takes, which is hidden and hands on what hangs on the object
-    worn:     what hung on that mesh
+    worn:     what hung on that mesh, which may be gone by now
     """
     base = bytes_of(result, "field")
     geometry = replace(geometry_of(result, smooth=True), attributes=worn)
     state = ObjectState(new_revision(), json.dumps(report), geometry)
     begin_change()
     mesh = bpy.data.meshes.new(new.name)
+    known = {material.session_uid: material for material in bpy.data.materials}
+    for uid in new.materials:
+        mesh.materials.append(known.get(uid))
     ob = bpy.data.objects.new(new.name, mesh)
     if new.scale is not None:
         ob.delta_scale = new.matrix.to_scale() / new.scale

@@ -1,18 +1,52 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A field takes the place of the object that it was fitted to: its collections and parent, its
-materials, color and custom properties. What stays with that object is told by `left_behind`.
+settings and custom properties. What stays with that object is told by `left_behind`.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
-from bpy.types import Collection, Mesh, Object
+from bpy.types import ID, Collection, Mesh, Object
+from mathutils import Matrix
+
+from .properties import GROUP
 
 NO_DEFORMING = {"ARMATURE", "LATTICE"}
 """Types of parents that also deform their child. The fitted shape has that deformation already."""
+OF_VERTICES = {"VERTEX", "VERTEX_3"}
+"""Types of parents of which vertices carry their child."""
+
+SETTINGS = (
+    "color",
+    "pass_index",
+    "rotation_mode",
+    "display_type",
+    "show_in_front",
+    "show_name",
+    "show_axis",
+    "show_wire",
+    "show_bounds",
+    "display_bounds_type",
+    "hide_select",
+    "lock_location",
+    "lock_rotation",
+    "lock_rotation_w",
+    "lock_rotations_4d",
+    "lock_scale",
+    "visible_camera",
+    "visible_diffuse",
+    "visible_glossy",
+    "visible_transmission",
+    "visible_volume_scatter",
+    "visible_shadow",
+    "is_shadow_catcher",
+    "is_holdout",
+)
+"""Properties of an object that have nothing to do with its shape."""
 
 
 def link(ob: Object, like: Object | None, scene: int) -> None:
@@ -42,21 +76,27 @@ def _is_own(collection: Collection) -> bool:
 
 def inherit(ob: Object, like: Object) -> None:
     """Give an object what hangs on another one; its place in the world stays."""
-    mesh = ob.data
-    assert isinstance(mesh, Mesh)
-    for slot in like.material_slots:
-        mesh.materials.append(slot.material)
-    ob.color, ob.pass_index = like.color, like.pass_index
-    registered = type(ob).bl_rna.properties
-    for key in like.keys():  # noqa: SIM118 - an object is no mapping
-        if key not in registered:
-            value = like[key]
-            ob[key] = value.to_dict() if hasattr(value, "to_dict") else value
-            if isinstance(value, int | float | str):
-                described = like.id_properties_ui(key).as_dict()  # pyright: ignore[reportAttributeAccessIssue]
-                ob.id_properties_ui(key).update(**described)  # pyright: ignore[reportAttributeAccessIssue]
+    for name in SETTINGS:
+        setattr(ob, name, getattr(like, name))
+    _take_custom(ob, like)
+    assert ob.data is not None
+    assert like.data is not None
+    _take_custom(ob.data, like.data)
     if like.parent is not None:
         _follow(ob, like)
+
+
+def _take_custom(block: ID, like: ID) -> None:
+    """Give a data-block the custom properties of another, but for those of fields."""
+    registered = type(block).bl_rna.properties
+    for key in like.keys():  # noqa: SIM118 - a data-block is no mapping
+        if key in registered or key.startswith(GROUP):
+            continue
+        value = like[key]
+        block[key] = value.to_dict() if hasattr(value, "to_dict") else value
+        with suppress(TypeError):  # groups and lists of groups have no settings
+            described = like.id_properties_ui(key).as_dict()  # pyright: ignore[reportAttributeAccessIssue]
+            block.id_properties_ui(key).update(**described)  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _follow(ob: Object, like: Object) -> None:
@@ -66,7 +106,12 @@ def _follow(ob: Object, like: Object) -> None:
     ob.parent_type = "OBJECT" if like.parent_type in NO_DEFORMING else like.parent_type
     ob.parent_vertices = like.parent_vertices
     ob.matrix_parent_inverse = like.matrix_parent_inverse
-    ob.matrix_world = place
+    if like.parent_type in OF_VERTICES:  # where these are is known when the scene is evaluated
+        ob.matrix_basis = Matrix()
+        bpy.context.view_layer.update()
+        ob.matrix_basis = ob.matrix_world.inverted_safe() @ place
+    else:
+        ob.matrix_world = place
     bpy.context.view_layer.update()
     size = max(np.abs(np.array(place)).max(), 1e-12)
     if np.abs(np.array(ob.matrix_world) - np.array(place)).max() > 1e-4 * size:
@@ -94,6 +139,16 @@ def _names(*names: str) -> Callable[[Object], bool]:
     return lambda ob: any(name in _mesh(ob).attributes for name in names)
 
 
+def _has_others(ob: Object) -> bool:
+    """Whether the mesh has attributes of edges or of text, beside those with names of their own."""
+    named = "crease_edge", "bevel_weight_edge", "uv_seam", "sharp_edge"
+    others = (each for each in _mesh(ob).attributes if not each.name.startswith("."))
+    return any(
+        each.data_type == "STRING" or (each.domain == "EDGE" and each.name not in named)
+        for each in others
+    )
+
+
 _LEFT: dict[str, Callable[[Object], bool]] = {
     n_("shape keys"): lambda ob: _mesh(ob).shape_keys is not None,
     n_("modifiers"): lambda ob: len(ob.modifiers) > 0,
@@ -106,5 +161,8 @@ _LEFT: dict[str, Callable[[Object], bool]] = {
     n_("marked seams"): _names("uv_seam", ".uv_seam"),
     n_("sharp edges"): _names("sharp_edge"),
     n_("masks and face sets"): _names(".sculpt_mask", ".sculpt_face_set"),
+    n_("attributes of edges or of text"): _has_others,
+    n_("rigid body physics"): lambda ob: ob.rigid_body is not None,
+    n_("delta transforms"): lambda ob: any([*ob.delta_location, *ob.delta_rotation_euler]),
 }
 """All of it stays with the mesh, modifiers with what they do: the field has their result."""

@@ -17,6 +17,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ...common.errors import SculptError
+from ...common.text import Text
 from ..geometry import areas
 from .mesh_orient import orient
 from .mesh_sew import sew
@@ -29,6 +30,10 @@ CLUSTERS = 1000  # cells along the longest side where there are more; fewer unti
 COARSER = 0.8  # by this ratio
 SMALLEST_AREA = 1e-13  # model units squared: thinner triangles have no normal worth the name
 LEAST_PLACES = 2000  # coordinates must tell apart this many places along the longest side
+FLAT_MESH = Text(
+    "The mesh is flat, so it has no inside to sculpt. Make it thicker, or delete the faces that lie"
+    " upon others and choose Thickness for open parts (--open thickness)."
+)
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,8 @@ def clean(vertices: ArrayLike, triangles: ArrayLike, keep_origin: bool = False) 
     faces, pieces, flipped, copies = orient(points, faces)
     walls = _cancelled(faces)
     faces, pieces = faces[~walls], _names(pieces[~walls])
+    if not len(faces):
+        raise SculptError(FLAT_MESH)
     repairs = {"decimated": decimated} if decimated else {}
     repairs |= {"sewn": sewn} if sewn else {}
     repairs |= {"welded": welded, "collapsed": collapsed}

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from ...common.errors import SculptError
 from ...common.text import Text
 from ..geometry import areas, face_normals, unit
-from .mesh_cleanup import LONGEST_SIDE, CleanMesh
+from .mesh_cleanup import FLAT_MESH, LONGEST_SIDE, CleanMesh
 from .mesh_thicken import open_faces, thicken
 from .mesh_union import BESIDE_FACE
 from .mesh_winding import Winding
@@ -31,6 +31,7 @@ SHEET = 0.4  # share of a piece with both sides in doubt, from which on it is a 
 FEW_SHEETS = 0.05  # share of the surface that may be sheets which get a thickness unasked
 PROPOSED = 0.02  # thickness as a share of the longest side: two cells of a proxy of 128
 WORTH = 0.02  # area of openings as a share of the surface, from which on a film gets a word
+FLAT = 1e-3  # of the longest side: a closed mesh so thin is flat, for no field holds it
 SHEET_PROBES = 20_000  # faces at most that tell which pieces are sheets
 
 
@@ -59,7 +60,7 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
     """`mesh` with its open parts solid or of a `thickness` in its own units.
 
     Without a thickness it is `PROPOSED`. Small sheets get it even when solids are asked for.
-    SculptError for a thickness that is none.
+    SculptError for a thickness that is none, and for a flat mesh that is not open as a whole.
     """
     if thickness is not None and not 0 < thickness < np.inf:
         raise SculptError("The thickness of a sheet must be a positive number.")
@@ -75,6 +76,8 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
             )
         )
     opened = open_faces(mesh)  # (F,)
+    if not opened.all() and _is_flat(mesh.vertices):
+        raise SculptError(FLAT_MESH)
     if not opened.any():
         return Prepared(mesh, notes)
     if kind is Open.THICKNESS:
@@ -110,6 +113,13 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
             )
         )
     return Prepared(mesh, notes)
+
+
+def _is_flat(points: Array) -> bool:
+    """Whether points (V, 3) lie near one plane."""
+    around = points - points.mean(axis=0)
+    axes = np.linalg.eigh(around.T @ around)[1]
+    return float(np.ptp(around @ axes[:, 0])) < FLAT * LONGEST_SIDE
 
 
 def borders(mesh: CleanMesh) -> tuple[NDArray[np.int64], NDArray[np.int32]]:

@@ -94,6 +94,21 @@ class Export(SculptCase):
         bpy.ops.wm.obj_import(filepath=path)
         self.assertGreater(len(vertices(bpy.context.active_object)), count / 2)
 
+    def test_the_objects_own_name_is_written(self) -> None:
+        """And not that of the copy that exporters see; here a field with a name as long as Blender
+        allows, too, whose driver disables it in viewports."""
+        for name in ("Head", "x" * 63):
+            self.ob.name = self.ob.data.name = name
+            path = self.export("field.obj", resolution=RESOLUTION)
+            self.assertIn(f"o {name}\n", Path(path).read_text())
+            path = self.export("field.glb", resolution=RESOLUTION)
+            said = Path(path).read_bytes()
+            self.assertEqual(said.count(f'"name":"{name}"'.encode()), 2)
+            self.assertEqual((self.ob.name, self.ob.data.name), (name, name))
+            self.ob.driver_add("hide_viewport").driver.expression = "1"
+            bpy.context.view_layer.update()
+            self.assertTrue(self.ob.hide_viewport)
+
     def test_meshes(self) -> None:
         self.ob.location = (0.0, 0.0, 5.0)
         bpy.ops.mesh.primitive_cube_add()

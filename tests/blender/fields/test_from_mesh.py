@@ -5,9 +5,17 @@ from unittest.mock import patch
 
 import bpy
 import numpy as np
-from bpy.types import Object
+from bpy.types import Node, NodeTree, Object
 from harness import SculptCase, in_world, long, module, push_undo, stroke, undo, vertices
 from mathutils import Euler, Matrix, Vector
+
+
+def geometry_nodes() -> tuple[NodeTree, Node, Node]:
+    """Nodes for a modifier, and those of what they are given and of what they make."""
+    nodes = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        nodes.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    return nodes, nodes.nodes.new("NodeGroupInput"), nodes.nodes.new("NodeGroupOutput")
 
 
 class FromMesh(SculptCase):
@@ -68,10 +76,74 @@ class FromMesh(SculptCase):
         source = bpy.context.active_object
         modifier = source.modifiers.new("Array", "ARRAY")
         modifier.relative_offset_displace = (2.0, 0.0, 0.0)
-        read = module("blender.operators.fields.from_mesh").read_source
-        points, triangles, _ = read(source, bpy.context)
-        self.assertEqual((len(points), len(triangles)), (16, 24))
-        self.assertEqual(points[:, 0].max(), 5.0)
+        read = module("blender.operators.fields.source_mesh").read
+        for hidden in (False, True):  # when Blender does not evaluate it
+            source.hide_viewport = hidden
+            points, triangles = read(source, Matrix())
+            self.assertEqual((len(points), len(triangles)), (16, 24))
+            self.assertEqual(points[:, 0].max(), 5.0)
+        self.assertEqual([*bpy.data.objects], [source])
+
+    def test_instances_of_geometry_nodes_are_a_part(self) -> None:
+        """A cube, and on each side of it a ball, which the nodes make an instance of: three pieces,
+        the balls in the material of their object. The ball itself is not in the scene."""
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.8)
+        ball = bpy.context.active_object
+        ball.data.materials.append(bpy.data.materials.new("Gold"))
+        bpy.context.collection.objects.unlink(ball)
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        source.data.materials.append(bpy.data.materials.new("Iron"))
+        nodes, given, made = geometry_nodes()
+        line, info, instances, join = (
+            nodes.nodes.new(f"GeometryNode{kind}")
+            for kind in ("MeshLine", "ObjectInfo", "InstanceOnPoints", "JoinGeometry")
+        )
+        line.inputs["Count"].default_value = 2
+        line.inputs["Start Location"].default_value = (-3, 0, 0)
+        line.inputs["Offset"].default_value = (6, 0, 0)
+        info.inputs["Object"].default_value = ball
+        info.inputs["As Instance"].default_value = True
+        nodes.links.new(line.outputs[0], instances.inputs["Points"])
+        nodes.links.new(info.outputs["Geometry"], instances.inputs["Instance"])
+        nodes.links.new(instances.outputs[0], join.inputs[0])
+        nodes.links.new(given.outputs[0], join.inputs[0])
+        nodes.links.new(join.outputs[0], made.inputs[0])
+        source.modifiers.new("Balls", "NODES").node_group = nodes
+        push_undo("Nodes")
+        objects, groups = len(bpy.data.objects), len(bpy.data.node_groups)
+        ob = self.fit(source)
+        self.assertEqual(len(bpy.data.objects), objects + 1)
+        self.assertEqual(len(bpy.data.node_groups), groups)
+        self.assertIn('"components": 3,', ob.neural_sculpt.report)
+        low, high = in_world(ob).min(axis=0), in_world(ob).max(axis=0)
+        np.testing.assert_allclose([low, high], [(-3.8, -1, -1), (3.8, 1, 1)], atol=0.05)
+        names = [slot.material.name for slot in ob.material_slots]
+        for face in list(ob.data.polygons)[::20]:
+            x = abs((ob.matrix_world @ face.center).x)
+            self.assertEqual(names[face.material_index], "Gold" if x > 1.6 else "Iron")
+
+    def test_materials_that_modifiers_give_stay(self) -> None:
+        """The nodes paint what lies right of the middle."""
+        bpy.ops.mesh.primitive_uv_sphere_add()
+        source = bpy.context.active_object
+        source.data.materials.append(bpy.data.materials.new("Iron"))
+        nodes, given, made = geometry_nodes()
+        paint = nodes.nodes.new("GeometryNodeSetMaterial")
+        paint.inputs["Material"].default_value = bpy.data.materials.new("Gold")
+        place = nodes.nodes.new("GeometryNodeInputPosition")
+        axes = nodes.nodes.new("ShaderNodeSeparateXYZ")
+        nodes.links.new(place.outputs[0], axes.inputs[0])
+        nodes.links.new(axes.outputs["X"], paint.inputs["Selection"])  # above 0 is true
+        nodes.links.new(given.outputs[0], paint.inputs[0])
+        nodes.links.new(paint.outputs[0], made.inputs[0])
+        source.modifiers.new("Paint", "NODES").node_group = nodes
+        ob = self.fit(source)
+        names = [slot.material.name for slot in ob.material_slots]
+        self.assertEqual(names, ["Iron", "Gold"])
+        for face in list(ob.data.polygons)[::20]:
+            if abs(x := (ob.matrix_world @ face.center).x) > 0.2:
+                self.assertEqual(face.material_index, int(x > 0))
 
     def test_materials_of_faces_and_color_stay(self) -> None:
         """Of a cube, whose sides have four materials, one of them of the object's own slot."""
@@ -164,7 +236,9 @@ class FromMesh(SculptCase):
         source.parent, source.location = parent, (0, 0, 2)
         source["part"], source["limit"] = "head", 3
         source.id_properties_ui("limit").update(min=0, max=10, description="How many")
-        source.pass_index = 4
+        source.data["made"] = "by hand"
+        source.pass_index, source.show_in_front = 4, True
+        source.lock_rotation[1], source.rotation_mode = True, "QUATERNION"
         bpy.context.view_layer.update()
         before = source.matrix_world.copy()
         ob = self.fit(source)
@@ -174,6 +248,10 @@ class FromMesh(SculptCase):
         np.testing.assert_allclose(ob.matrix_world.translation, before.translation, atol=1e-5)
         np.testing.assert_allclose(ob.location, (0, 0, 2), atol=1e-5)
         self.assertEqual((ob["part"], ob["limit"], ob.pass_index), ("head", 3, 4))
+        self.assertEqual((ob.data["made"], ob.show_in_front), ("by hand", True))
+        self.assertEqual(
+            ([*ob.lock_rotation], ob.rotation_mode), ([False, True, False], "QUATERNION")
+        )
         self.assertEqual(ob.id_properties_ui("limit").as_dict()["max"], 10)
         parent.location.x += 5
         bpy.context.view_layer.update()
@@ -196,6 +274,39 @@ class FromMesh(SculptCase):
         expected = "has no parent: the uneven scale of Stretched would"
         self.assertTrue(any(expected in sentence for sentence in sentences), sentences)
         self.assertLess(self.gaps(source, ob).max(), 0.05)
+
+    def test_it_stays_the_child_of_a_vertex(self) -> None:
+        """Of one of a turned plane, and of three."""
+        bpy.ops.mesh.primitive_plane_add(location=(1, 2, 3), rotation=(0.3, 0.2, 0.1))
+        parent = bpy.context.active_object
+        for kind, corners in (("VERTEX", (1, 0, 0)), ("VERTEX_3", (0, 1, 2))):
+            bpy.ops.mesh.primitive_cube_add(location=(4, 0, 0), rotation=(0, 0, 0.6))
+            source = bpy.context.active_object
+            source.parent, source.parent_type, source.parent_vertices = parent, kind, corners
+            bpy.context.view_layer.update()
+            before = source.matrix_world.copy()
+            ob = self.fit(source)
+            self.assertEqual((ob.parent, ob.parent_type), (parent, kind))
+            self.assertEqual(tuple(ob.parent_vertices), corners)
+            bpy.context.view_layer.update()
+            np.testing.assert_allclose(ob.matrix_world.translation, before.translation, atol=1e-5)
+            parent.location.x += 5
+            bpy.context.view_layer.update()
+            self.assertAlmostEqual(
+                ob.matrix_world.translation.x, before.translation.x + 5, places=4
+            )
+
+    def test_a_field_fitted_anew_keeps_its_scale(self) -> None:
+        """Its delta scale, which the first fit gave it, is not the artist's."""
+        bpy.ops.mesh.primitive_cube_add(size=6)
+        source = bpy.context.active_object
+        source.scale = (2, 2, 2)
+        bpy.context.view_layer.update()
+        for _ in range(2):
+            source = self.fit(source)
+            np.testing.assert_allclose(source.scale, (2, 2, 2), rtol=1e-5)
+            np.testing.assert_allclose(np.ptp(in_world(source), axis=0), (12,) * 3, rtol=0.02)
+        self.assertNotIn("neural_sculpt_stretched", source.data)
 
     @long
     def test_an_even_scale_stays_the_objects_own(self) -> None:
@@ -254,7 +365,10 @@ class FromMesh(SculptCase):
         source.modifiers.new("Bevel", "BEVEL")
         source.constraints.new("LIMIT_SCALE")
         source.data.attributes.new("crease_edge", "FLOAT", "EDGE")
-        self.assertEqual(left_behind(source), "shape keys, modifiers, constraints, creases")
+        source.data.attributes.new("label", "STRING", "POINT")
+        source.delta_location.x = 1
+        told = "shape keys, modifiers, constraints, creases, attributes of edges or of text, delta"
+        self.assertEqual(left_behind(source), f"{told} transforms")
 
     @long
     def test_same_seed_same_field(self) -> None:

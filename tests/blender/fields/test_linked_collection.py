@@ -2,9 +2,11 @@
 """New fields where nothing can be put into the collection that is meant: it is linked from another
 file."""
 
+from unittest.mock import patch
+
 import bpy
 from bpy.types import Collection
-from harness import SteeredCase, add, call_as, undo
+from harness import SteeredCase, add, call_as, module, undo
 
 MESH, LINKED = "Head", "Assets"
 
@@ -35,7 +37,9 @@ class LinkedCollection(SteeredCase):
     def test_the_field_of_a_linked_mesh_is_in_the_active_collection(self) -> None:
         source = self.link().objects[MESH]
         bpy.context.view_layer.objects.active = source
-        self.assertEqual(bpy.ops.neural_sculpt.from_mesh(preset="DRAFT"), {"FINISHED"})
+        with patch.object(module("blender.notice"), "tell") as told:
+            self.assertEqual(bpy.ops.neural_sculpt.from_mesh(preset="DRAFT"), {"FINISHED"})
+        self.assertIn("is rendered as well", told.call_args_list[0].args[0])
         ob = bpy.context.active_object
         self.assertEqual((ob.name, ob["part"]), (f"{MESH} Field", "head"))
         self.assertEqual([*ob.users_collection], [bpy.context.collection])

@@ -34,6 +34,7 @@ from neural_sculpt_addon.field.solve.adam import Adam
 SPHERE = trimesh.creation.icosphere(subdivisions=4)
 TORUS = trimesh.creation.torus(0.5, 0.2, major_sections=96, minor_sections=48)
 BOX = trimesh.creation.box((1.7, 1.2, 0.8))
+TURN = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
 COARSE = trimesh.creation.icosphere(subdivisions=2)
 
 
@@ -153,6 +154,8 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, np.nan]])
         (np.array([[0, 0, 0], [1, 0, 0], [2.0, 0, 0]]), [[0, 1, 2]], "zero area"),
         (SPHERE.vertices * 1e35, SPHERE.faces, "sensible size"),
         ((SPHERE.vertices + 1e6).astype(np.float32), SPHERE.faces, "far from its origin"),
+        (BOX.vertices * (1, 1, 0), BOX.faces, "flat"),  # its faces lie upon each other in pairs
+        (SPHERE.vertices @ TURN * (1, 1, 1e-7) @ TURN.T, SPHERE.faces, "flat"),
         (*sheet(), "open sheet"),
         (*sheet(height=0), "open sheet"),
         (np.eye(3), [[0, 1, 2]], "open sheet"),

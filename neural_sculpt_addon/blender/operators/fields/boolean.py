@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-import bpy
 import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
@@ -37,8 +36,7 @@ from ..job_operator import (
     launch,
     refuse,
 )
-from . import absorb, boolean_preview
-from .from_mesh import read_in
+from . import absorb, boolean_preview, source_mesh
 
 OPERATIONS = (
     ("UNION", n_("Union"), n_("Both together")),
@@ -138,6 +136,8 @@ class NEURAL_SCULPT_OT_boolean(Operator):
             ob, other = found(target), find(source)
             native_edits.refuse(ob)
             add_entry(ob, Entry("", name), result, label, replaced=other)
+            if other is not None:
+                source_mesh.tell_if_linked(other)
 
         job = Job(JobKind.BOOLEAN, label, request, apply, target=target)
 
@@ -203,7 +203,7 @@ def _solid(ob: Object, other: Object) -> Callable[[], Request]:
             return replace(state, fields={"other": state.fields, "matrix": matrix})
 
         return known
-    vertices, triangles = read_in(other, bpy.context, ob.matrix_world)
+    vertices, triangles = source_mesh.read(other, ob.matrix_world)
     return lambda: Request({}, {"vertices": vertices, "triangles": triangles})
 
 

@@ -25,7 +25,8 @@ from ...session.absorption import live
 from ...session.job import Job, Request
 from ..job_operator import REGISTER, Outcome, active_field, field_poll, launch, reports_errors
 from . import level_set
-from .stand_in import has_faces, stand_in
+from .source_mesh import has_faces
+from .stand_in import stand_in
 
 FORMATS = (
     ("SAFETENSORS", "Neural Field (.safetensors)", "Network and detail, to go on with"),

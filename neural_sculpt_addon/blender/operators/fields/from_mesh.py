@@ -10,16 +10,13 @@ import numpy as np
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 from bpy.types import Context, Event, Object, Operator
 from mathutils import Matrix
-from numpy.typing import NDArray
 
-from ....common.errors import SculptError
 from ....common.text import Text
 from ....worker.client import JobKind, Message
 from ... import notice, preferences
 from ...locale.translations import OURS
 from ...scene.commit import NewField, create_field
 from ...scene.mesh import proxy_mesh
-from ...scene.mesh.dress import Dress
 from ...scene.properties import LOCAL, find, solver_property
 from ...scene.succession import has_maps, left_behind
 from ...session import reports
@@ -28,6 +25,7 @@ from ...session.worker_session import session
 from ...viewport import fit_overlay
 from ..job_operator import REGISTER, Outcome, refuse, reports_errors
 from ..jobs.install_worker import launch_when_installed
+from . import source_mesh
 
 PROPOSED = 0.02
 """Thickness of open parts, as a share of the longest side."""
@@ -129,8 +127,8 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
         """Fit in the worker; the object appears when it is there."""
         source = context.active_object
         assert source is not None
-        vertices, triangles, frame = read_source(source, context)
-        dress = read_dress(source, context, vertices)
+        frame = frame_of(source)
+        mesh = source_mesh.read_dressed(source, frame)
         shown = preferences.new_proxy()
         scene = context.scene.session_uid
         name, uid, solver, scale = source.name, source.session_uid, self.solver, kept_scale(source)
@@ -149,22 +147,18 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
             "keep_origin": True,
             **shown.asked(),
         }
-        arrays = {"vertices": vertices, "triangles": triangles}
+        arrays = {"vertices": mesh.vertices, "triangles": mesh.triangles}
 
         def add(result: Message) -> None:
             place_now = place(result)
             made_of = f"{name} (mesh)"
-            new = NewField(f"{name} Field", made_of, scene, place_now, shown, solver, scale)
+            new = NewField(
+                f"{name} Field", made_of, scene, place_now, shown, solver, scale, mesh.materials
+            )
             report, replaced = result.fields["report"], find(uid)
-            ob = create_field(new, result, report, replaced, dress.worn(result))
-            if replaced is not None and replaced.parent is not None and ob.parent is None:
-                notice.tell(
-                    Text(
-                        "The field of {} has no parent: the uneven scale of {} would distort it.",
-                        name,
-                        replaced.parent.name,
-                    )
-                )
+            ob = create_field(new, result, report, replaced, mesh.dress.worn(result))
+            if replaced is not None:
+                _tell_of(ob, replaced)
             axes = [axis for axis, x in zip("XYZ", result.fields["center"], strict=True) if x]
             if axes:
                 notice.tell(
@@ -179,57 +173,36 @@ class NEURAL_SCULPT_OT_from_mesh(Operator):
                 notice.tell(note)
 
         job = Job(JobKind.FIT, Text("Fit {}", name), lambda: Request(fields, arrays), add)
-        job.foresee = dress.foresee
+        job.foresee = mesh.dress.foresee
         job.preview = lambda preview: fit_overlay.show(
             preview, place(preview), lambda: job in session.jobs
         )
         return launch_when_installed(self, context, job)
 
 
-def read_source(
-    source: Object, context: Context
-) -> tuple[NDArray[np.float32], NDArray[np.int32], Matrix]:
-    """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh, and their frame in the world."""
+def _tell_of(ob: Object, replaced: Object) -> None:
+    """Tell what a field could not take over from the mesh whose place it takes."""
+    source_mesh.tell_if_linked(replaced)
+    if replaced.parent is not None and ob.parent is None:
+        notice.tell(
+            Text(
+                "The field of {} has no parent: the uneven scale of {} would distort it.",
+                replaced.name,
+                replaced.parent.name,
+            )
+        )
+
+
+def frame_of(source: Object) -> Matrix:
+    """The place and the rotation of an object in the world."""
     location, rotation, _ = source.matrix_world.decompose()
-    frame = Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
-    return *read_in(source, context, frame), frame
+    return Matrix.Translation(location.to_tuple()) @ rotation.to_matrix().to_4x4()
 
 
 def kept_scale(source: Object) -> float:
-    """The scale of an object in the world if it is the same along all axes and positive. Any other
-    scale is applied to the shape, and this is 1."""
-    scale = np.array(source.matrix_world.to_scale())
+    """The scale of an object in the world, without its delta scale, if it is the same along all
+    axes and positive. Any other scale is applied to the shape, and this is 1."""
+    scale, delta = np.array(source.matrix_world.to_scale()), np.array(source.delta_scale)
+    scale = np.divide(scale, delta, out=scale, where=delta != 0)
     even = scale.min() > 0 and scale.max() < (1 + EVEN) * scale.min()
     return float(scale.mean()) if even else 1.0
-
-
-def read_dress(source: Object, context: Context, vertices: NDArray[np.float32]) -> Dress:
-    """What hangs on the evaluated mesh, whose vertices (V, 3) `read_source` gave."""
-    evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
-    turned = source.matrix_world.determinant() < 0
-    try:
-        return Dress.of(evaluated, evaluated.to_mesh(), vertices, turned)
-    finally:
-        evaluated.to_mesh_clear()
-
-
-def read_in(
-    source: Object, context: Context, frame: Matrix
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Vertices (V, 3) and triangles (F, 3) of the evaluated mesh in a frame of the world.
-
-    SculptError when it has no faces.
-    """
-    shape = frame.inverted_safe() @ source.matrix_world
-    evaluated = source.evaluated_get(context.evaluated_depsgraph_get())
-    try:
-        vertices, triangles = proxy_mesh.read(evaluated.to_mesh())
-    finally:
-        evaluated.to_mesh_clear()
-    if not len(triangles):
-        raise SculptError("{} has no faces. Choose a mesh with a closed surface.", source.name)
-    linear, offset = np.array(shape.to_3x3()), np.array(shape.translation)  # (3, 3), (3,)
-    if np.linalg.det(linear) < 0:
-        triangles = triangles[:, ::-1]
-    vertices = (vertices @ linear.T + offset).astype(np.float32)  # (V, 3)
-    return vertices, np.ascontiguousarray(triangles)

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stand-in: a copy of a field's object with another mesh, while an exporter of Blender's writes it.
 
-It has the place, the modifiers and the materials of the object. It alone is selected, for exporters
-take what is selected, and it is the active object, for some of them end the mode of that one.
+It has the place, the modifiers, the materials and the name of the object. It alone is selected, for
+exporters take what is selected, and it is the active object, for some of them end the mode of that
+one.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import bpy
-from bpy.types import Mesh, Object
+from bpy.types import ID, Mesh, Object
 
 from ...scene.mesh import attributes, proxy_mesh
 from ...scene.mesh.proxy_mesh import Geometry
@@ -26,25 +27,11 @@ def stand_in(ob: Object, geometry: Geometry) -> Iterator[Object]:
             _place(copy, mesh)
             if geometry.attributes is not None:
                 attributes.write(copy, geometry.attributes)
-            with _chosen(copy):
+            with _chosen(copy), _named(copy, ob), _named(mesh, proxy_mesh.mesh_of(ob)):
                 yield copy
         finally:
             bpy.data.objects.remove(copy)
             bpy.data.meshes.remove(mesh)
-
-
-def has_faces(ob: Object) -> bool:
-    """Whether modifiers leave any face of an object, or put instances with some in its place."""
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    if _has_faces(ob.evaluated_get(depsgraph)):
-        return True
-    instances = (each for each in depsgraph.object_instances if each.is_instance)
-    return any(each.parent.original == ob and _has_faces(each.object) for each in instances)
-
-
-def _has_faces(evaluated: Object | None) -> bool:
-    mesh = None if evaluated is None else evaluated.data
-    return isinstance(mesh, Mesh) and bool(mesh.polygons)
 
 
 def _mesh(ob: Object, geometry: Geometry) -> Mesh:
@@ -57,10 +44,27 @@ def _mesh(ob: Object, geometry: Geometry) -> Mesh:
 
 
 def _place(copy: Object, mesh: Mesh) -> None:
-    """Give a copy its mesh, and put it where exporters find it."""
+    """Give a copy its mesh, and put it where exporters find it. It has no animation, which might
+    hide it: what is animated is as it was on the object."""
     copy.data = mesh
+    copy.animation_data_clear()
     copy.hide_viewport = copy.hide_select = False
     bpy.context.scene.collection.objects.link(copy)
+
+
+@contextmanager
+def _named(copy: ID, original: ID) -> Iterator[None]:
+    """A copy has the name of the original while this block runs: exporters write it."""
+    name = original.name
+    if original.library is None:  # of another file, its name is free here
+        original.name = "Neural Sculpt original"
+    copy.name = name
+    try:
+        yield
+    finally:
+        copy.name = "Neural Sculpt copy"
+        if original.library is None:
+            original.name = name
 
 
 @contextmanager
