@@ -102,8 +102,9 @@ CLEARING, CLEAR = 1.0, 0.5
 
 BESIDE, SHARE, RINGS = 0.25, 0.6, 3
 """Cells from the surface asked for, from which on a field of less than such a share of the distance
-is doubtful, and rings of cells around such places in which loose parts are looked for. So they are
-found in a twentieth of the cells, which costs a tenth of looking at all."""
+is doubtful, and rings of cells around such places. Of 29 crumbs that 917 strokes left, all lay
+there, in a twentieth of the cells; with a share of 0.5 three would be missed, from half a cell on
+ten."""
 
 CHANGED = 5
 """Rings of cells around loose parts that are looked at again when those are solved away: nodes
