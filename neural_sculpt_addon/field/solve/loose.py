@@ -7,6 +7,8 @@ than the proxy's cells, so they are looked for in those of the stroke and in fin
 of the field in their middles. Model space.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -28,7 +30,7 @@ def loose_parts(
     field: Field,
     cells: NDArray[np.int32],
     level: int,
-    held: Samples,
+    held: Callable[[], Samples],
     check: Check,
     divided: NDArray[np.int32],
 ) -> dict[int, Islands]:
@@ -36,7 +38,7 @@ def loose_parts(
     of the other side.
 
     cells:   (N,) of a level, rising, that are looked at: what goes on beyond them is not loose
-    held:    samples of the untouched surface: a part that has some of it is not loose
+    held:    gives samples of the untouched surface: a part that has some of it is not loose
     divided: cells (M,) among them whose children are looked at, too, if the surface may pass them
 
     The neighbours of children in other cells are not evaluated: they have the sign of their cell.
@@ -72,7 +74,7 @@ def _is_loose(
     cells: NDArray[np.int32],
     inside: NDArray[np.bool_],
     level: int,
-    held: Samples,
+    held: Callable[[], Samples],
     check: Check,
 ) -> NDArray[np.bool_]:
     """Which of the cells (N,), rising, of which some are `inside`, are of a loose part.
@@ -107,8 +109,11 @@ def _is_loose(
     part_of = part[run]
     loose = np.ones(total, bool)
     loose[part[~whole]] = False
+    if not loose.any():
+        return loose[part_of]
+    points, normals = held()
     for side in (-1, 1):
-        step = np.float32(side * spacing(level)) * held.normals
-        beside = linear(cells_of(held.points + step, level), level)
+        step = np.float32(side * spacing(level)) * normals
+        beside = linear(cells_of(points + step, level), level)
         loose[part_of[np.isin(cells, beside)]] = False
     return loose[part_of]

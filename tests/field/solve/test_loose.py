@@ -37,7 +37,7 @@ def loose(field, cells, level=LEVEL + 1, held=NONE):
     return join(
         [
             Islands(np.zeros((0, 3), np.float32), np.zeros(0, np.float32)),
-            *loose_parts(field, cells, level, held, go_on, cells).values(),
+            *loose_parts(field, cells, level, lambda: held, go_on, cells).values(),
         ]
     )
 
@@ -94,7 +94,7 @@ def test_parts_of_two_sizes_are_found_at_once():
         {LEVEL: Level(node, np.float32([1])), LEVEL + 2: Level(fine, np.float32([-0.05]))}
     )
     around = dilated(dilated(distinct(cells_of(spots, LEVEL), LEVEL), LEVEL), LEVEL)
-    found = loose_parts(field, around, LEVEL, NONE, go_on, around)
+    found = loose_parts(field, around, LEVEL, lambda: NONE, go_on, around)
     assert (found[LEVEL].distance < 0).all()
     hollow = centres(places(node, LEVEL), LEVEL)
     assert np.abs(found[LEVEL].points - hollow).max() < 2 * spacing(LEVEL)
@@ -124,4 +124,7 @@ def test_a_part_with_untouched_surface_is_not_loose():
 
 def test_where_nothing_is_looked_at_nothing_is_loose():
     """As near a fold that samples show and the mesh does not."""
-    assert loose_parts(ball(0.5), np.empty(0, np.int32), LEVEL, NONE, go_on, np.empty(0, int)) == {}
+    assert (
+        loose_parts(ball(0.5), np.empty(0, np.int32), LEVEL, lambda: NONE, go_on, np.empty(0, int))
+        == {}
+    )
