@@ -34,7 +34,7 @@ SUBJECT = Subject(
         ),
         "solve.local": (
             *("FEWEST", "ACTIVE_MARGIN", "GAP", "HIGH", "STRIDE", "REPAIRS", "CHANGED"),
-            *("BESIDE", "SHARE", "RINGS"),
+            *("BESIDE", "SHARE"),
             *("FORBIDDEN_WEIGHT", "MISSED", "TILTED", "OF_HEIGHT", "FAMILY", "FINER_NODES"),
             *("FINER", "FINER_IN_FOLDS", "COMPANY", "FINER_ITERATIONS", "CLEARING", "CLEAR"),
         ),

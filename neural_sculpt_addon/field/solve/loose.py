@@ -59,7 +59,7 @@ def loose_parts(
         f = f[np.searchsorted(cells, parents)]
         passed = np.isin(parents, near)
         f[passed] = _middle_values(field, finer[passed], level + 1, check)
-        cells, divided, level = finer, finer, level + 1
+        cells, divided, level = finer, finer[passed], level + 1
 
 
 def _middle_values(
