@@ -82,7 +82,7 @@ def trace(field: Field, camera: Camera, places: ArrayLike) -> tuple[Array, NDArr
         if not len(going):
             break
     hit[going] = np.abs(values(field, points[going])) < GRAZING
-    return points, hit
+    return points, hit & (np.abs(points) <= 1).all(axis=1)  # beyond, networks have other zeros
 
 
 def _heights(field: Field, camera: Camera) -> Array:
