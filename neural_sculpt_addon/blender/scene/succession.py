@@ -11,7 +11,6 @@ import numpy as np
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
 from bpy.types import ID, Collection, Mesh, Object
-from mathutils import Matrix
 
 from .properties import GROUP
 
@@ -106,10 +105,9 @@ def _follow(ob: Object, like: Object) -> None:
     ob.parent_type = "OBJECT" if like.parent_type in NO_DEFORMING else like.parent_type
     ob.parent_vertices = like.parent_vertices
     ob.matrix_parent_inverse = like.matrix_parent_inverse
-    if like.parent_type in OF_VERTICES:  # where these are is known when the scene is evaluated
-        ob.matrix_basis = Matrix()
-        bpy.context.view_layer.update()
-        ob.matrix_basis = ob.matrix_world.inverted_safe() @ place
+    if like.parent_type in OF_VERTICES:  # of which Blender knows in an evaluated scene alone
+        carried = like.matrix_world @ like.matrix_basis.inverted_safe()
+        ob.matrix_basis = carried.inverted_safe() @ place
     else:
         ob.matrix_world = place
     bpy.context.view_layer.update()

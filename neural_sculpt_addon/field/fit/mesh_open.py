@@ -60,7 +60,7 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
     """`mesh` with its open parts solid or of a `thickness` in its own units.
 
     Without a thickness it is `PROPOSED`. Small sheets get it even when solids are asked for.
-    SculptError for a thickness that is none, and for a flat mesh that is not open as a whole.
+    SculptError for a thickness that is none, and for a flat mesh that is no sheet.
     """
     if thickness is not None and not 0 < thickness < np.inf:
         raise SculptError("The thickness of a sheet must be a positive number.")
@@ -76,7 +76,8 @@ def prepare(mesh: CleanMesh, kind: Open, thickness: float | None = None) -> Prep
             )
         )
     opened = open_faces(mesh)  # (F,)
-    if not opened.all() and _is_flat(mesh.vertices):
+    usable = opened.any() if kind is Open.THICKNESS else opened.all()
+    if not usable and _is_flat(mesh.vertices):
         raise SculptError(FLAT_MESH)
     if not opened.any():
         return Prepared(mesh, notes)

@@ -123,6 +123,34 @@ class FromMesh(SculptCase):
             x = abs((ob.matrix_world @ face.center).x)
             self.assertEqual(names[face.material_index], "Gold" if x > 1.6 else "Iron")
 
+    def test_what_a_simulation_has_come_to_is_fitted(self) -> None:
+        """Nodes that move a cube by one in each of five frames, and make an instance of it. Its own
+        slot has another material than its mesh."""
+        bpy.ops.mesh.primitive_cube_add()
+        source = bpy.context.active_object
+        source.data.materials.append(bpy.data.materials.new("Iron"))
+        source.material_slots[0].link = "OBJECT"
+        source.material_slots[0].material = bpy.data.materials.new("Wax")
+        nodes, given, made = geometry_nodes()
+        begin, end, move, instance = (
+            nodes.nodes.new(f"GeometryNode{kind}")
+            for kind in ("SimulationInput", "SimulationOutput", "SetPosition", "GeometryToInstance")
+        )
+        begin.pair_with_output(end)
+        move.inputs["Offset"].default_value = (1, 0, 0)
+        for one, other in ((given, begin), (begin, move), (move, end), (end, instance)):
+            outputs = [each for each in one.outputs if each.type == "GEOMETRY"]
+            inputs = [each for each in other.inputs if each.type == "GEOMETRY"]
+            nodes.links.new(outputs[0], inputs[0])
+        nodes.links.new(instance.outputs[0], made.inputs[0])
+        source.modifiers.new("Simulation", "NODES").node_group = nodes
+        for frame in range(1, 6):
+            bpy.context.scene.frame_set(frame)
+        shown = module("blender.operators.fields.source_mesh").read_dressed(source, Matrix())
+        middle = shown.vertices.mean(axis=0)
+        np.testing.assert_allclose(middle, (5, 0, 0), atol=1e-5)
+        self.assertEqual(shown.materials, (bpy.data.materials["Wax"].session_uid,))
+
     def test_materials_that_modifiers_give_stay(self) -> None:
         """The nodes paint what lies right of the middle."""
         bpy.ops.mesh.primitive_uv_sphere_add()

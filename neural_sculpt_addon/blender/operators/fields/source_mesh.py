@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 import numpy as np
-from bpy.types import Mesh, NodeTree, Object
+from bpy.types import ID, Mesh, NodeTree, Object
 from mathutils import Matrix
 from numpy.typing import NDArray
 
@@ -51,8 +51,19 @@ def read_dressed(source: Object, frame: Matrix) -> SourceMesh:
         vertices, triangles = _triangles(source, mesh, frame)
         dress = Dress.of(shown, mesh, vertices, _turns(source, frame))
         slots = [slot.material for slot in shown.material_slots]
-    materials = tuple(each.original.session_uid if each else 0 for each in slots)
-    return SourceMesh(vertices, triangles, dress, materials)
+        given = [each.original if each else None for each in slots]
+        if shown.original != source:  # it has the materials of the mesh alone
+            own = _of_slots(source)
+            given = [own.get(each, each) for each in given]
+    uids = tuple(each.session_uid if each else 0 for each in given)
+    return SourceMesh(vertices, triangles, dress, uids)
+
+
+def _of_slots(ob: Object) -> dict[ID | None, ID | None]:
+    """The object's own material, which its slot has, for one of its mesh."""
+    assert isinstance(ob.data, Mesh)
+    pairs = zip(ob.data.materials, ob.material_slots, strict=False)
+    return {material: slot.material for material, slot in pairs if slot.link == "OBJECT"}
 
 
 def has_faces(ob: Object) -> bool:
@@ -108,13 +119,23 @@ def _turns(source: Object, frame: Matrix) -> bool:
 def _evaluated(ob: Object) -> Iterator[tuple[Object, Mesh]]:
     """An object as its modifiers show it, and its mesh."""
     shown = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    has_nodes = any(modifier.type == "NODES" for modifier in ob.modifiers)
-    if shown.is_evaluated and not (has_nodes and any(map(_has_faces, _instanced(ob)))):
-        with _mesh_of(shown) as mesh:
-            yield shown, mesh
+    if not shown.is_evaluated or _has_instances(ob):
+        with _realized(ob) as whole:
+            yield whole
         return
-    with _realized(ob) as shown, _mesh_of(shown) as mesh:
+    with _mesh_of(shown) as mesh:
         yield shown, mesh
+
+
+def _has_instances(ob: Object) -> bool:
+    """Whether geometry nodes put instances with a mesh in an object's place. What an object makes
+    is not told but among all instances of a scene, of which there may be very many."""
+    if not any(modifier.type == "NODES" for modifier in ob.modifiers):
+        return False
+    with _mesh_of(ob.evaluated_get(bpy.context.evaluated_depsgraph_get())) as mesh:
+        count = len(mesh.vertices)
+    with _realized(ob) as (_, whole):
+        return len(whole.vertices) != count
 
 
 @contextmanager
@@ -126,32 +147,34 @@ def _mesh_of(evaluated: Object) -> Iterator[Mesh]:
 
 
 @contextmanager
-def _realized(ob: Object) -> Iterator[Object]:
-    """The evaluated copy of an object, with its instances in its mesh. It has no animation, which
-    might hide it: what is animated is as it was on the object."""
-    copy, nodes = ob.copy(), _realizing()
+def _realized(ob: Object) -> Iterator[tuple[Object, Mesh]]:
+    """An evaluated object whose mesh is that of another one with its instances, in local space.
+
+    Its nodes take it from the other object. A copy of that would have no simulation's state.
+    """
+    nodes = bpy.data.node_groups.new("Neural Sculpt source", "GeometryNodeTree")
+    mesh = bpy.data.meshes.new(nodes.name)
+    holder = bpy.data.objects.new(nodes.name, mesh)
     try:
-        copy.animation_data_clear()
-        copy.hide_viewport = False
-        for modifier in copy.modifiers:  # a pinned one would come after the last
-            modifier.use_pin_to_last = False
-        last = copy.modifiers.new(nodes.name, "NODES")
-        last.node_group = nodes  # pyright: ignore[reportAttributeAccessIssue]
-        bpy.context.scene.collection.objects.link(copy)
-        yield copy.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        _take_realized(nodes, ob)
+        modifier = holder.modifiers.new(nodes.name, "NODES")
+        modifier.node_group = nodes  # pyright: ignore[reportAttributeAccessIssue]
+        bpy.context.scene.collection.objects.link(holder)
+        shown = holder.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        with _mesh_of(shown) as whole:
+            yield shown, whole
     finally:
-        bpy.data.objects.remove(copy)
+        bpy.data.objects.remove(holder)
+        bpy.data.meshes.remove(mesh)
         bpy.data.node_groups.remove(nodes)
 
 
-def _realizing() -> NodeTree:
-    """Geometry nodes that make instances a part of the mesh."""
-    nodes = bpy.data.node_groups.new("Realize Instances", "GeometryNodeTree")
-    for side in ("INPUT", "OUTPUT"):
-        kind: Any = "NodeSocketGeometry"  # which the stubs do not know
-        nodes.interface.new_socket("Geometry", in_out=side, socket_type=kind)
-    kinds = ("NodeGroupInput", "GeometryNodeRealizeInstances", "NodeGroupOutput")
-    given, realize, made = (nodes.nodes.new(kind) for kind in kinds)
-    nodes.links.new(given.outputs[0], realize.inputs[0])
+def _take_realized(nodes: NodeTree, ob: Object) -> None:
+    """Let geometry nodes make the mesh of an object, with its instances."""
+    kind: Any = "NodeSocketGeometry"  # which the stubs do not know
+    nodes.interface.new_socket("Geometry", in_out="OUTPUT", socket_type=kind)
+    kinds = ("GeometryNodeObjectInfo", "GeometryNodeRealizeInstances", "NodeGroupOutput")
+    info, realize, made = (nodes.nodes.new(each) for each in kinds)
+    info.inputs["Object"].default_value = ob  # pyright: ignore[reportAttributeAccessIssue]
+    nodes.links.new(info.outputs["Geometry"], realize.inputs[0])
     nodes.links.new(realize.outputs[0], made.inputs[0])
-    return nodes

@@ -56,10 +56,10 @@ def _place(copy: Object, mesh: Mesh) -> None:
 def _named(copy: ID, original: ID) -> Iterator[None]:
     """A copy has the name of the original while this block runs: exporters write it."""
     name = original.name
-    if original.library is None:  # of another file, its name is free here
-        original.name = "Neural Sculpt original"
-    copy.name = name
     try:
+        if original.library is None:  # of another file, its name is free here
+            original.name = "Neural Sculpt original"
+        copy.name = name
         yield
     finally:
         copy.name = "Neural Sculpt copy"
