@@ -163,6 +163,14 @@ def brush_settings() -> bpy.types.PropertyGroup:
     return bpy.data.brushes[".neural_sculpt"].neural_sculpt
 
 
+def fit(source: Object, **given: object) -> Object:
+    """The new field of a mesh."""
+    bpy.context.view_layer.objects.active = source
+    settings = {"preset": "DRAFT", **given}
+    assert bpy.ops.neural_sculpt.from_mesh(**settings) == {"FINISHED"}
+    return bpy.context.active_object
+
+
 def add(kind: str = "SPHERE") -> Object:
     """A new field, active and selected."""
     assert bpy.ops.neural_sculpt.add(kind=kind) == {"FINISHED"}

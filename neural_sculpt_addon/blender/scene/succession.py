@@ -105,7 +105,7 @@ def _follow(ob: Object, like: Object) -> None:
     ob.parent_type = "OBJECT" if like.parent_type in NO_DEFORMING else like.parent_type
     ob.parent_vertices = like.parent_vertices
     ob.matrix_parent_inverse = like.matrix_parent_inverse
-    if like.parent_type in OF_VERTICES:  # of which Blender knows in an evaluated scene alone
+    if like.parent_type in OF_VERTICES:  # which Blender finds in an evaluated scene only
         carried = like.matrix_world @ like.matrix_basis.inverted_safe()
         ob.matrix_basis = carried.inverted_safe() @ place
     else:
@@ -147,6 +147,12 @@ def _has_others(ob: Object) -> bool:
     )
 
 
+def _has_deltas(ob: Object) -> bool:
+    """Whether the object has a delta location or rotation. A field has a delta scale of its own."""
+    turn = *ob.delta_rotation_euler, *ob.delta_rotation_quaternion[1:]
+    return any((*ob.delta_location, *turn))
+
+
 _LEFT: dict[str, Callable[[Object], bool]] = {
     n_("shape keys"): lambda ob: _mesh(ob).shape_keys is not None,
     n_("modifiers"): lambda ob: len(ob.modifiers) > 0,
@@ -161,6 +167,6 @@ _LEFT: dict[str, Callable[[Object], bool]] = {
     n_("masks and face sets"): _names(".sculpt_mask", ".sculpt_face_set"),
     n_("attributes of edges or of text"): _has_others,
     n_("rigid body physics"): lambda ob: ob.rigid_body is not None,
-    n_("delta transforms"): lambda ob: any([*ob.delta_location, *ob.delta_rotation_euler]),
+    n_("delta transforms"): _has_deltas,
 }
 """All of it stays with the mesh, modifiers with what they do: the field has their result."""

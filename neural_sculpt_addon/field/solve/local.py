@@ -101,9 +101,9 @@ CLEARING, CLEAR = 1.0, 0.5
 """Cells around an island in which all rows are brought to the other side, and how far: in cells."""
 
 BESIDE, SHARE = 0.25, 0.6
-"""Cells from the surface asked for, from which on a field of less than such a share of the distance
-is doubtful. Of 72 crumbs that plain strokes left 69 lay within two rings of cells around the cells
-of such places; with a share of 0.5 a tenth would be missed, from half a cell on a third."""
+"""A place is doubtful if it is more than BESIDE cells from the surface asked for, and the field is
+less than a SHARE of that distance there. Of 72 crumbs that plain strokes left, 69 lay within two
+cells of such places; with a share of 0.5 a tenth would be missed, from half a cell on a third."""
 
 CHANGED = 5
 """Rings of cells around loose parts that are looked at again when those are solved away: nodes
@@ -205,12 +205,11 @@ class LocalEdit:
             for _ in range(CHANGED):
                 changed = dilated(changed, level)
             cells = np.intersect1d(changed, every)
-            divided = np.intersect1d(fine, every, assume_unique=True)
+            divided = np.intersect1d(fine, every, assume_unique=True)  # parts may be anywhere now
 
     def _doubtful(self) -> NDArray[np.int32]:
-        """The cells (K,) of the stroke's level, rising, with places beside the surface where the
-        field is less than a SHARE of what it should be: it has surface near them that nobody asked
-        for, or nearly so."""
+        """The cells (K,) of the stroke's level, rising, with doubtful places: near these the field
+        has surface that nobody asked for, or nearly so."""
         rows, level = self._rows, self.resolution.level
         beside = np.abs(rows.targets) > BESIDE * spacing(level)
         wanted = rows.targets[beside]

@@ -5,28 +5,12 @@ from unittest.mock import patch
 
 import bpy
 import numpy as np
-from bpy.types import Node, NodeTree, Object
-from harness import SculptCase, in_world, long, module, push_undo, stroke, undo, vertices
+from bpy.types import Object
+from harness import SculptCase, fit, in_world, long, module, push_undo, stroke, undo, vertices
 from mathutils import Euler, Matrix, Vector
 
 
-def geometry_nodes() -> tuple[NodeTree, Node, Node]:
-    """Nodes for a modifier, and those of what they are given and of what they make."""
-    nodes = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
-    for side in ("INPUT", "OUTPUT"):
-        nodes.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
-    return nodes, nodes.nodes.new("NodeGroupInput"), nodes.nodes.new("NodeGroupOutput")
-
-
 class FromMesh(SculptCase):
-    def fit(self, source: Object, **given: object) -> Object:
-        """The new field of the active mesh."""
-        bpy.context.view_layer.objects.active = source
-        self.assertEqual(
-            bpy.ops.neural_sculpt.from_mesh(**{"preset": "DRAFT", **given}), {"FINISHED"}
-        )
-        return bpy.context.active_object
-
     def gaps(self, source: Object, ob: Object) -> np.ndarray:
         """Distances of the proxy from the source's surface, by the source's size."""
         inverse = source.matrix_world.inverted()
@@ -39,7 +23,7 @@ class FromMesh(SculptCase):
         bpy.ops.mesh.primitive_monkey_add(location=(1, 2, 3), rotation=(0.3, 0.2, 0.1), size=3)
         source = bpy.context.active_object
         push_undo("Add Suzanne")
-        ob = self.fit(source)
+        ob = fit(source)
         self.assertEqual(ob.name, "Suzanne Field")
         self.assertTrue(source.hide_get())
         self.assertGreater(len(vertices(ob)), 500)
@@ -60,7 +44,7 @@ class FromMesh(SculptCase):
             @ Matrix.Diagonal((-2.0, 1.0, 1.5, 1.0))
         )
         bpy.context.view_layer.update()
-        ob = self.fit(source)
+        ob = fit(source)
         x, y, z = ob.matrix_world.to_scale()
         self.assertAlmostEqual(x, y, places=5)
         self.assertAlmostEqual(x, z, places=5)
@@ -70,108 +54,6 @@ class FromMesh(SculptCase):
         middle = np.array(ob.matrix_world.inverted() @ source.matrix_world.translation)
         for face in list(ob.data.polygons)[::100]:
             self.assertGreater(np.dot(face.normal, np.array(face.center) - middle), 0)
-
-    def test_modifiers_are_applied(self) -> None:
-        bpy.ops.mesh.primitive_cube_add()
-        source = bpy.context.active_object
-        modifier = source.modifiers.new("Array", "ARRAY")
-        modifier.relative_offset_displace = (2.0, 0.0, 0.0)
-        read = module("blender.operators.fields.source_mesh").read
-        for hidden in (False, True):  # when Blender does not evaluate it
-            source.hide_viewport = hidden
-            points, triangles = read(source, Matrix())
-            self.assertEqual((len(points), len(triangles)), (16, 24))
-            self.assertEqual(points[:, 0].max(), 5.0)
-        self.assertEqual([*bpy.data.objects], [source])
-
-    def test_instances_of_geometry_nodes_are_a_part(self) -> None:
-        """A cube, and on each side of it a ball, which the nodes make an instance of: three pieces,
-        the balls in the material of their object. The ball itself is not in the scene."""
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.8)
-        ball = bpy.context.active_object
-        ball.data.materials.append(bpy.data.materials.new("Gold"))
-        bpy.context.collection.objects.unlink(ball)
-        bpy.ops.mesh.primitive_cube_add()
-        source = bpy.context.active_object
-        source.data.materials.append(bpy.data.materials.new("Iron"))
-        nodes, given, made = geometry_nodes()
-        line, info, instances, join = (
-            nodes.nodes.new(f"GeometryNode{kind}")
-            for kind in ("MeshLine", "ObjectInfo", "InstanceOnPoints", "JoinGeometry")
-        )
-        line.inputs["Count"].default_value = 2
-        line.inputs["Start Location"].default_value = (-3, 0, 0)
-        line.inputs["Offset"].default_value = (6, 0, 0)
-        info.inputs["Object"].default_value = ball
-        info.inputs["As Instance"].default_value = True
-        nodes.links.new(line.outputs[0], instances.inputs["Points"])
-        nodes.links.new(info.outputs["Geometry"], instances.inputs["Instance"])
-        nodes.links.new(instances.outputs[0], join.inputs[0])
-        nodes.links.new(given.outputs[0], join.inputs[0])
-        nodes.links.new(join.outputs[0], made.inputs[0])
-        source.modifiers.new("Balls", "NODES").node_group = nodes
-        push_undo("Nodes")
-        objects, groups = len(bpy.data.objects), len(bpy.data.node_groups)
-        ob = self.fit(source)
-        self.assertEqual(len(bpy.data.objects), objects + 1)
-        self.assertEqual(len(bpy.data.node_groups), groups)
-        self.assertIn('"components": 3,', ob.neural_sculpt.report)
-        low, high = in_world(ob).min(axis=0), in_world(ob).max(axis=0)
-        np.testing.assert_allclose([low, high], [(-3.8, -1, -1), (3.8, 1, 1)], atol=0.05)
-        names = [slot.material.name for slot in ob.material_slots]
-        for face in list(ob.data.polygons)[::20]:
-            x = abs((ob.matrix_world @ face.center).x)
-            self.assertEqual(names[face.material_index], "Gold" if x > 1.6 else "Iron")
-
-    def test_what_a_simulation_has_come_to_is_fitted(self) -> None:
-        """Nodes that move a cube by one in each of five frames, and make an instance of it. Its own
-        slot has another material than its mesh."""
-        bpy.ops.mesh.primitive_cube_add()
-        source = bpy.context.active_object
-        source.data.materials.append(bpy.data.materials.new("Iron"))
-        source.material_slots[0].link = "OBJECT"
-        source.material_slots[0].material = bpy.data.materials.new("Wax")
-        nodes, given, made = geometry_nodes()
-        begin, end, move, instance = (
-            nodes.nodes.new(f"GeometryNode{kind}")
-            for kind in ("SimulationInput", "SimulationOutput", "SetPosition", "GeometryToInstance")
-        )
-        begin.pair_with_output(end)
-        move.inputs["Offset"].default_value = (1, 0, 0)
-        for one, other in ((given, begin), (begin, move), (move, end), (end, instance)):
-            outputs = [each for each in one.outputs if each.type == "GEOMETRY"]
-            inputs = [each for each in other.inputs if each.type == "GEOMETRY"]
-            nodes.links.new(outputs[0], inputs[0])
-        nodes.links.new(instance.outputs[0], made.inputs[0])
-        source.modifiers.new("Simulation", "NODES").node_group = nodes
-        for frame in range(1, 6):
-            bpy.context.scene.frame_set(frame)
-        shown = module("blender.operators.fields.source_mesh").read_dressed(source, Matrix())
-        middle = shown.vertices.mean(axis=0)
-        np.testing.assert_allclose(middle, (5, 0, 0), atol=1e-5)
-        self.assertEqual(shown.materials, (bpy.data.materials["Wax"].session_uid,))
-
-    def test_materials_that_modifiers_give_stay(self) -> None:
-        """The nodes paint what lies right of the middle."""
-        bpy.ops.mesh.primitive_uv_sphere_add()
-        source = bpy.context.active_object
-        source.data.materials.append(bpy.data.materials.new("Iron"))
-        nodes, given, made = geometry_nodes()
-        paint = nodes.nodes.new("GeometryNodeSetMaterial")
-        paint.inputs["Material"].default_value = bpy.data.materials.new("Gold")
-        place = nodes.nodes.new("GeometryNodeInputPosition")
-        axes = nodes.nodes.new("ShaderNodeSeparateXYZ")
-        nodes.links.new(place.outputs[0], axes.inputs[0])
-        nodes.links.new(axes.outputs["X"], paint.inputs["Selection"])  # above 0 is true
-        nodes.links.new(given.outputs[0], paint.inputs[0])
-        nodes.links.new(paint.outputs[0], made.inputs[0])
-        source.modifiers.new("Paint", "NODES").node_group = nodes
-        ob = self.fit(source)
-        names = [slot.material.name for slot in ob.material_slots]
-        self.assertEqual(names, ["Iron", "Gold"])
-        for face in list(ob.data.polygons)[::20]:
-            if abs(x := (ob.matrix_world @ face.center).x) > 0.2:
-                self.assertEqual(face.material_index, int(x > 0))
 
     def test_materials_of_faces_and_color_stay(self) -> None:
         """Of a cube, whose sides have four materials, one of them of the object's own slot."""
@@ -184,7 +66,7 @@ class FromMesh(SculptCase):
         for face in source.data.polygons:
             face.material_index = 2 if face.normal.z > 0.5 else int(face.normal.x > 0.5)
         source.color = (0.25, 0.5, 0.75, 1.0)
-        ob = self.fit(source)
+        ob = fit(source)
         names = [slot.material.name for slot in ob.material_slots]
         self.assertEqual(names, ["Iron", "Clay", "Wax"])
         self.assertEqual(tuple(ob.color), (0.25, 0.5, 0.75, 1.0))
@@ -226,7 +108,7 @@ class FromMesh(SculptCase):
         sides = [(f.normal.x > 0.5, f.normal.z > 0.5, 0, 1) for f in mesh.polygons]
         sides = np.repeat(np.array(sides, np.float32), 4, axis=0)  # of quads, in order
         mesh.attributes["Side"].data.foreach_set("color_srgb", sides.ravel())
-        ob = self.fit(source)
+        ob = fit(source)
         points = in_world(ob) - (1, 2, 3)
         own = points @ np.array(Euler((0.3, 0, 0)).to_matrix()) / (-1, 2, 1)
         own = own.clip(-1, 1)
@@ -269,7 +151,7 @@ class FromMesh(SculptCase):
         source.lock_rotation[1], source.rotation_mode = True, "QUATERNION"
         bpy.context.view_layer.update()
         before = source.matrix_world.copy()
-        ob = self.fit(source)
+        ob = fit(source)
         self.assertEqual({c.name for c in ob.users_collection}, {"One", "Two"})
         self.assertEqual(ob.parent, parent)
         bpy.context.view_layer.update()
@@ -296,7 +178,7 @@ class FromMesh(SculptCase):
         bpy.context.view_layer.update()
         notice = module("blender.notice")
         with patch.object(notice, "tell") as told:
-            ob = self.fit(source)
+            ob = fit(source)
         self.assertIsNone(ob.parent)
         sentences = [call.args[0] for call in told.call_args_list]
         expected = "has no parent: the uneven scale of Stretched would"
@@ -313,7 +195,7 @@ class FromMesh(SculptCase):
             source.parent, source.parent_type, source.parent_vertices = parent, kind, corners
             bpy.context.view_layer.update()
             before = source.matrix_world.copy()
-            ob = self.fit(source)
+            ob = fit(source)
             self.assertEqual((ob.parent, ob.parent_type), (parent, kind))
             self.assertEqual(tuple(ob.parent_vertices), corners)
             bpy.context.view_layer.update()
@@ -331,7 +213,7 @@ class FromMesh(SculptCase):
         source.scale = (2, 2, 2)
         bpy.context.view_layer.update()
         for _ in range(2):
-            source = self.fit(source)
+            source = fit(source)
             np.testing.assert_allclose(source.scale, (2, 2, 2), rtol=1e-5)
             np.testing.assert_allclose(np.ptp(in_world(source), axis=0), (12,) * 3, rtol=0.02)
         self.assertNotIn("neural_sculpt_stretched", source.data)
@@ -347,7 +229,7 @@ class FromMesh(SculptCase):
         source.parent, source.rotation_euler = parent, (0, 0, 0.6)
         source.scale = (2, 2, 2)
         bpy.context.view_layer.update()
-        ob = self.fit(source)
+        ob = fit(source)
         self.assertEqual(ob.parent, parent)
         np.testing.assert_allclose(ob.scale, (2, 2, 2), rtol=1e-5)
         self.assertLess(self.gaps(source, ob).max(), 0.05)
@@ -361,7 +243,7 @@ class FromMesh(SculptCase):
         source = bpy.context.active_object
         source.scale = (1, 2, 3)
         bpy.context.view_layer.update()
-        ob = self.fit(source)
+        ob = fit(source)
         np.testing.assert_allclose(ob.scale, (1, 1, 1), rtol=1e-5)
         np.testing.assert_allclose(np.ptp(in_world(ob), axis=0), (2, 4, 6), atol=0.05)
 
@@ -377,7 +259,7 @@ class FromMesh(SculptCase):
         bpy.context.view_layer.update()
         notice = module("blender.notice")
         with patch.object(notice, "tell") as told:
-            ob = self.fit(source)
+            ob = fit(source)
         np.testing.assert_allclose(ob.matrix_world.translation, (3, 2, 2), atol=1e-5)
         self.assertEqual(ob.matrix_world.translation[:2], source.location[:2])
         sentences = [call.args[0] for call in told.call_args_list]
@@ -403,8 +285,8 @@ class FromMesh(SculptCase):
         bpy.ops.mesh.primitive_cube_add()
         source = bpy.context.active_object
         source.name = "Cube"
-        first = self.fit(source, seed=3)
-        second = self.fit(source, seed=3)
+        first = fit(source, seed=3)
+        second = fit(source, seed=3)
         np.testing.assert_array_equal(vertices(first), vertices(second))
 
     def test_refused(self) -> None:
@@ -448,7 +330,7 @@ class FromMesh(SculptCase):
         source.scale = (2, 2, 2)
         bpy.context.view_layer.update()
         thick = {"open_parts": "THICKNESS", "thickness": 0.6}
-        ob = self.fit(source, **thick, width="64", solver="NETWORK")
+        ob = fit(source, **thick, width="64", solver="NETWORK")
         size = np.ptp(in_world(ob), axis=0)
         np.testing.assert_allclose(size, [4, 4, 0.6], atol=0.1)
         self.assertEqual(ob.neural_sculpt.solver, "NETWORK")

@@ -3,7 +3,6 @@
 
 import numpy as np
 import pytest
-from scipy import ndimage
 
 from neural_sculpt_addon.common.errors import Cancelled, SculptError
 from neural_sculpt_addon.field import threads
@@ -71,31 +70,6 @@ def test_a_dab_on_a_sphere(preparation, brush):
     error = np.abs(distance_from_middle(edit.field, rays, expected) - expected)
     assert error.mean() < 1e-4
     assert error.max() < 1e-3
-
-
-STEEP = np.array(
-    [
-        [-0.598, -0.04, -0.015],
-        [-0.599, -0.023, -0.035],
-        [-0.598, -0.001, -0.048],
-        [-0.597, 0.024, -0.052],
-        [-0.596, 0.049, -0.048],
-        [-0.595, 0.072, -0.035],
-        [-0.593, 0.088, -0.016],
-        [-0.592, 0.097, 0.008],
-    ]
-)
-
-
-def test_a_steep_crest_leaves_no_bubble_beside_it():
-    """Twice as high as it is wide, over a hand's crooked line on a sphere: what is inside hangs
-    together, and what is outside, as a lattice of 2e-3 sees them. Three parts were outside."""
-    linear = Profile(points=((-1, 0), (0, 1), (1, 0)))
-    field = sculpt(prepare(primitive("sphere")), Stroke(STEEP, Brush(0.03, 0.069, linear))).field
-    axes = map(np.arange, STEEP.min(axis=0) - 0.1, STEEP.max(axis=0) + 0.1, (2e-3,) * 3)
-    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32)
-    inside = values(field, lattice.reshape(-1, 3)).reshape(lattice.shape[:3]) < 0
-    assert (ndimage.label(inside)[1], ndimage.label(~inside)[1]) == (1, 1)
 
 
 @pytest.mark.parametrize("brush", [Brush(0.2, 0.05), Brush(0.1, -0.03)])

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Loose parts, against the closed form of one spline in a ball and beside it."""
+"""Loose parts, against the closed form of one spline in a ball and beside it, and what a stroke
+leaves of them."""
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from neural_sculpt_addon.common.progress import go_on
+from neural_sculpt_addon.field.edit.edit import sculpt
+from neural_sculpt_addon.field.evaluate import values
 from neural_sculpt_addon.field.levels import (
     Level,
     cells_of,
@@ -18,8 +22,13 @@ from neural_sculpt_addon.field.levels import (
 )
 from neural_sculpt_addon.field.mesh.pieces import Islands
 from neural_sculpt_addon.field.mesh.surface import Samples
+from neural_sculpt_addon.field.primitives import primitive
+from neural_sculpt_addon.field.problem.prepare import prepare
 from neural_sculpt_addon.field.solve.loose import loose_parts
 from neural_sculpt_addon.field.threads import join
+from neural_sculpt_addon.stroke.brush import Brush
+from neural_sculpt_addon.stroke.profile import Profile
+from neural_sculpt_addon.stroke.stroke import Stroke
 from tests.field.analytic import ball
 
 LEVEL = 5
@@ -128,3 +137,28 @@ def test_where_nothing_is_looked_at_nothing_is_loose():
         loose_parts(ball(0.5), np.empty(0, np.int32), LEVEL, lambda: NONE, go_on, np.empty(0, int))
         == {}
     )
+
+
+STEEP = np.array(
+    [
+        [-0.598, -0.04, -0.015],
+        [-0.599, -0.023, -0.035],
+        [-0.598, -0.001, -0.048],
+        [-0.597, 0.024, -0.052],
+        [-0.596, 0.049, -0.048],
+        [-0.595, 0.072, -0.035],
+        [-0.593, 0.088, -0.016],
+        [-0.592, 0.097, 0.008],
+    ]
+)
+
+
+def test_a_steep_crest_leaves_no_bubble_beside_it():
+    """2.3 radii high, over a hand's crooked line on a sphere: what is inside hangs
+    together, and what is outside, as a lattice of 2e-3 sees them. Three parts were outside."""
+    linear = Profile(points=((-1, 0), (0, 1), (1, 0)))
+    field = sculpt(prepare(primitive("sphere")), Stroke(STEEP, Brush(0.03, 0.069, linear))).field
+    axes = map(np.arange, STEEP.min(axis=0) - 0.1, STEEP.max(axis=0) + 0.1, (2e-3,) * 3)
+    lattice = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32)
+    inside = values(field, lattice.reshape(-1, 3)).reshape(lattice.shape[:3]) < 0
+    assert (ndimage.label(inside)[1], ndimage.label(~inside)[1]) == (1, 1)

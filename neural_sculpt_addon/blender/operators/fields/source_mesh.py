@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Source mesh: what an object's modifiers make of it, for a field to be fitted to or cut by.
+"""Source mesh: what an object's modifiers make of it, for a field to be fitted to or cut by, or for
+a file.
 
 Instances that geometry nodes put in its place are a part of it, as the artist sees it. So is what
 modifiers do to an object that is disabled in viewports, which Blender does not evaluate.
@@ -60,7 +61,7 @@ def read_dressed(source: Object, frame: Matrix) -> SourceMesh:
 
 
 def _of_slots(ob: Object) -> dict[ID | None, ID | None]:
-    """The object's own material, which its slot has, for one of its mesh."""
+    """Materials of an object's slots by those of its mesh in whose place they are."""
     assert isinstance(ob.data, Mesh)
     pairs = zip(ob.data.materials, ob.material_slots, strict=False)
     return {material: slot.material for material, slot in pairs if slot.link == "OBJECT"}
@@ -68,8 +69,8 @@ def _of_slots(ob: Object) -> dict[ID | None, ID | None]:
 
 def has_faces(ob: Object) -> bool:
     """Whether modifiers leave any face of an object, or put instances with some in its place."""
-    shown = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    return _has_faces(shown) or any(map(_has_faces, _instanced(ob)))
+    with _evaluated(ob) as (_, mesh):
+        return bool(mesh.polygons)
 
 
 def tell_if_linked(source: Object) -> None:
@@ -82,18 +83,6 @@ def tell_if_linked(source: Object) -> None:
                 source.name,
             )
         )
-
-
-def _has_faces(evaluated: Object | None) -> bool:
-    mesh = None if evaluated is None else evaluated.data
-    return isinstance(mesh, Mesh) and bool(mesh.polygons)
-
-
-def _instanced(ob: Object) -> Iterator[Object | None]:
-    """The evaluated object of each instance that an object makes."""
-    for each in bpy.context.evaluated_depsgraph_get().object_instances:
-        if each.is_instance and each.parent is not None and each.parent.original == ob:
-            yield each.object
 
 
 def _triangles(
@@ -117,25 +106,32 @@ def _turns(source: Object, frame: Matrix) -> bool:
 
 @contextmanager
 def _evaluated(ob: Object) -> Iterator[tuple[Object, Mesh]]:
-    """An object as its modifiers show it, and its mesh."""
-    shown = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    if not shown.is_evaluated or _has_instances(ob):
-        with _realized(ob) as whole:
-            yield whole
-        return
+    """An object as its modifiers show it, and its mesh.
+
+    Blender lists instances of all objects together, of which there may be very many. So where nodes
+    may have made some, they are realized, and there were some if that adds vertices.
+    """
+    shown = _shown(ob)
+    if not shown.is_evaluated or any(modifier.type == "NODES" for modifier in ob.modifiers):
+        own = _vertices(shown) if shown.is_evaluated else None
+        with _realized(ob) as (whole, mesh):
+            if len(mesh.vertices) != own:
+                yield whole, mesh
+                return
+    shown = _shown(ob)
     with _mesh_of(shown) as mesh:
         yield shown, mesh
 
 
-def _has_instances(ob: Object) -> bool:
-    """Whether geometry nodes put instances with a mesh in an object's place. What an object makes
-    is not told but among all instances of a scene, of which there may be very many."""
-    if not any(modifier.type == "NODES" for modifier in ob.modifiers):
-        return False
-    with _mesh_of(ob.evaluated_get(bpy.context.evaluated_depsgraph_get())) as mesh:
-        count = len(mesh.vertices)
-    with _realized(ob) as (_, whole):
-        return len(whole.vertices) != count
+def _shown(ob: Object) -> Object:
+    """The evaluated object, or itself where Blender does not evaluate it."""
+    return ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
+
+
+def _vertices(shown: Object) -> int:
+    """How many vertices the mesh of an evaluated object has."""
+    with _mesh_of(shown) as mesh:
+        return len(mesh.vertices)
 
 
 @contextmanager
@@ -160,7 +156,7 @@ def _realized(ob: Object) -> Iterator[tuple[Object, Mesh]]:
         modifier = holder.modifiers.new(nodes.name, "NODES")
         modifier.node_group = nodes  # pyright: ignore[reportAttributeAccessIssue]
         bpy.context.scene.collection.objects.link(holder)
-        shown = holder.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        shown = _shown(holder)
         with _mesh_of(shown) as whole:
             yield shown, whole
     finally:
